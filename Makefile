@@ -1,0 +1,59 @@
+# Everything sets itself up in .venv; it takes python3 (3.11 or newer) with its venv module, and make.
+
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/ready
+# Another Python, on which the tests run too: the newest that is found and works.
+NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versions/3.$$v.*/bin/python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info[:2] == (3, 11))' 2>/dev/null && echo $$p && exit; done; done)
+
+.PHONY: evaluate test test-newer check format types wheel bench work-precision clean
+
+evaluate: $(READY)
+	$(BIN)/soft-gripper evaluate --out results/evaluation
+
+test: $(READY)
+	$(BIN)/python -m pytest -n 2
+	@$(MAKE) --no-print-directory test-newer
+
+test-newer:
+ifeq ($(NEWER),)
+	@echo "No Python 3.12 or newer was found: the tests ran on one Python only."
+else
+	$(NEWER) -m venv .venv-newer
+	.venv-newer/bin/python -m pip install -q -c constraints.txt -e .[dev]
+	.venv-newer/bin/python -m pytest -n 2
+endif
+
+check: $(READY) types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/python -m pytest -n 2
+
+format: $(READY)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+# mypy wants the folders laid out as they are installed.
+types: $(READY)
+	rm -rf build/types && mkdir -p build/types && cp -r soft_gripper build/types/
+	cp -r models diagrams evaluation commands build/types/soft_gripper/
+	cd build/types && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml -p soft_gripper
+
+wheel: $(READY)
+	rm -rf dist build/lib
+	$(BIN)/python -m build --wheel
+
+bench: $(READY)
+	$(BIN)/python benchmarks/bench.py
+
+work-precision: $(READY)
+	$(BIN)/python benchmarks/work_precision.py
+
+clean:
+	rm -rf .venv .venv-newer build dist results *.egg-info
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q -c constraints.txt -e .[dev]
+	touch $(READY)

@@ -1,0 +1,42 @@
+"""soft-gripper expand: a URDF with <finger>s -> plain URDF."""
+
+import argparse
+from pathlib import Path
+
+from soft_gripper.commands.options import Subparsers
+from soft_gripper.diagrams.plant import model_path
+
+from soft_gripper.errors import InputError
+from soft_gripper.files import whole_file
+from soft_gripper.urdf import expand_urdf
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser(
+        "expand", help="expand the <finger>s of a URDF to links, joints and springs"
+    )
+    parser.add_argument("file", help="the URDF, a path or a package://soft_gripper/... URI")
+    parser.add_argument(
+        "--segments", metavar="N", help="segments of every finger, in the place of the file's"
+    )
+    parser.add_argument("-o", "--out", metavar="OUT", type=Path, help="file to write (default: the terminal)")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    expanded = expand_urdf(model_path(options.file), _segments(options.segments))
+    if not expanded.fingers:
+        raise InputError(options.file, "finger", None, "there is no <finger> in the file to expand")
+    if options.out is None:
+        print(expanded.text, end="")
+        return
+    with whole_file(options.out) as partial:
+        partial.write_text(expanded.text, encoding="utf-8")
+
+
+def _segments(text: str | None) -> int | None:
+    try:
+        return None if text is None else int(text)
+    except ValueError:
+        raise InputError("expand", "--segments", text, "give a whole number of at least 1") from None

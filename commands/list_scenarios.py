@@ -1,0 +1,17 @@
+"""soft-gripper list: the shipped scenarios."""
+
+import argparse
+
+from soft_gripper.commands.options import Subparsers
+from soft_gripper.diagrams.scenario_file import load_scenario, scenario_names
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("list", help="list the shipped scenarios")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    for name in scenario_names():
+        print(f"{name:<20} {load_scenario(name).description}")

@@ -1,0 +1,28 @@
+"""Options that several commands share."""
+
+import argparse
+from typing import TypeAlias
+
+from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.scenario_file import load_scenario
+
+Subparsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    """The scenario, and what of it is changed on the command line."""
+    parser.add_argument("scenario", help="a shipped scenario (see `soft-gripper list`) or a YAML file")
+    parser.add_argument("--sections", metavar="N", help="sensors along each path of a finger")
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="change a field, such as pressure.settle=2",
+    )
+
+
+def chosen_scenario(options: argparse.Namespace) -> Scenario:
+    """The scenario that the options of `add_scenario_options` name."""
+    sections = [f"sensor.sections={options.sections}"] if options.sections is not None else []
+    return load_scenario(options.scenario, [*options.set, *sections])

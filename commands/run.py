@@ -1,0 +1,63 @@
+"""soft-gripper run: one scenario, headless, in Meshcat, or as a replay to keep."""
+
+import argparse
+from pathlib import Path
+
+from pydrake.geometry import Meshcat
+from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_scenario
+from soft_gripper.commands.progress import progress_bar
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.scenario_file import dump_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.evaluation.pose_table import PoseRow, pose_table, write_csv
+
+from soft_gripper.files import whole_file, writable_folder
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("run", help="run a scenario and record every signal")
+    add_scenario_options(parser)
+    parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/SCENARIO")
+    parser.add_argument(
+        "--meshcat", action="store_true", help="show the run in a browser and wait at its end"
+    )
+    parser.add_argument("--html", metavar="FILE", type=Path, help="write a 3-D replay that opens offline")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    scenario, name = chosen_scenario(options), Path(options.scenario).stem
+    meshcat = Meshcat() if options.meshcat or options.html else None
+    station = make_station(scenario, meshcat)
+    out = writable_folder(options.out or Path("results") / name)
+    if options.html is not None:
+        writable_folder(options.html.parent)
+    with progress_bar(name, scenario.duration) as progress:
+        recording = run_station(station, meshcat, progress)
+    rows = pose_table(name, station, recording, [scenario.sensor.sections])
+    _write(out, station, recording, rows)
+    if meshcat is not None and options.html is not None:
+        with whole_file(options.html) as partial:
+            partial.write_text(meshcat.StaticHtml(), encoding="utf-8")
+    _print_steps(rows)
+    print(f"\nWritten to {out}: scenario.yaml, recording.nc, metrics.csv")
+    if options.meshcat:
+        input("The replay is in Meshcat. Press Enter to end. ")
+
+
+def _write(out: Path, station: Station, recording: Recording, rows: list[PoseRow]) -> None:
+    recording.save(out / "recording.nc")
+    write_csv(out / "metrics.csv", rows)
+    with whole_file(out / "scenario.yaml") as partial:
+        partial.write_text(dump_scenario(station.scenario), encoding="utf-8")
+
+
+def _print_steps(rows: list[PoseRow]) -> None:
+    print("\nfinger            pressure [kPa]   bend [degrees]   pose error [mm]   fingertip error [mm]")
+    for row in rows:
+        print(
+            f"{row.finger:<17} {row.pressure_kpa:>14.1f} {row.bend_angle_deg:>16.2f}"
+            f" {row.pose_error_mm:>17.3f} {row.tip_error_mm:>22.3f}"
+        )

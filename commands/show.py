@@ -1,0 +1,27 @@
+"""soft-gripper show: a scenario with all its fields, and its block diagram."""
+
+import argparse
+from pathlib import Path
+
+from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_scenario
+from soft_gripper.diagrams.block_diagram import save_block_diagram
+from soft_gripper.diagrams.scenario_file import dump_scenario
+from soft_gripper.diagrams.station import make_station
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("show", help="print a resolved scenario, draw its block diagram")
+    add_scenario_options(parser)
+    parser.add_argument(
+        "--graphviz", metavar="FILE", type=Path, help="write the block diagram (.dot, .svg, .png or .pdf)"
+    )
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    scenario = chosen_scenario(options)
+    station = make_station(scenario)
+    print(dump_scenario(scenario), end="")
+    if options.graphviz is not None:
+        save_block_diagram(station.diagram, options.graphviz)

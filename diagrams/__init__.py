@@ -1,0 +1,1 @@
+"""The wiring: scenarios -> diagrams -> recordings."""

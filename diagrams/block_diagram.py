@@ -1,0 +1,38 @@
+"""The block diagram of a Drake diagram, as Graphviz text or as a picture."""
+
+from pathlib import Path
+
+from pydrake.systems.framework import Diagram
+
+from soft_gripper.errors import InputError
+from soft_gripper.files import whole_file
+
+PICTURES = (".svg", ".png", ".pdf")
+
+
+def graphviz(diagram: Diagram, max_depth: int = 1) -> str:
+    """Graphviz (DOT) text; `max_depth` says how many levels of sub-diagrams are opened."""
+    text: str = diagram.GetGraphvizString(max_depth=max_depth)
+    return text
+
+
+def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None:
+    """Writes DOT text, or a picture if the name ends in .svg, .png or .pdf.
+
+    Raises:
+        InputError: if the ending is another, or a picture is wanted and pygraphviz is not installed.
+    """
+    text = graphviz(diagram, max_depth)
+    if path.suffix in (".dot", ".gv"):
+        with whole_file(path) as partial:
+            partial.write_text(text, encoding="utf-8")
+        return
+    if path.suffix not in PICTURES:
+        raise InputError("--graphviz", "FILE", str(path), f"end it in .dot, .gv, {', '.join(PICTURES)}")
+    try:
+        import pygraphviz
+    except ImportError:
+        expected = "a picture needs pygraphviz: pip install 'soft-gripper[notebooks]'; or end it in .dot"
+        raise InputError("--graphviz", "FILE", str(path), expected) from None
+    with whole_file(path) as partial:
+        pygraphviz.AGraph(string=text).draw(str(partial), prog="dot", format=path.suffix[1:])

@@ -1,0 +1,138 @@
+"""The plant: model files -> bodies and joints, and the fingers found in them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+from pydrake.systems.framework import DiagramBuilder
+from soft_gripper.diagrams.scenario import ModelConfig, Scenario
+from soft_gripper.models import DIRECTORY, PACKAGE, package_map
+
+from soft_gripper.errors import InputError
+from soft_gripper.finger import Array, Finger
+from soft_gripper.finger_links import joint_name, link_name
+from soft_gripper.urdf import expand_urdf
+
+
+@dataclass(frozen=True)
+class PlantFinger:
+    """A finger in the plant."""
+
+    finger: Finger
+    model: ModelInstanceIndex
+    X_WB: RigidTransform  # base frame in the world
+
+    @property
+    def name(self) -> str:
+        return self.finger.name
+
+
+def add_plant(
+    builder: DiagramBuilder, scenario: Scenario
+) -> tuple[MultibodyPlant, SceneGraph, list[PlantFinger]]:
+    """Adds a finalized plant named "plant" and its SceneGraph, with all models of the scenario.
+
+    Raises:
+        InputError: if a model or a finger in it is wrong, or the time step too long for a finger.
+    """
+    plant, scene_graph = AddMultibodyPlant(scenario.plant_config, builder)
+    plant.mutable_gravity_field().set_gravity_vector(scenario.gravity)
+    found: list[tuple[Finger, ModelInstanceIndex]] = []
+    for i, model in enumerate(scenario.models):
+        found += _add_model(plant, model, f"models[{i}]")
+    plant.Finalize()
+    fingers = [PlantFinger(finger, model, _base_pose(plant, finger, model)) for finger, model in found]
+    _check_fingers(scenario, fingers)
+    return plant, scene_graph, fingers
+
+
+def _add_model(
+    plant: MultibodyPlant, config: ModelConfig, where: str
+) -> list[tuple[Finger, ModelInstanceIndex]]:
+    path = model_path(config.file)
+    parser = Parser(plant)
+    parser.package_map().AddMap(package_map())
+    fingers: tuple[Finger, ...] = ()
+    try:
+        parser.SetAutoRenaming(True)
+        if path.suffix == ".urdf":
+            expanded = expand_urdf(path, config.segments or None, config.name)
+            fingers = expanded.fingers
+            (model,) = parser.AddModelsFromString(expanded.text, "urdf")
+        else:
+            (model,) = parser.AddModels(str(path))
+        plant.RenameModelInstance(model, config.name)
+    except RuntimeError as error:
+        raise InputError(where, "file", config.file, f"Drake cannot read it: {_first_line(error)}") from None
+    _weld(plant, config, model, where)
+    return [(finger, model) for finger in fingers]
+
+
+def _weld(plant: MultibodyPlant, config: ModelConfig, model: ModelInstanceIndex, where: str) -> None:
+    child = plant.get_body(plant.GetBodyIndices(model)[0]).body_frame()
+    if config.child:
+        child = _find_frame(plant, f"{config.name}::{config.child}", where, "child")
+    parent = _find_frame(plant, config.parent, where, "parent")
+    plant.WeldFrames(parent, child, config.X_PC.GetDeterministicValue())
+
+
+def _find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Frame:
+    if name == "world":
+        return plant.world_frame()
+    model, _, frame = name.rpartition("::")
+    try:
+        return plant.GetFrameByName(frame, plant.GetModelInstanceByName(model))
+    except RuntimeError as error:
+        raise InputError(where, field, name, f"no such frame: {_first_line(error)}") from None
+
+
+def _base_pose(plant: MultibodyPlant, finger: Finger, model: ModelInstanceIndex) -> RigidTransform:
+    base = plant.GetBodyByName(link_name(finger.name, 0), model)
+    return plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), base)
+
+
+def _check_fingers(scenario: Scenario, fingers: list[PlantFinger]) -> None:
+    names = [finger.name for finger in fingers]
+    time_step = scenario.plant_config.time_step
+    for finger in fingers:
+        if names.count(finger.name) > 1:
+            raise InputError("models", "finger", finger.name, "stands in more than one model")
+        limit = finger.finger.stable_time_step()
+        if time_step > limit:
+            expected = (
+                f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic"
+            )
+            raise InputError("plant_config", "time_step", time_step, expected)
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0]
+
+
+def model_path(file: str) -> Path:
+    """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path."""
+    if not file.startswith("package://"):
+        return Path(file)
+    package, _, inside = file.removeprefix("package://").partition("/")
+    packages = package_map()
+    if package == PACKAGE:
+        return DIRECTORY / inside
+    if not packages.Contains(package):
+        raise InputError(
+            "model", "file", file, f"no package '{package}'; known: {packages.GetPackageNames()}"
+        )
+    return Path(packages.GetPath(package)) / inside
+
+
+def joint_angle_selector(plant: MultibodyPlant, finger: PlantFinger) -> Array:
+    """Matrix that picks the joint angles of a finger out of the plant's state, (N, nq + nv)."""
+    count = finger.finger.segments
+    joints = [plant.GetJointByName(joint_name(finger.name, i), finger.model) for i in range(count)]
+    selector = np.zeros((count, plant.num_multibody_states()))
+    selector[np.arange(count), [joint.position_start() for joint in joints]] = 1.0
+    return selector

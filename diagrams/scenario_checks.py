@@ -1,0 +1,146 @@
+"""What a scenario must be, field by field, before anything is built from it."""
+
+import difflib
+import math
+from pathlib import Path
+from typing import Any, get_args, get_origin, get_type_hints
+
+from pydrake.systems.analysis import GetIntegrationSchemes
+from soft_gripper.diagrams.scenario import Scenario
+
+from soft_gripper.errors import InputError
+from soft_gripper.response_curve import ResponseCurve
+
+_ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
+_PRIMITIVES = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
+
+
+def check_document(where: Path, value: Any, schema: Any, field: str = "") -> None:
+    """Holds the plain data of a YAML file against a schema of dataclasses and Drake's configs.
+
+    Raises:
+        InputError: for an unknown key, with the nearest known one, or a value of the wrong type.
+    """
+    if schema in _PRIMITIVES:
+        if not _converts(value, schema):
+            raise InputError(where, field, value, f"give {_PRIMITIVES[schema]}")
+    elif get_origin(schema) is list:
+        if not isinstance(value, list):
+            raise InputError(where, field, value, "give a list")
+        for i, item in enumerate(value):
+            check_document(where, item, get_args(schema)[0], f"{field}[{i}]")
+    elif get_origin(schema) is dict:
+        for key, item in _mapping(where, value, field).items():
+            check_document(where, item, get_args(schema)[1], f"{field}.{key}")
+    elif fields := _fields(schema):
+        for key, item in _mapping(where, value, field).items():
+            name = f"{field}.{key}" if field else key
+            if key not in fields:
+                near = difflib.get_close_matches(key, fields, n=1)
+                hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
+                raise InputError(where, name, item, f"no such key; {hint}")
+            check_document(where, item, fields[key], name)
+
+
+def _mapping(where: Path, value: Any, field: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError(where, field, value, "give a mapping of keys to values")
+    return value
+
+
+def _fields(schema: Any) -> dict[str, Any]:
+    if hasattr(schema, "__dataclass_fields__"):
+        return get_type_hints(schema)
+    return {field.name: field.type for field in getattr(schema, "__fields__", ())}
+
+
+def _converts(value: Any, schema: type) -> bool:
+    if schema in (float, int) and not isinstance(value, bool):
+        try:
+            return schema(value) == float(value) or math.isnan(float(value))
+        except (TypeError, ValueError, OverflowError):
+            return False
+    return isinstance(value, schema)
+
+
+def check_scenario(where: Path | str, scenario: Scenario) -> None:
+    """Holds the values of a scenario against what they may be; fingers are checked when they are built.
+
+    Raises:
+        InputError: for the first value that is out of range.
+    """
+    _check_models(where, scenario)
+    _check_pressure(where, scenario)
+    _check_sensor(where, scenario)
+    _check_solver(where, scenario)
+
+
+def _require(fine: bool, where: Path | str, field: str, value: Any, expected: str) -> None:
+    if not fine:
+        raise InputError(where, field, value, expected)
+
+
+def _check_models(where: Path | str, scenario: Scenario) -> None:
+    gravity = scenario.gravity
+    three = len(gravity) == 3 and all(map(math.isfinite, gravity))
+    _require(three, where, "gravity", gravity, "give three finite numbers, m/s^2")
+    _require(bool(scenario.models), where, "models", [], "give at least one model")
+    names = [model.name for model in scenario.models]
+    for i, model in enumerate(scenario.models):
+        _require(bool(model.name), where, f"models[{i}].name", model.name, "give every model a name")
+        _require(
+            names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once"
+        )
+        _require(bool(model.file), where, f"models[{i}].file", model.file, "give a package:// URI or a path")
+        _require(model.segments >= 0, where, f"models[{i}].segments", model.segments, "give 1 or more, or 0")
+
+
+def _check_pressure(where: Path | str, scenario: Scenario) -> None:
+    pressure = scenario.pressure
+    low, high = pressure.minimum, pressure.maximum
+    deepest = f"give a pressure from {-_ATMOSPHERE:.0f} Pa (vacuum) up to the maximum"
+    _require(-_ATMOSPHERE <= low <= high, where, "pressure.minimum", low, deepest)
+    _require(math.isfinite(high), where, "pressure.maximum", high, "give a finite pressure in Pa")
+    _require(_not_negative(pressure.settle), where, "pressure.settle", pressure.settle, "give a time in s")
+    _require(
+        pressure.hold_samples > 0, where, "pressure.hold_samples", pressure.hold_samples, "give 1 or more"
+    )
+    lag = pressure.time_constant
+    _require(_not_negative(lag), where, "pressure.time_constant", lag, "give a time in s, 0 for no lag")
+    _require(bool(pressure.steps), where, "pressure.steps", {}, "give steps for 'all' or for a finger")
+    for finger, steps in pressure.steps.items():
+        _require(bool(steps), where, f"pressure.steps.{finger}", steps, "give at least one pressure")
+        for i, step in enumerate(steps):
+            limits = f"give a pressure within the limits, {low:g} to {high:g} Pa"
+            _require(low <= step <= high, where, f"pressure.steps.{finger}[{i}]", step, limits)
+
+
+def _check_sensor(where: Path | str, scenario: Scenario) -> None:
+    sensor = scenario.sensor
+    _require(sensor.sections >= 1, where, "sensor.sections", sensor.sections, "give 1 or more")
+    _require(_positive(sensor.period), where, "sensor.period", sensor.period, "give a time above 0 s")
+    if sensor.response:
+        try:
+            ResponseCurve(tuple(map(tuple, sensor.response)))
+        except InputError as error:
+            raise error.inside(where) from None
+
+
+def _check_solver(where: Path | str, scenario: Scenario) -> None:
+    step, solver = scenario.plant_config.time_step, scenario.simulator_config
+    _require(_not_negative(step), where, "plant_config.time_step", step, "give a time in s, 0 for continuous")
+    schemes = GetIntegrationSchemes()
+    known = solver.integration_scheme in schemes
+    expected = f"known: {', '.join(schemes)}"
+    _require(known, where, "simulator_config.integration_scheme", solver.integration_scheme, expected)
+    for name in ("max_step_size", "accuracy"):
+        value = getattr(solver, name)
+        _require(_positive(value), where, f"simulator_config.{name}", value, "give a finite number above 0")
+
+
+def _positive(value: float) -> bool:
+    return math.isfinite(value) and value > 0
+
+
+def _not_negative(value: float) -> bool:
+    return math.isfinite(value) and value >= 0

@@ -1,0 +1,36 @@
+"""The named signals of a station: which there are, their units and their axes."""
+
+from typing import NamedTuple
+
+
+class Signal(NamedTuple):
+    """What a port carries; `axes` name the dimensions that its vector is folded into."""
+
+    unit: str
+    axes: tuple[str, ...] = ()
+
+
+# What the entries along an axis are called; the others are counted from the base.
+LABELS = {
+    "xz": ["x", "z"],
+    "xyz": ["x", "y", "z"],
+    "pose": ["x", "z", "heading"],
+    "arc": ["x", "z", "heading", "kappa", "length", "center_x", "center_z"],
+}
+
+# Of every finger, named {finger}.{signal}; frame B where not said otherwise.
+FINGER_SIGNALS = {
+    "pressure_command": Signal("Pa"),
+    "pressure": Signal("Pa"),
+    "sampled_joint_angles": Signal("rad", ("joint",)),
+    "extension_ratio": Signal("1", ("path", "section")),
+    "strain": Signal("1", ("path", "section")),
+    "theta": Signal("rad", ("section",)),
+    "kappa": Signal("1/m", ("section",)),
+    "arcs": Signal("m, m, rad, 1/m, m, m, m", ("section", "arc")),
+    "joint_positions": Signal("m", ("joint", "xz")),
+    "joint_positions_world": Signal("m", ("joint", "xyz")),
+    "tip_pose": Signal("m, m, rad", ("pose",)),
+    "pose_error": Signal("m"),
+    "fingertip_error": Signal("m"),
+}

@@ -1,0 +1,82 @@
+"""simulate: a scenario -> a recording of every named signal."""
+
+from collections.abc import Callable
+from copy import copy
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from soft_gripper.diagrams.recording import Recording, read_logs
+from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.station import Station, make_station
+
+from soft_gripper.errors import SimulationDivergedError
+
+Progress = Callable[[float], None]
+
+
+def simulate(
+    scenario: Scenario, meshcat: Meshcat | None = None, progress: Progress | None = None
+) -> Recording:
+    """Runs a scenario from beginning to end.
+
+    Args:
+        scenario: what to run.
+        meshcat: shows the run, and records it for `Meshcat.StaticHtml`.
+        progress: called with the simulated time, s, after every step of pressure.
+
+    Raises:
+        InputError: if the scenario cannot be built.
+        SimulationDivergedError: if the state leaves the finite numbers.
+    """
+    return run_station(make_station(scenario, meshcat), meshcat, progress)
+
+
+def run_station(
+    station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None
+) -> Recording:
+    """Runs the scenario of a station with a fresh context; see `simulate`."""
+    simulator = Simulator(station.diagram)
+    ApplySimulatorConfig(solver_config(station.scenario), simulator)
+    simulator.Initialize()
+    if meshcat is not None:
+        meshcat.StartRecording()
+    for step in range(station.scenario.steps):
+        _advance(simulator, station, (step + 1) * station.scenario.step_duration)
+        if progress is not None:
+            progress(simulator.get_context().get_time())
+    if meshcat is not None:
+        meshcat.PublishRecording()
+    return read_logs(station, simulator.get_context())
+
+
+def solver_config(scenario: Scenario) -> SimulatorConfig:
+    """The scenario's simulator config; a discrete plant leaves only the pressure lag to integrate.
+
+    cenic integrates continuous plants alone, and error control would cut the plant's own steps.
+    """
+    config = copy(scenario.simulator_config)
+    if scenario.plant_config.time_step > 0:
+        config.integration_scheme = "runge_kutta2"
+        config.use_error_control = False
+    return config
+
+
+def _advance(simulator: Simulator, station: Station, time: float) -> None:
+    try:
+        simulator.AdvanceTo(time)
+        reason = ""
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[0]
+    context = simulator.get_context()
+    state = station.plant.GetPositionsAndVelocities(station.plant.GetMyContextFromRoot(context))
+    bad = np.flatnonzero(~np.isfinite(state))
+    if not reason and not len(bad):
+        return
+    names = station.plant.GetStateNames()
+    worst = names[bad[0] if len(bad) else int(np.argmax(np.abs(state)))]
+    drake = f" (Drake: {reason})" if reason else ""
+    raise SimulationDivergedError(
+        f"the simulation diverged before t = {context.get_time():.4g} s in state {worst}; likely cause:"
+        f" a time step too long, or a contact or spring too stiff for the solver{drake}"
+    )

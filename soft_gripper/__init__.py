@@ -1,0 +1,1 @@
+"""Soft, sensing grippers as blocks and wires in Drake. Start with README.md and notebooks/."""

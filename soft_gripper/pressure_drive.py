@@ -1,0 +1,69 @@
+"""PressureDrive: pressures -> torques on the joints, all of Drake's C++ primitives."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import (
+    Demultiplexer,
+    FirstOrderLowPassFilter,
+    MatrixGain,
+    Multiplexer,
+    Saturation,
+)
+
+from soft_gripper.finger import Array, Finger
+from soft_gripper.finger_links import joint_name
+
+
+class PressureDrive(Diagram):
+    """Commanded pressures, limited and delayed, as torques on the joints of a model.
+
+                                   +---------------+ ---> {finger}.pressure  (1) Pa, what is in the chamber
+    {finger}.pressure_command ---> | PressureDrive |
+                                   +---------------+ ---> actuation          (nu) N m, of the model's joints
+
+    There is a command, (1) Pa, for every finger; one source wired to all of them is a common pressure.
+    Inside: Saturation -> FirstOrderLowPassFilter (if there is a lag) -> MatrixGain (the chamber law,
+    tau_i = p A(s_i) e(s_i)).
+    """
+
+    def __init__(
+        self, torque_maps: Mapping[str, Array], minimum: float, maximum: float, time_constant: float = 0.0
+    ):
+        """
+        Args:
+            torque_maps: for every finger the actuation of one pascal, (nu,) N m/Pa; see
+                `pressure_torque_map`.
+            minimum, maximum: limits of the pressure, Pa.
+            time_constant: of the first-order lag between command and chamber, s; 0 for none.
+        """
+        super().__init__()
+        builder = DiagramBuilder()
+        count = len(torque_maps)
+        ones = np.ones(count)
+        commands = builder.AddNamedSystem("commands", Multiplexer(count))
+        chain = [builder.AddNamedSystem("limits", Saturation(minimum * ones, maximum * ones))]
+        if time_constant > 0:
+            chain.append(builder.AddNamedSystem("lag", FirstOrderLowPassFilter(time_constant, count)))
+        pressures = builder.AddNamedSystem("pressures", Demultiplexer(count))
+        chambers = builder.AddNamedSystem("chambers", MatrixGain(np.column_stack(list(torque_maps.values()))))
+        for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
+            builder.Connect(upstream.get_output_port(), downstream.get_input_port())
+        builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
+        for i, finger in enumerate(torque_maps):
+            builder.ExportInput(commands.get_input_port(i), f"{finger}.pressure_command")
+            builder.ExportOutput(pressures.get_output_port(i), f"{finger}.pressure")
+        builder.ExportOutput(chambers.get_output_port(), "actuation")
+        builder.BuildInto(self)
+
+
+def pressure_torque_map(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> Array:
+    """Actuation of the model by one pascal in the chamber of `finger`, (nu,) N m/Pa."""
+    indices = plant.GetJointActuatorIndices(model)
+    names = [plant.get_joint_actuator(index).joint().name() for index in indices]
+    torque = np.zeros(len(names))
+    torque[[names.index(joint_name(finger.name, i)) for i in range(finger.segments)]] = finger.pressure_gain
+    return torque

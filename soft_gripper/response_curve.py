@@ -1,0 +1,66 @@
+"""How a sensor answers to stretch: a curve through points, and its exact inverse."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from soft_gripper.errors import InputError
+from soft_gripper.finger import Array
+
+LINEAR = ((1.0, 0.0), (2.0, 1.0))
+
+
+@dataclass(frozen=True)
+class ResponseCurve:
+    """Piecewise linear curve through (extension ratio, reading) points, straight on beyond the ends.
+
+    The default is the linear response: the reading is the engineering strain, extension ratio - 1.
+
+    Raises:
+        InputError: unless there are two finite points at least, both columns strictly increasing.
+    """
+
+    points: Sequence[Sequence[float]] = LINEAR
+
+    def __post_init__(self) -> None:
+        try:
+            columns = np.array(self.points, dtype=float).reshape(-1, 2)
+        except ValueError:
+            columns = np.empty((0, 2))
+        if len(columns) < 2 or not np.all(np.diff(columns, axis=0) > 0) or not np.isfinite(columns).all():
+            expected = "give at least two finite [extension ratio, reading] pairs, both strictly increasing"
+            raise InputError("sensor", "response", self.points, expected)
+
+    def reading(self, ratio: Array) -> Array:
+        """Sensor readings for extension ratios, any shape."""
+        return self._to_reading(ratio)
+
+    def ratio(self, reading: Array) -> Array:
+        """Extension ratios for sensor readings, any shape; the inverse of `reading`."""
+        return self._to_ratio(reading)
+
+    @cached_property
+    def _to_reading(self) -> "_Polyline":
+        ratios, readings = np.array(self.points, dtype=float).T
+        return _Polyline(ratios, readings)
+
+    @cached_property
+    def _to_ratio(self) -> "_Polyline":
+        return self._to_reading.inverse()
+
+
+class _Polyline:
+    """A piecewise linear function through points of increasing x."""
+
+    def __init__(self, x: Array, y: Array):
+        self._x, self._y = x, y
+        self._slopes = np.diff(y) / np.diff(x)
+
+    def __call__(self, x: Array) -> Array:
+        piece = np.searchsorted(self._x[1:-1], x) if len(self._slopes) > 1 else 0
+        return self._y[piece] + self._slopes[piece] * (x - self._x[piece])
+
+    def inverse(self) -> "_Polyline":
+        return _Polyline(self._y, self._x)
