@@ -69,16 +69,21 @@ def _add_model(
         plant.RenameModelInstance(model, config.name)
     except RuntimeError as error:
         raise InputError(where, "file", config.file, f"Drake cannot read it: {_first_line(error)}") from None
-    _weld(plant, config, model, where)
+    _place(plant, config, model, where)
     return [(finger, model) for finger in fingers]
 
 
-def _weld(plant: MultibodyPlant, config: ModelConfig, model: ModelInstanceIndex, where: str) -> None:
-    child = plant.get_body(plant.GetBodyIndices(model)[0]).body_frame()
+def _place(plant: MultibodyPlant, config: ModelConfig, model: ModelInstanceIndex, where: str) -> None:
+    first = plant.get_body(plant.GetBodyIndices(model)[0])
+    X_PC = config.X_PC.GetDeterministicValue()
+    if config.free:
+        plant.SetDefaultFloatingBaseBodyPose(first, X_PC)
+        return
+    child = first.body_frame()
     if config.child:
         child = _find_frame(plant, f"{config.name}::{config.child}", where, "child")
     parent = _find_frame(plant, config.parent, where, "parent")
-    plant.WeldFrames(parent, child, config.X_PC.GetDeterministicValue())
+    plant.WeldFrames(parent, child, X_PC)
 
 
 def _find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Frame:

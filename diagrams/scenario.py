@@ -9,13 +9,14 @@ from pydrake.systems.analysis import SimulatorConfig
 
 @dataclass
 class ModelConfig:
-    """A model and where it is welded."""
+    """A model and where it stands."""
 
     name: str = ""  # of the model; a model with a single finger gives the finger its name
     file: str = ""  # package:// URI, or a path relative to the scenario file; URDF may hold <finger>s
     parent: str = "world"  # frame that it is welded to: "world" or "model::frame"
     child: str = ""  # frame of the model that is welded; empty: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
+    free: bool = False  # not welded: X_PC in the world is where its first link begins
     segments: int = 0  # of every finger in the file; 0: as the file says
 
 
