@@ -8,7 +8,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
-from pydrake.multibody.tree import Frame, ModelInstanceIndex
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.diagrams.scenario import ModelConfig, Scenario
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
@@ -134,10 +134,21 @@ def model_path(file: str) -> Path:
     return Path(packages.GetPath(package)) / inside
 
 
-def joint_angle_selector(plant: MultibodyPlant, finger: PlantFinger) -> Array:
+def position_selector(plant: MultibodyPlant, finger: PlantFinger) -> Array:
     """Matrix that picks the joint angles of a finger out of the plant's state, (N, nq + nv)."""
-    count = finger.finger.segments
-    joints = [plant.GetJointByName(joint_name(finger.name, i), finger.model) for i in range(count)]
-    selector = np.zeros((count, plant.num_multibody_states()))
-    selector[np.arange(count), [joint.position_start() for joint in joints]] = 1.0
-    return selector
+    starts = [joint.position_start() for joint in _joints(plant, finger)]
+    return np.eye(plant.num_multibody_states())[starts]
+
+
+def torque_selector(plant: MultibodyPlant, finger: PlantFinger) -> Array:
+    """Matrix that picks the joints of a finger out of its model's generalized forces, (N, model's nv)."""
+    of_plant = np.zeros((finger.finger.segments, plant.num_velocities()))
+    starts = [joint.velocity_start() for joint in _joints(plant, finger)]
+    of_plant[np.arange(len(starts)), starts] = 1.0
+    return np.array([plant.GetVelocitiesFromArray(finger.model, row) for row in of_plant])
+
+
+def _joints(plant: MultibodyPlant, finger: PlantFinger) -> list[Joint]:
+    return [
+        plant.GetJointByName(joint_name(finger.name, i), finger.model) for i in range(finger.finger.segments)
+    ]

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pydrake.systems.framework import Context
-from soft_gripper.diagrams.signals import FINGER_SIGNALS, LABELS
+from soft_gripper.diagrams.signals import CONTACT_FORCE, FINGER_SIGNALS, LABELS, PLANT_STATE, Signal
 from soft_gripper.diagrams.station import Station, sensor_layout
 
 from soft_gripper.files import whole_file
@@ -63,20 +63,32 @@ def _draw(axes: Axes, signal: xr.DataArray) -> None:
 
 def read_logs(station: Station, context: Context) -> Recording:
     """Collects the logs of a station after a run."""
-    variables, time = {}, np.empty(0)
-    for finger in station.fingers:
-        layout = sensor_layout(station.scenario, finger)
-        paths = ["outer"] if layout.one_sided else ["inner", "outer"]
-        labels: dict[str, Any] = LABELS | {"path": paths, "section": np.arange(layout.sections)}
-        labels[f"{finger.name}.joint"] = np.arange(finger.finger.segments)
-        for name, signal in FINGER_SIGNALS.items():
-            full_name = f"{finger.name}.{name}"
-            log = station.logs.find_log(full_name, context)
-            axes = [f"{finger.name}.joint" if axis == "joint" else axis for axis in signal.axes]
-            values = log.data().T.reshape(-1, *(len(labels[axis]) for axis in axes))
-            coords = {axis: labels[axis] for axis in axes}
-            variables[full_name] = xr.DataArray(values, coords, ["time", *axes], attrs={"units": signal.unit})
-            time = log.sample_times()
+    variables = {}
+    for name in station.logs.signals:
+        log = station.logs.find_log(name, context)
+        signal, labels = describe(station, name)
+        values = log.data().T.reshape(-1, *map(len, labels.values()))
+        variables[name] = xr.DataArray(values, labels, ["time", *labels], attrs={"units": signal.unit})
+        time = log.sample_times()
     coords = {"time": ("time", time, {"units": "s"})}
-    attributes = {"description": station.scenario.description}
-    return Recording(xr.Dataset(variables, coords, attributes))
+    return Recording(xr.Dataset(variables, coords, {"description": station.scenario.description}))
+
+
+def describe(station: Station, name: str) -> tuple[Signal, dict[str, Any]]:
+    """What a signal carries, and the labels along its axes."""
+    owner, _, kind = name.partition(".")
+    fingers = {finger.name: finger for finger in station.fingers}
+    if owner in fingers:
+        layout = sensor_layout(station.scenario, fingers[owner])
+        signal, joint = FINGER_SIGNALS[kind], f"{owner}.joint"
+        paths = ["outer"] if layout.one_sided else ["inner", "outer"]
+        own: dict[str, Any] = {
+            "path": paths,
+            "section": np.arange(layout.sections),
+            joint: np.arange(layout.finger.segments),
+        }
+        axes = [joint if axis == "joint" else axis for axis in signal.axes]
+        return signal, {axis: (LABELS | own)[axis] for axis in axes}
+    if name == "plant.state":
+        return PLANT_STATE, {"state": station.plant.GetStateNames()}
+    return CONTACT_FORCE, {"wrench": LABELS["wrench"]}

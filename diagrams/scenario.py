@@ -39,6 +39,7 @@ class SensorConfig:
     sections: int = 4  # sensors one after the other along each path
     period: float = 0.01  # s between samples, and between the samples of every log
     one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
+    compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
     response: list[list[float]] = field(
         default_factory=list
     )  # [extension ratio, reading] points; empty: linear

@@ -18,6 +18,11 @@ class SignalLogs(Diagram):
             builder.ExportInput(self._sinks[name].get_input_port(), name)
         builder.BuildInto(self)
 
+    @property
+    def signals(self) -> list[str]:
+        """Names of the signals, in the order of the input ports."""
+        return list(self._sinks)
+
     def find_log(self, signal: str, root_context: Context) -> VectorLog:
         """The log of a signal in the context of the whole diagram."""
         return self._sinks[signal].FindLog(root_context)

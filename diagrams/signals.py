@@ -14,6 +14,7 @@ class Signal(NamedTuple):
 LABELS = {
     "xz": ["x", "z"],
     "xyz": ["x", "y", "z"],
+    "wrench": ["torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z"],
     "pose": ["x", "z", "heading"],
     "arc": ["x", "z", "heading", "kappa", "length", "center_x", "center_z"],
 }
@@ -33,4 +34,11 @@ FINGER_SIGNALS = {
     "tip_pose": Signal("m, m, rad", ("pose",)),
     "pose_error": Signal("m"),
     "fingertip_error": Signal("m"),
+    "free_bending_angles": Signal("rad", ("joint",)),
+    "external_torque": Signal("N m", ("joint",)),
+    "true_external_torque": Signal("N m", ("joint",)),
+    "external_torque_error": Signal("N m", ("joint",)),
 }
+PLANT_STATE = Signal("m, rad; m/s, rad/s", ("state",))
+# Of every free object, named {object}.contact_force: torque and force on it, in the world.
+CONTACT_FORCE = Signal("N m, N", ("wrench",))

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import MatrixGain
 from soft_gripper.diagrams.finger_sensing import FingerSensing
-from soft_gripper.diagrams.plant import PlantFinger, add_plant, joint_angle_selector
+from soft_gripper.diagrams.plant import PlantFinger, add_plant, position_selector, torque_selector
 from soft_gripper.diagrams.pressure_steps import pressure_source
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.signal_logs import SignalLogs
@@ -40,7 +41,8 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     plant, scene_graph, fingers = add_plant(builder, scenario)
     signals = _drive(builder, scenario, plant, fingers)
     for finger in fingers:
-        signals |= _sense(builder, scenario, plant, finger)
+        signals |= _sense(builder, scenario, plant, finger, signals[f"{finger.name}.pressure"])
+    signals |= _observe(plant, scenario)
     if meshcat is not None:
         MeshcatVisualizer.AddToBuilder(
             builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1 / 20)
@@ -83,15 +85,36 @@ def _drive(
 
 
 def _sense(
-    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, finger: PlantFinger
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    plant: MultibodyPlant,
+    finger: PlantFinger,
+    pressure: OutputPort,
 ) -> dict[str, OutputPort]:
     """The sensors of a finger and what is estimated from them; returns the signals."""
-    selector = MatrixGain(joint_angle_selector(plant, finger))
-    builder.AddNamedSystem(f"{finger.name}.joint_angles", selector)
+    gravity = np.array(scenario.gravity) * scenario.sensor.compensate_gravity
     layout = sensor_layout(scenario, finger)
-    sensing = FingerSensing(layout, scenario.sensor.period, finger.X_WB)
+    sensing = FingerSensing(layout, scenario.sensor.period, finger.X_WB, gravity)
     builder.AddNamedSystem(finger.name, sensing)
-    builder.Connect(plant.get_state_output_port(), selector.get_input_port())
-    builder.Connect(selector.get_output_port(), sensing.GetInputPort("joint_angles"))
+    angles, torques = MatrixGain(position_selector(plant, finger)), MatrixGain(torque_selector(plant, finger))
+    for name, port, selector in (
+        ("joint_angles", plant.get_state_output_port(), angles),
+        ("contact_torque", plant.get_generalized_contact_forces_output_port(finger.model), torques),
+    ):
+        builder.AddNamedSystem(f"{finger.name}.{name}", selector)
+        builder.Connect(port, selector.get_input_port())
+        builder.Connect(selector.get_output_port(), sensing.GetInputPort(name))
+    builder.Connect(pressure, sensing.GetInputPort("pressure"))
     ports = [sensing.get_output_port(i) for i in range(sensing.num_output_ports())]
     return {f"{finger.name}.{port.get_name()}": port for port in ports}
+
+
+def _observe(plant: MultibodyPlant, scenario: Scenario) -> dict[str, OutputPort]:
+    """Signals that come straight from the plant."""
+    signals = {"plant.state": plant.get_state_output_port()}
+    for model in scenario.models:
+        if model.free:
+            instance = plant.GetModelInstanceByName(model.name)
+            port = plant.get_generalized_contact_forces_output_port(instance)
+            signals[f"{model.name}.contact_force"] = port
+    return signals

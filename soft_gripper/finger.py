@@ -1,13 +1,15 @@
 """A soft finger as physical parameters, and the chain of rigid segments that stands for it."""
 
 from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.errors import InputError
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True)
@@ -75,42 +77,48 @@ class Finger:
     def segment_length(self) -> float:
         return self.length / self.segments
 
-    @property
+    @cached_property
     def joint_arc_lengths(self) -> Array:
         """Arc length s of every joint from the base, m, shape (N,)."""
-        midpoints: Array = np.arange(self.segments) + 0.5
-        return midpoints * self.segment_length
+        return (np.arange(self.segments) + 0.5) * self.segment_length
 
     def interpolate(self, quantity: str, s: Array) -> Array:
         """A quantity of the cross-section at arc lengths `s` (m), linear from base to tip."""
         ends = [getattr(self.base, quantity), getattr(self.tip, quantity)]
-        values: Array = np.interp(s, [0.0, self.length], ends)
-        return values
+        return np.interp(s, [0.0, self.length], ends)
 
-    @property
+    @cached_property
     def stiffness(self) -> Array:
         """Bending stiffness of every joint, k_i = E I(s_i) / ds, N m/rad, shape (N,)."""
         s = self.joint_arc_lengths
         second_moment = self.interpolate("width", s) * self.interpolate("thickness", s) ** 3 / 12
         return self.interpolate("youngs_modulus", s) * second_moment / self.segment_length
 
-    @property
+    def elastic_torque(self, q: Array) -> Array:
+        """Torque that joint angles (..., N) rad call up against them, N m, (..., N)."""
+        return self.stiffness * q
+
+    def angle(self, torque: Array) -> Array:
+        """Joint angles at which the elastic torque is `torque`, (..., N) N m -> rad."""
+        return torque / self.stiffness
+
+    @cached_property
     def damping(self) -> Array:
         """Kelvin-Voigt damping of every joint, N m s/rad, shape (N,)."""
         return self.relaxation_time * self.stiffness
 
-    @property
+    @cached_property
     def pressure_gain(self) -> Array:
         """Joint torque per pressure (the chamber law), A(s_i) e(s_i), N m/Pa, shape (N,)."""
         s = self.joint_arc_lengths
         return self.interpolate("chamber_area", s) * self.interpolate("chamber_eccentricity", s)
 
-    @property
+    @cached_property
     def link_ends(self) -> Array:
         """Arc lengths where the N + 1 rigid links begin and end, m, shape (N + 2,): base, joints, tip."""
         return np.concatenate([[0.0], self.joint_arc_lengths, [self.length]])
 
-    @property
+    @cached_property
     def link_masses(self) -> Array:
         """Mass of every link from the base to the tip, kg, shape (N + 1,)."""
         ends = self.link_ends

@@ -57,20 +57,41 @@ class SensorLayout:
         return self.finger.section_ends(self.sections)
 
     @cached_property
+    def joints_per_section(self) -> NDArray[np.int_]:
+        """Number of joints in every section, (S,)."""
+        return np.diff(self.section_ends)
+
+    @cached_property
     def rest_lengths(self) -> Array:
         """Rest length of every section, m, (S,)."""
-        return np.diff(self.section_ends) * self.finger.segment_length
+        return self.joints_per_section * self.finger.segment_length
 
     @cached_property
     def joint_sections(self) -> NDArray[np.int_]:
         """Section that every joint lies in, (N,)."""
-        return np.repeat(np.arange(self.sections), np.diff(self.section_ends))
+        return np.repeat(np.arange(self.sections), self.joints_per_section)
 
     @cached_property
     def joint_fractions(self) -> Array:
         """How far along its section every joint lies, 0 to 1, (N,)."""
         begin = self.section_ends[self.joint_sections] * self.finger.segment_length
         return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
+
+    @cached_property
+    def torque_interpolation(self) -> Array:
+        """Matrix from the mean torques of the sections to the torques at the joints, (N, S).
+
+        The torque is linear between the middles of the sections and beyond the first, and zero at the tip.
+        """
+        s = self.finger.joint_arc_lengths
+        middles = np.add.reduceat(s, self.section_ends[:-1]) / self.joints_per_section
+        nodes = np.append(middles, self.finger.length)
+        piece = np.clip(np.searchsorted(nodes, s) - 1, 0, self.sections - 1)
+        along = (s - nodes[piece]) / (nodes[piece + 1] - nodes[piece])
+        joints = np.arange(len(s))
+        weights = np.zeros((len(s), len(nodes)))
+        weights[joints, piece], weights[joints, piece + 1] = 1 - along, along
+        return weights[:, :-1]
 
 
 def extension_ratios(layout: SensorLayout, q: Array) -> Array:

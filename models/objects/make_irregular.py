@@ -24,14 +24,17 @@ def make_mesh(rings: int = 15, spokes: int = 24) -> trimesh.Trimesh:
     r = radius(a, h)
     side = np.stack([r * np.cos(a), r * np.sin(a), HEIGHT * h], axis=-1).reshape(-1, 3)
     vertices = np.vstack([side, [0, 0, 0], [0, 0, HEIGHT * 1.01]])
-    i, j = np.meshgrid(np.arange(rings - 1), np.arange(spokes), indexing="ij")
-    k = (j + 1) % spokes
-    a, b, c, d = i * spokes + j, i * spokes + k, (i + 1) * spokes + k, (i + 1) * spokes + j
-    walls = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
-    s, n = np.arange(spokes), (np.arange(spokes) + 1) % spokes
-    foot = np.stack([n, s, np.full(spokes, len(side))], -1)
-    top = np.stack([s, n, np.full(spokes, len(side) + 1)], -1) + np.array([1, 1, 0]) * (rings - 1) * spokes
-    mesh = trimesh.Trimesh(vertices, np.vstack([walls, foot, top]))
+    here = np.arange(spokes)
+    on = (here + 1) % spokes
+    faces = [np.stack([on, here, np.full(spokes, len(side))], -1)]
+    for ring in range(rings - 1):
+        low, high = ring * spokes, (ring + 1) * spokes
+        faces += [
+            np.stack([low + here, low + on, high + on], -1),
+            np.stack([low + here, high + on, high + here], -1),
+        ]
+    faces.append(np.stack([high + here, high + on, np.full(spokes, len(side) + 1)], -1))
+    mesh = trimesh.Trimesh(vertices, np.vstack(faces))
     mesh.apply_translation(-mesh.center_mass)
     return mesh
 
