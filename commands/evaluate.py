@@ -1,49 +1,74 @@
 """soft-gripper evaluate: the paper's evaluation."""
 
 import argparse
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from soft_gripper.commands.options import Subparsers
-from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.evaluation.claims import Claim
-from soft_gripper.evaluation.evaluate import SECTIONS, evaluate
-from soft_gripper.evaluation.pose_table import PoseRow, mean
+from soft_gripper.evaluation.evaluate import SCENARIOS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.pose_table import PoseRow
+from soft_gripper.evaluation.scenario_run import SECTIONS
+from tqdm import tqdm
 
+from soft_gripper.errors import InputError
 from soft_gripper.files import writable_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
     parser = subparsers.add_parser("evaluate", help="run the paper's evaluation with 1 to 4 sensors a side")
-    parser.add_argument(
-        "--out", metavar="DIR", type=Path, default=Path("results/evaluation"), help="default: %(default)s"
-    )
+    folder = Path("results/evaluation")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
+    parser.add_argument("--resume", action="store_true", help="run only what an interrupted evaluation left")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
+    jobs = _jobs(options.jobs)
     out = writable_folder(options.out)
-    with progress_bar("free_bending", load_scenario("free_bending").duration) as progress:
-        rows, claims = evaluate(out, progress)
-    _print_errors(rows)
-    _print_claims(claims)
-    print(f"\nWritten to {out}: metrics.csv, free_bending.nc, fig5_free_bending.png and .svg")
+    names = unfinished(out) if options.resume else list(SCENARIOS)
+    duration = sum(load_scenario(name).duration for name in names)
+    try:
+        with tqdm(total=duration, desc=f"{len(names)} scenarios", bar_format=BAR) as bar:
+            run_scenarios(names, out, jobs, bar.update)
+    except KeyboardInterrupt:
+        print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")
+        raise
+    evaluation = summarize(out)
+    _print_errors(evaluation.poses)
+    _print_claims(evaluation.claims)
+    print(f"\nWritten to {out}: report.html, metrics.csv, forces.csv, the figures, and a folder a scenario")
+
+
+def _jobs(text: str | None) -> int:
+    if text is None:
+        return os.cpu_count() or 1
+    if not text.isdigit() or int(text) < 1:
+        raise InputError("evaluate", "--jobs", text, "give a whole number of at least 1")
+    return int(text)
 
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:
-    print("\nFree bending   pose error [mm]    fingertip error [mm]")
-    print("sensors        mean   largest      mean   largest")
-    for sections in SECTIONS:
-        pose, tip = (
-            [getattr(r, e) for r in rows if r.sections == sections] for e in ("pose_error_mm", "tip_error_mm")
-        )
-        print(f"{sections:>7} {mean(pose):>11.3f} {max(pose):>9.3f} {mean(tip):>9.3f} {max(tip):>9.3f}")
+    print(f"\n{'':<20}{'mean pose error [mm]':^32}{'mean fingertip error [mm]':^32}")
+    print(f"{'sensors a side':<20}" + 2 * "".join(f"{n:>8}" for n in SECTIONS))
+    for scenario in SCENARIOS:
+        means = [
+            np.mean([getattr(row, error) for row in rows if (row.scenario, row.sections) == (scenario, n)])
+            for error in ("pose_error_mm", "tip_error_mm")
+            for n in SECTIONS
+        ]
+        print(f"{scenario:<20}" + "".join(f"{mean:>8.2f}" for mean in means))
 
 
 def _print_claims(claims: Sequence[Claim]) -> None:
-    print("\nClaim                                                           by      here")
+    width = max(len(claim.text) for claim in claims)
+    print(f"\n{'claim':<{width}}  by     here")
     for claim in claims:
         verdict = "holds" if claim.holds else "FAILS"
-        print(f"{claim.text:<63} {claim.source:<7} {verdict}: {claim.number}")
+        print(f"{claim.text:<{width}}  {claim.source:<6} {verdict}: {claim.number}")

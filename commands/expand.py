@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from soft_gripper.commands.options import Subparsers
-from soft_gripper.diagrams.plant import model_path
+from soft_gripper.diagrams.model_files import model_path
 
 from soft_gripper.errors import InputError
 from soft_gripper.files import whole_file
@@ -13,13 +13,9 @@ from soft_gripper.urdf import expand_urdf
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser(
-        "expand", help="expand the <finger>s of a URDF to links, joints and springs"
-    )
+    parser = subparsers.add_parser("expand", help="expand the <finger>s of a URDF to links, joints and springs")
     parser.add_argument("file", help="the URDF, a path or a package://soft_gripper/... URI")
-    parser.add_argument(
-        "--segments", metavar="N", help="segments of every finger, in the place of the file's"
-    )
+    parser.add_argument("--segments", metavar="N", help="segments of every finger, in the place of the file's")
     parser.add_argument("-o", "--out", metavar="OUT", type=Path, help="file to write (default: the terminal)")
     parser.set_defaults(command=_run)
 

@@ -13,9 +13,7 @@ COMMANDS = (run, evaluate, list_scenarios, show, expand)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command; the exit code is 0, 2 for a mistake in the input, or 130 when interrupted."""
-    parser = argparse.ArgumentParser(
-        prog="soft-gripper", description="Soft, sensing grippers simulated in Drake."
-    )
+    parser = argparse.ArgumentParser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add_parser(subparsers)

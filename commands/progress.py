@@ -6,10 +6,11 @@ from contextlib import contextmanager
 from soft_gripper.diagrams.simulation import Progress
 from tqdm import tqdm
 
+BAR = "{desc} {bar} {n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
+
 
 @contextmanager
 def progress_bar(name: str, duration: float) -> Iterator[Progress]:
     """Shows how far a run of `duration` s has come; give what it yields to `simulate`."""
-    form = "{desc} {bar} {n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
-    with tqdm(total=duration, desc=name, bar_format=form, dynamic_ncols=True) as bar:
+    with tqdm(total=duration, desc=name, bar_format=BAR, dynamic_ncols=True) as bar:
         yield lambda time: bar.update(time - bar.n)

@@ -10,7 +10,8 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import Station, make_station
-from soft_gripper.evaluation.pose_table import PoseRow, pose_table, write_csv
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.pose_table import PoseRow, pose_table
 
 from soft_gripper.files import whole_file, writable_folder
 
@@ -20,9 +21,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("run", help="run a scenario and record every signal")
     add_scenario_options(parser)
     parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/SCENARIO")
-    parser.add_argument(
-        "--meshcat", action="store_true", help="show the run in a browser and wait at its end"
-    )
+    parser.add_argument("--meshcat", action="store_true", help="show the run in a browser and wait at its end")
     parser.add_argument("--html", metavar="FILE", type=Path, help="write a 3-D replay that opens offline")
     parser.set_defaults(command=_run)
 

@@ -6,7 +6,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantValueSource, Gain, ZeroOrderHold
 
 from soft_gripper.arc_pose_estimator import ArcPoseEstimator
-from soft_gripper.finger import Array
+from soft_gripper.arrays import Array
 from soft_gripper.force_estimator import ForceEstimator
 from soft_gripper.metrics import PoseError
 from soft_gripper.sensor_layout import SensorLayout

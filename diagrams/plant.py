@@ -1,22 +1,20 @@
-"""The plant: model files -> bodies and joints, and the fingers found in them."""
+"""The plant: models put in their places, and the fingers found in them."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
+from soft_gripper.diagrams.model_files import first_line, load_model
 from soft_gripper.diagrams.scenario import ModelConfig, Scenario
-from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.finger import Array, Finger
+from soft_gripper.finger import Finger
 from soft_gripper.finger_links import joint_name, link_name
-from soft_gripper.urdf import expand_urdf
 
 
 @dataclass(frozen=True)
@@ -32,9 +30,7 @@ class PlantFinger:
         return self.finger.name
 
 
-def add_plant(
-    builder: DiagramBuilder, scenario: Scenario
-) -> tuple[MultibodyPlant, SceneGraph, list[PlantFinger]]:
+def add_plant(builder: DiagramBuilder, scenario: Scenario) -> tuple[MultibodyPlant, SceneGraph, list[PlantFinger]]:
     """Adds a finalized plant named "plant" and its SceneGraph, with all models of the scenario.
 
     Raises:
@@ -44,33 +40,13 @@ def add_plant(
     plant.mutable_gravity_field().set_gravity_vector(scenario.gravity)
     found: list[tuple[Finger, ModelInstanceIndex]] = []
     for i, model in enumerate(scenario.models):
-        found += _add_model(plant, model, f"models[{i}]")
+        instance, fingers_in_it = load_model(plant, model, f"models[{i}]")
+        _place(plant, model, instance, f"models[{i}]")
+        found += [(finger, instance) for finger in fingers_in_it]
     plant.Finalize()
     fingers = [PlantFinger(finger, model, _base_pose(plant, finger, model)) for finger, model in found]
     _check_fingers(scenario, fingers)
     return plant, scene_graph, fingers
-
-
-def _add_model(
-    plant: MultibodyPlant, config: ModelConfig, where: str
-) -> list[tuple[Finger, ModelInstanceIndex]]:
-    path = model_path(config.file)
-    parser = Parser(plant)
-    parser.package_map().AddMap(package_map())
-    fingers: tuple[Finger, ...] = ()
-    try:
-        parser.SetAutoRenaming(True)
-        if path.suffix == ".urdf":
-            expanded = expand_urdf(path, config.segments or None, config.name)
-            fingers = expanded.fingers
-            (model,) = parser.AddModelsFromString(expanded.text, "urdf")
-        else:
-            (model,) = parser.AddModels(str(path))
-        plant.RenameModelInstance(model, config.name)
-    except RuntimeError as error:
-        raise InputError(where, "file", config.file, f"Drake cannot read it: {_first_line(error)}") from None
-    _place(plant, config, model, where)
-    return [(finger, model) for finger in fingers]
 
 
 def _place(plant: MultibodyPlant, config: ModelConfig, model: ModelInstanceIndex, where: str) -> None:
@@ -93,7 +69,7 @@ def _find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fra
     try:
         return plant.GetFrameByName(frame, plant.GetModelInstanceByName(model))
     except RuntimeError as error:
-        raise InputError(where, field, name, f"no such frame: {_first_line(error)}") from None
+        raise InputError(where, field, name, f"no such frame: {first_line(error)}") from None
 
 
 def _base_pose(plant: MultibodyPlant, finger: Finger, model: ModelInstanceIndex) -> RigidTransform:
@@ -109,29 +85,8 @@ def _check_fingers(scenario: Scenario, fingers: list[PlantFinger]) -> None:
             raise InputError("models", "finger", finger.name, "stands in more than one model")
         limit = finger.finger.stable_time_step()
         if time_step > limit:
-            expected = (
-                f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic"
-            )
+            expected = f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic"
             raise InputError("plant_config", "time_step", time_step, expected)
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[0]
-
-
-def model_path(file: str) -> Path:
-    """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path."""
-    if not file.startswith("package://"):
-        return Path(file)
-    package, _, inside = file.removeprefix("package://").partition("/")
-    packages = package_map()
-    if package == PACKAGE:
-        return DIRECTORY / inside
-    if not packages.Contains(package):
-        raise InputError(
-            "model", "file", file, f"no package '{package}'; known: {packages.GetPackageNames()}"
-        )
-    return Path(packages.GetPath(package)) / inside
 
 
 def position_selector(plant: MultibodyPlant, finger: PlantFinger) -> Array:
@@ -149,6 +104,4 @@ def torque_selector(plant: MultibodyPlant, finger: PlantFinger) -> Array:
 
 
 def _joints(plant: MultibodyPlant, finger: PlantFinger) -> list[Joint]:
-    return [
-        plant.GetJointByName(joint_name(finger.name, i), finger.model) for i in range(finger.finger.segments)
-    ]
+    return [plant.GetJointByName(joint_name(finger.name, i), finger.model) for i in range(finger.finger.segments)]

@@ -5,8 +5,8 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 from soft_gripper.diagrams.scenario import Scenario
 
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.finger import Array
 
 COMMON = "all"
 

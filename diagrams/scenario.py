@@ -8,16 +8,27 @@ from pydrake.systems.analysis import SimulatorConfig
 
 
 @dataclass
+class MeshConfig:
+    """What a model that is a bare mesh file lacks; its inertia follows from its shape."""
+
+    scale: float = 1.0  # metres in a unit of the file: 0.001 if it is in millimetres
+    mass: float = 0.05  # kg, spread evenly over the volume
+    friction: float = 0.8  # Coulomb, static and dynamic alike
+    color: list[float] = field(default_factory=lambda: [0.45, 0.62, 0.36, 1.0])  # red, green, blue, opacity
+
+
+@dataclass
 class ModelConfig:
     """A model and where it stands."""
 
     name: str = ""  # of the model; a model with a single finger gives the finger its name
-    file: str = ""  # package:// URI, or a path relative to the scenario file; URDF may hold <finger>s
+    file: str = ""  # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
     parent: str = "world"  # frame that it is welded to: "world" or "model::frame"
     child: str = ""  # frame of the model that is welded; empty: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
     free: bool = False  # not welded: X_PC in the world is where its first link begins
     segments: int = 0  # of every finger in the file; 0: as the file says
+    mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
 
 
 @dataclass
@@ -40,9 +51,7 @@ class SensorConfig:
     period: float = 0.01  # s between samples, and between the samples of every log
     one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
     compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
-    response: list[list[float]] = field(
-        default_factory=list
-    )  # [extension ratio, reading] points; empty: linear
+    response: list[list[float]] = field(default_factory=list)  # [extension ratio, reading] points; empty: linear
 
 
 def default_plant_config() -> MultibodyPlantConfig:

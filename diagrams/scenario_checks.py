@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 from pydrake.systems.analysis import GetIntegrationSchemes
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.scenario import MeshConfig, Scenario
 
 from soft_gripper.errors import InputError
 from soft_gripper.response_curve import ResponseCurve
@@ -88,11 +88,19 @@ def _check_models(where: Path | str, scenario: Scenario) -> None:
     names = [model.name for model in scenario.models]
     for i, model in enumerate(scenario.models):
         _require(bool(model.name), where, f"models[{i}].name", model.name, "give every model a name")
-        _require(
-            names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once"
-        )
+        _require(names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once")
         _require(bool(model.file), where, f"models[{i}].file", model.file, "give a package:// URI or a path")
         _require(model.segments >= 0, where, f"models[{i}].segments", model.segments, "give 1 or more, or 0")
+        _check_mesh(where, f"models[{i}].mesh", model.mesh)
+
+
+def _check_mesh(where: Path | str, field: str, mesh: MeshConfig) -> None:
+    for name in ("scale", "mass"):
+        value = getattr(mesh, name)
+        _require(_positive(value), where, f"{field}.{name}", value, "give a finite number above 0")
+    _require(_not_negative(mesh.friction), where, f"{field}.friction", mesh.friction, "give 0 or more")
+    channels = len(mesh.color) == 4 and all(0 <= channel <= 1 for channel in mesh.color)
+    _require(channels, where, f"{field}.color", mesh.color, "give red, green, blue and opacity, each 0 to 1")
 
 
 def _check_pressure(where: Path | str, scenario: Scenario) -> None:
@@ -102,9 +110,7 @@ def _check_pressure(where: Path | str, scenario: Scenario) -> None:
     _require(-_ATMOSPHERE <= low <= high, where, "pressure.minimum", low, deepest)
     _require(math.isfinite(high), where, "pressure.maximum", high, "give a finite pressure in Pa")
     _require(_not_negative(pressure.settle), where, "pressure.settle", pressure.settle, "give a time in s")
-    _require(
-        pressure.hold_samples > 0, where, "pressure.hold_samples", pressure.hold_samples, "give 1 or more"
-    )
+    _require(pressure.hold_samples > 0, where, "pressure.hold_samples", pressure.hold_samples, "give 1 or more")
     lag = pressure.time_constant
     _require(_not_negative(lag), where, "pressure.time_constant", lag, "give a time in s, 0 for no lag")
     _require(bool(pressure.steps), where, "pressure.steps", {}, "give steps for 'all' or for a finger")

@@ -57,9 +57,7 @@ def _find(name_or_path: str) -> Path:
         return Path(name_or_path)
     path = SHIPPED / f"{name_or_path}.yaml"
     if not path.exists():
-        raise InputError(
-            "scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}"
-        )
+        raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
     return path
 
 
@@ -111,7 +109,5 @@ def _assign(place: Any, name: str, value: Any, override: str) -> None:
 
 def _index(place: list[Any], name: str, override: str) -> int:
     if not name.isdigit() or int(name) >= len(place):
-        raise InputError(
-            "--set", "argument", override, f"'{name}' is none of the entries 0 to {len(place) - 1}"
-        )
+        raise InputError("--set", "argument", override, f"'{name}' is none of the entries 0 to {len(place) - 1}")
     return int(name)

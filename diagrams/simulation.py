@@ -15,9 +15,7 @@ from soft_gripper.errors import SimulationDivergedError
 Progress = Callable[[float], None]
 
 
-def simulate(
-    scenario: Scenario, meshcat: Meshcat | None = None, progress: Progress | None = None
-) -> Recording:
+def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
     """Runs a scenario from beginning to end.
 
     Args:
@@ -32,9 +30,7 @@ def simulate(
     return run_station(make_station(scenario, meshcat), meshcat, progress)
 
 
-def run_station(
-    station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None
-) -> Recording:
+def run_station(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
     """Runs the scenario of a station with a fresh context; see `simulate`."""
     simulator = Simulator(station.diagram)
     ApplySimulatorConfig(solver_config(station.scenario), simulator)

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from soft_gripper.evaluation.pose_table import PoseRow, mean
+from soft_gripper.evaluation.pose_table import PoseRow
 
 from soft_gripper.files import whole_file
 
@@ -15,40 +16,60 @@ STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
     "svg.hashsalt": "soft-gripper",
 }
 COLORS = {1: "#b2182b", 2: "#ef8a62", 3: "#67a9cf", 4: "#2166ac"}
 MARKERS = {1: "o", 2: "s", 3: "^", 4: "D"}
+ERRORS = {"pose_error_mm": "mean pose error [mm]", "tip_error_mm": "fingertip error [mm]"}
+PRESSURE, BEND = ("pressure_kpa", "pressure [kPa]"), ("bend_angle_deg", "bend angle [degrees]")
 
 
 def free_bending_figure(rows: Sequence[PoseRow]) -> Figure:
     """Fig. 5: pose error (left) and fingertip error (right) against the bend angle, 1 to 4 sensors."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 3.4), layout="constrained")
-        pose, tip = figure.subplots(1, 2, sharex=True)
-        _errors_against_bend(pose, rows, "pose_error_mm")
-        _errors_against_bend(tip, rows, "tip_error_mm")
-        pose.set(title="Mean pose error", ylabel="error [mm]", xlabel="bend angle [degrees]")
-        tip.set(title="Fingertip error", xlabel="bend angle [degrees]")
-        pose.legend(title="sensors a side", frameon=False)
+        for axes, (error, label) in zip(figure.subplots(1, 2, sharex=True), ERRORS.items(), strict=True):
+            _draw_errors(axes, rows, BEND[0], error)
+            axes.set(title=label.split(" [")[0].capitalize(), xlabel=BEND[1], ylabel="error [mm]")
+            axes.axvline(0, color="0.8", lw=0.8, zorder=0)
+        figure.axes[0].legend(title="sensors a side", frameon=False)
     return figure
 
 
-def _errors_against_bend(axes: Axes, rows: Sequence[PoseRow], error: str) -> None:
-    """One line a number of sections; steps of equal pressure, on the way up and down, are averaged."""
+def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str) -> Figure:
+    """Fig. 6 (pose error) or 7 (fingertip error): a panel a contact scenario, on equal scales."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8, 5.6), layout="constrained")
+        panels = figure.subplots(2, 2, sharey=True).flat
+        for axes, scenario in zip(panels, scenarios, strict=False):
+            _draw_errors(axes, [row for row in rows if row.scenario == scenario], PRESSURE[0], error)
+            axes.set(title=scenario.replace("_", " ").capitalize(), xlabel=PRESSURE[1])
+        for axes in figure.axes[::2]:
+            axes.set_ylabel(ERRORS[error])
+        figure.axes[0].legend(title="sensors a side", frameon=False)
+    return figure
+
+
+def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str) -> None:
+    """One line a number of sections; steps of equal pressure, and the fingers, are averaged."""
     for sections in sorted({row.sections for row in rows}):
         of_step: dict[float, list[PoseRow]] = {}
         for row in rows:
             if row.sections == sections:
                 of_step.setdefault(row.pressure_kpa, []).append(row)
-        bends = [mean(row.bend_angle_deg for row in step) for _, step in sorted(of_step.items())]
-        errors = [mean(getattr(row, error) for row in step) for _, step in sorted(of_step.items())]
-        axes.plot(
-            bends, errors, marker=MARKERS[sections], ms=4, lw=1.3, color=COLORS[sections], label=str(sections)
+        along, errors = (
+            [np.mean([getattr(row, column) for row in step]) for _, step in sorted(of_step.items())]
+            for column in (x, error)
         )
-    axes.axvline(0, color="0.8", lw=0.8, zorder=0)
-    axes.grid(alpha=0.25)
+        axes.plot(along, errors, **look(sections))
     axes.set_ylim(bottom=0)
+
+
+def look(sections: int) -> dict[str, Any]:
+    """How the line of a number of sections looks, in every figure."""
+    return {"marker": MARKERS[sections], "ms": 4, "lw": 1.3, "color": COLORS[sections], "label": str(sections)}
 
 
 def save_figure(figure: Figure, stem: Path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from soft_gripper.diagrams.scenario import Scenario
 
-from soft_gripper.finger import Array
+from soft_gripper.arrays import Array
 
 
 def held_samples(scenario: Scenario, signal: xr.DataArray) -> Array:

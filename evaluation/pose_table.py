@@ -1,17 +1,16 @@
 """Pose errors of a run for several numbers of sensor sections, from ONE simulation."""
 
-import csv
-from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass, fields, replace
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from soft_gripper.diagrams.pressure_steps import pressure_steps
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.station import Station, sensor_layout
+from soft_gripper.diagrams.sensing import sensor_layout
+from soft_gripper.diagrams.station import Station
 from soft_gripper.evaluation.held_steps import held_samples
 
-from soft_gripper.files import whole_file
+from soft_gripper.arrays import Array
 from soft_gripper.kinematics import forward_kinematics
 from soft_gripper.metrics import fingertip_error, pose_error
 from soft_gripper.sensor_layout import SensorLayout, arcs_from_readings, extension_ratios, joints_on_arcs
@@ -43,33 +42,15 @@ def pose_table(name: str, station: Station, recording: Recording, sections: Sequ
         pressure = pressure_steps(station.scenario, finger.name) / 1e3
         for count in sections:
             layout = replace(sensor_layout(station.scenario, finger), sections=count)
-            errors = _errors(layout, q)
-            for step in zip(pressure, bend, *errors, strict=True):
+            for step in zip(pressure, bend, *_errors(layout, q), strict=True):
                 rows.append(PoseRow(name, finger.name, "arcs", count, *map(float, step)))
     return rows
 
 
-def _errors(layout: SensorLayout, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _errors(layout: SensorLayout, q: Array) -> tuple[Array, Array]:
     """Pose and fingertip error, mm, (steps,), of joint angles (steps, samples, N)."""
     truth = forward_kinematics(q, layout.finger.segment_length)
     arcs = arcs_from_readings(layout, layout.response.reading(extension_ratios(layout, q)))
     pose = pose_error(truth.joints, joints_on_arcs(layout, arcs)).mean(axis=-1)
     tip = fingertip_error(truth.tip, arcs.end[..., -1]).mean(axis=-1)
     return 1e3 * pose, 1e3 * tip
-
-
-def write_csv(path: Path, rows: Sequence[PoseRow]) -> None:
-    """Writes rows under the names of their fields."""
-    with whole_file(path) as partial, partial.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(field.name for field in fields(PoseRow))
-        writer.writerows([_text(value) for value in astuple(row)] for row in rows)
-
-
-def _text(value: object) -> str:
-    return f"{value:.6f}" if isinstance(value, float) else str(value)
-
-
-def mean(values: Iterable[float]) -> float:
-    """Arithmetic mean."""
-    return float(np.mean(list(values)))

@@ -9,8 +9,8 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
 from soft_gripper.arcs import Arcs
-from soft_gripper.finger import Array
-from soft_gripper.kinematics import Planar, as_points
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.kinematics import as_points
 from soft_gripper.sensor_layout import SensorLayout, arcs_from_readings, joints_on_arcs
 
 

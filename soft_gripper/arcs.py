@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.finger import Array
-from soft_gripper.kinematics import Planar
+from soft_gripper.arrays import Array, Planar
 
 _TINY = 1e-100  # lost in any other number; added to 0 it makes sin(x) / x exactly 1
 

@@ -10,8 +10,9 @@ Leading axes are free; S sections, N joints.
 
 import numpy as np
 
-from soft_gripper.finger import Array, Finger
-from soft_gripper.kinematics import Planar, forward_kinematics
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.finger import Finger
+from soft_gripper.kinematics import forward_kinematics
 from soft_gripper.sensor_layout import SensorLayout
 
 

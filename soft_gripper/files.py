@@ -16,9 +16,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield partial
         os.replace(partial, path)
     except OSError as error:
-        raise InputError(
-            "output", "file", str(path), f"cannot be written: {error.strerror or error}"
-        ) from None
+        raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
     finally:
         partial.unlink(missing_ok=True)
 

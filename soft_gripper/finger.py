@@ -2,14 +2,13 @@
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-
-Array = NDArray[np.floating[Any]]
+from soft_gripper.piecewise_linear import PiecewiseLinear
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,15 @@ class ContactMaterial:
 
 
 @dataclass(frozen=True)
+class ElasticLaw:
+    """Bending moment against curvature as points, at base and tip; linear between them along the finger."""
+
+    curvature: tuple[float, ...]  # 1/m, increasing
+    base_moment: tuple[float, ...]  # N m, increasing
+    tip_moment: tuple[float, ...]  # N m, increasing
+
+
+@dataclass(frozen=True)
 class Finger:
     """A finger of `length` m in `segments` equal segments, a joint in the middle of each.
 
@@ -53,6 +61,7 @@ class Finger:
     segments: int = 12
     relaxation_time: float = 0.015  # s, Kelvin-Voigt: damping over stiffness
     contact: ContactMaterial = ContactMaterial()
+    elastic_law: ElasticLaw | None = None  # in the place of E I times curvature
 
     def __post_init__(self) -> None:
         if not isinstance(self.segments, int) or self.segments < 1:
@@ -62,13 +71,19 @@ class Finger:
                 value = getattr(part, field.name)
                 if isinstance(value, int | float):
                     self._require_in_range(label + field.name, value)
+        if self.elastic_law is not None:
+            self._check_elastic_law(self.elastic_law)
+
+    def _check_elastic_law(self, law: ElasticLaw) -> None:
+        for field in fields(law):
+            values = getattr(law, field.name)
+            if len(values) < 2 or len(values) != len(law.curvature) or not np.all(np.diff(values) > 0):
+                self._reject(f"elastic_law.{field.name}", values, "give as many increasing numbers in each list")
 
     def _require_in_range(self, field: str, value: float) -> None:
         may_be_zero = field in ("relaxation_time", "contact.friction", "contact.dissipation")
         if not np.isfinite(value) or value < 0 or (value == 0 and not may_be_zero):
-            self._reject(
-                field, value, "give a finite number " + ("of at least 0" if may_be_zero else "above 0")
-            )
+            self._reject(field, value, "give a finite number " + ("of at least 0" if may_be_zero else "above 0"))
 
     def _reject(self, field: str, value: object, expected: str) -> None:
         raise InputError(f"finger '{self.name}'", field, value, expected)
@@ -96,11 +111,23 @@ class Finger:
 
     def elastic_torque(self, q: Array) -> Array:
         """Torque that joint angles (..., N) rad call up against them, N m, (..., N)."""
-        return self.stiffness * q
+        return self.stiffness * q if self.elastic_law is None else self.joint_law(q)
 
     def angle(self, torque: Array) -> Array:
         """Joint angles at which the elastic torque is `torque`, (..., N) N m -> rad."""
-        return torque / self.stiffness
+        return torque / self.stiffness if self.elastic_law is None else self.joint_law.inverse()(torque)
+
+    @cached_property
+    def joint_law(self) -> PiecewiseLinear:
+        """Torque against angle of every joint: the elastic law, or the straight line of the stiffness."""
+        law = self.elastic_law
+        if law is None:
+            ends = np.outer(np.ones(self.segments), [-1.0, 1.0])
+            return PiecewiseLinear(ends, ends * self.stiffness[:, None])
+        along = (self.joint_arc_lengths / self.length)[:, None]
+        torques = (1 - along) * np.array(law.base_moment) + along * np.array(law.tip_moment)
+        angles = np.array(law.curvature) * self.segment_length
+        return PiecewiseLinear(np.broadcast_to(angles, torques.shape), torques)
 
     @cached_property
     def damping(self) -> Array:
@@ -155,7 +182,7 @@ class Finger:
         frequency w is then stable up to beta + sqrt(beta^2 + 4 / w^2), beta the relaxation time; the
         fastest mode decides.
         """
-        root = np.sqrt(self.stiffness)
+        root = np.sqrt(self.joint_law.slopes.max(axis=-1))
         scaled = np.linalg.inv(self.mass_matrix()) * root[:, None] * root[None, :]
         # K^(1/2) M^-1 K^(1/2) is symmetric and has the squared natural frequencies as eigenvalues.
         fastest_squared = float(np.linalg.eigvalsh(scaled)[-1])

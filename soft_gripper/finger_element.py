@@ -9,9 +9,12 @@
       <tip  .../>
       <sensors spacing="0.018"/>
       <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="1"/>
+      <elastic_law angle="-0.3 0 0.1 0.3" base_torque="-0.4 0 0.1 0.4" tip_torque="-0.3 0 0.08 0.3"/>
     </finger>
 
-`origin` and `contact` may be left out, as may `segments` and `relaxation_time`; the rest may not.
+`origin`, `contact` and `elastic_law` may be left out, as may `segments` and `relaxation_time`; the rest may not.
+An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file;
+it takes the place of Young's modulus, which is left to the damping.
 """
 
 import difflib
@@ -20,7 +23,7 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from soft_gripper.errors import InputError
-from soft_gripper.finger import ContactMaterial, CrossSection, Finger
+from soft_gripper.finger import ContactMaterial, CrossSection, ElasticLaw, Finger
 
 _CHILDREN = {
     "parent": ["link"],
@@ -30,6 +33,7 @@ _CHILDREN = {
     "tip": [f.name for f in fields(CrossSection)],
     "sensors": ["spacing"],
     "contact": [f.name for f in fields(ContactMaterial)],
+    "elastic_law": ["angle", "base_torque", "tip_torque"],
 }
 _REQUIRED = ("parent", "body", "base", "tip", "sensors")
 
@@ -57,9 +61,7 @@ class _Reader:
             if element.find(tag) is None:
                 raise InputError(self.where, tag, None, f"the element <{tag}> is missing")
         for child in element:
-            _check_names(
-                f"{self.where}: <{child.tag}>", "attribute", list(child.keys()), _CHILDREN[child.tag]
-            )
+            _check_names(f"{self.where}: <{child.tag}>", "attribute", list(child.keys()), _CHILDREN[child.tag])
 
     def text(self, tag: str, attribute: str) -> str:
         child = self.element.find(tag)
@@ -92,6 +94,19 @@ class _Reader:
         names = [f.name for f in fields(cls) if f.name in given or f.default is MISSING]
         return cls(**{name: self.number(tag, name) for name in names})
 
+    def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
+        value = self.text(tag, attribute)
+        try:
+            return tuple(float(number) for number in value.split())
+        except ValueError:
+            raise InputError(self.where, f"{tag}.{attribute}", value, "give numbers") from None
+
+    def elastic_law(self, segment_length: float) -> ElasticLaw | None:
+        if self.element.find("elastic_law") is None:
+            return None
+        angle, base, tip = (self.numbers("elastic_law", a) for a in _CHILDREN["elastic_law"])
+        return ElasticLaw(tuple(a / segment_length for a in angle), base, tip)
+
     def body(self) -> dict[str, Any]:
         values: dict[str, Any] = {"length": self.number("body", "length")}
         body = self.element.find("body")
@@ -121,6 +136,7 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     """
     reader = _Reader(file, element)
     body = reader.body()
+    in_file = body.get("segments", Finger.segments)
     if segments is not None:
         body["segments"] = segments
     parts = {
@@ -128,6 +144,7 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
         "tip": reader.record("tip", CrossSection),
         "contact": reader.record("contact", ContactMaterial),
         "sensor_spacing": reader.number("sensors", "spacing"),
+        "elastic_law": reader.elastic_law(body["length"] / max(in_file, 1)),
     }
     mount = (reader.text("parent", "link"), reader.vector("origin", "xyz"), reader.vector("origin", "rpy"))
     try:

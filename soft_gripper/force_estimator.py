@@ -4,8 +4,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from soft_gripper.arrays import Array
 from soft_gripper.external_torque import external_torque, free_bending_angles
-from soft_gripper.finger import Array
 from soft_gripper.sensor_layout import SensorLayout
 
 

@@ -11,9 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.finger import Array
-
-Planar = NDArray[np.complex128]
+from soft_gripper.arrays import Array, Planar
 
 
 class Chain(NamedTuple):

@@ -4,8 +4,9 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
-from soft_gripper.finger import Array, Finger
-from soft_gripper.kinematics import Planar, as_planar, forward_kinematics
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.finger import Finger
+from soft_gripper.kinematics import as_planar, forward_kinematics
 
 
 def pose_error(true_joints: Planar, joints: Planar) -> Array:

@@ -14,7 +14,8 @@ from pydrake.systems.primitives import (
     Saturation,
 )
 
-from soft_gripper.finger import Array, Finger
+from soft_gripper.arrays import Array
+from soft_gripper.finger import Finger
 from soft_gripper.finger_links import joint_name
 
 
@@ -30,12 +31,10 @@ class PressureDrive(Diagram):
     tau_i = p A(s_i) e(s_i)).
     """
 
-    def __init__(
-        self, torque_maps: Mapping[str, Array], minimum: float, maximum: float, time_constant: float = 0.0
-    ):
+    def __init__(self, torque_maps: Mapping[str, Array], minimum: float, maximum: float, time_constant: float = 0.0):
         """
         Args:
-            torque_maps: for every finger the actuation of one pascal, (nu,) N m/Pa; see
+            torque_maps: for every finger the actuation of the model by one pascal, (nu,) N m/Pa; see
                 `pressure_torque_map`.
             minimum, maximum: limits of the pressure, Pa.
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
@@ -60,10 +59,14 @@ class PressureDrive(Diagram):
         builder.BuildInto(self)
 
 
-def pressure_torque_map(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> Array:
-    """Actuation of the model by one pascal in the chamber of `finger`, (nu,) N m/Pa."""
+def actuator_rows(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> Array:
+    """Matrix that spreads torques on the joints of `finger` over the actuators of its model, (N, nu)."""
     indices = plant.GetJointActuatorIndices(model)
     names = [plant.get_joint_actuator(index).joint().name() for index in indices]
-    torque = np.zeros(len(names))
-    torque[[names.index(joint_name(finger.name, i)) for i in range(finger.segments)]] = finger.pressure_gain
-    return torque
+    columns = [names.index(joint_name(finger.name, i)) for i in range(finger.segments)]
+    return np.eye(len(names))[columns]
+
+
+def pressure_torque_map(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> Array:
+    """Actuation of the model by one pascal in the chamber of `finger`, (nu,) N m/Pa."""
+    return finger.pressure_gain @ actuator_rows(plant, model, finger)

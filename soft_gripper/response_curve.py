@@ -6,8 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.finger import Array
+from soft_gripper.piecewise_linear import PiecewiseLinear
 
 LINEAR = ((1.0, 0.0), (2.0, 1.0))
 
@@ -42,25 +43,9 @@ class ResponseCurve:
         return self._to_ratio(reading)
 
     @cached_property
-    def _to_reading(self) -> "_Polyline":
-        ratios, readings = np.array(self.points, dtype=float).T
-        return _Polyline(ratios, readings)
+    def _to_reading(self) -> PiecewiseLinear:
+        return PiecewiseLinear(*np.array(self.points, dtype=float).T)
 
     @cached_property
-    def _to_ratio(self) -> "_Polyline":
+    def _to_ratio(self) -> PiecewiseLinear:
         return self._to_reading.inverse()
-
-
-class _Polyline:
-    """A piecewise linear function through points of increasing x."""
-
-    def __init__(self, x: Array, y: Array):
-        self._x, self._y = x, y
-        self._slopes = np.diff(y) / np.diff(x)
-
-    def __call__(self, x: Array) -> Array:
-        piece = np.searchsorted(self._x[1:-1], x) if len(self._slopes) > 1 else 0
-        return self._y[piece] + self._slopes[piece] * (x - self._x[piece])
-
-    def inverse(self) -> "_Polyline":
-        return _Polyline(self._y, self._x)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arcs import Arcs, arcs_from_lengths, points_on_arcs
-from soft_gripper.finger import Array, Finger
-from soft_gripper.kinematics import Planar, segment_path_lengths
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.finger import Finger
+from soft_gripper.kinematics import segment_path_lengths
 from soft_gripper.response_curve import ResponseCurve
 
 

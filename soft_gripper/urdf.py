@@ -68,9 +68,7 @@ def _check_links(path: Path, robot: ET.Element, elements: list[FingerElement]) -
     for element in elements:
         where = f"{path}: finger '{element.finger.name}'"
         if element.parent not in links:
-            raise InputError(
-                where, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}"
-            )
+            raise InputError(where, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
         if names.count(element.finger.name) > 1:
             raise InputError(path, "finger.name", element.finger.name, "stands more than once")
 

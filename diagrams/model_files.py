@@ -1,0 +1,65 @@
+"""Model files into the plant: URDF with <finger>s, whatever else Drake reads, and bare meshes."""
+
+from pathlib import Path
+
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from soft_gripper.diagrams.mesh_object import MESH_SUFFIXES, mesh_to_sdf
+from soft_gripper.diagrams.scenario import ModelConfig
+from soft_gripper.models import DIRECTORY, PACKAGE, package_map
+
+from soft_gripper.errors import InputError
+from soft_gripper.finger import Finger
+from soft_gripper.urdf import expand_urdf
+
+
+def load_model(plant: MultibodyPlant, config: ModelConfig, where: str) -> tuple[ModelInstanceIndex, tuple[Finger, ...]]:
+    """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
+
+    Raises:
+        InputError: if the file is missing, or neither we nor Drake can read it.
+    """
+    path = model_path(config.file)
+    if not path.is_file():
+        raise InputError(where, "file", config.file, f"there is no file {path}")
+    parser = Parser(plant)
+    parser.SetAutoRenaming(True)
+    parser.package_map().AddMap(package_map())
+    fingers: tuple[Finger, ...] = ()
+    try:
+        if path.suffix == ".urdf":
+            expanded = expand_urdf(path, config.segments or None, config.name)
+            fingers = expanded.fingers
+            models = parser.AddModelsFromString(expanded.text, "urdf")
+        elif path.suffix in MESH_SUFFIXES:
+            models = parser.AddModelsFromString(mesh_to_sdf(path, config.mesh, config.name), "sdf")
+        else:
+            models = parser.AddModels(str(path))
+    except RuntimeError as error:
+        raise InputError(where, "file", config.file, f"Drake cannot read it: {first_line(error)}") from None
+    if len(models) != 1:
+        raise InputError(where, "file", config.file, f"holds {len(models)} models; give a file with one")
+    if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
+        raise InputError(where, "name", config.name, "is taken by another model")
+    plant.RenameModelInstance(models[0], config.name)
+    return models[0], fingers
+
+
+def model_path(file: str) -> Path:
+    """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path."""
+    if not file.startswith("package://"):
+        return Path(file)
+    package, _, inside = file.removeprefix("package://").partition("/")
+    packages = package_map()
+    if package == PACKAGE:
+        return DIRECTORY / inside
+    if not packages.Contains(package):
+        known = ", ".join(packages.GetPackageNames())
+        raise InputError("model", "file", file, f"no package '{package}'; known: {known}")
+    return Path(packages.GetPath(package)) / inside
+
+
+def first_line(error: Exception) -> str:
+    """What an exception says, short enough for a message of one line."""
+    return str(error).strip().splitlines()[0]

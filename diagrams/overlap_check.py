@@ -1,0 +1,43 @@
+"""Nothing may begin inside something else: contact would throw it out."""
+
+from pydrake.geometry import (
+    ContactSurface,
+    HydroelasticContactRepresentation,
+    SceneGraph,
+    SceneGraphInspector,
+)
+from pydrake.systems.framework import Diagram
+
+from soft_gripper.errors import InputError
+
+ALLOWED = 0.1  # of the depth at which a compliant body is pressed through to its middle
+
+
+def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
+    """Looks at the hydroelastic contact surfaces of the initial state.
+
+    Raises:
+        InputError: if a body begins deeper in another one than a touch.
+    """
+    context = scene_graph.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    query = scene_graph.get_query_output_port().Eval(context)
+    kind = HydroelasticContactRepresentation.kTriangle
+    surfaces, _ = query.ComputeContactSurfacesWithFallback(kind)
+    for surface in surfaces:
+        if _depth(query.inspector(), surface) > ALLOWED:
+            one, other = (_owner(query.inspector(), id) for id in (surface.id_M(), surface.id_N()))
+            raise InputError("models", "X_PC", one, f"begins inside '{other}'; move one of them away")
+
+
+def _depth(inspector: SceneGraphInspector, surface: ContactSurface) -> float:
+    """How deep the bodies lie in each other, as a part of the softer one's half thickness."""
+    moduli = [
+        inspector.GetProximityProperties(id).GetPropertyOrDefault("hydroelastic", "hydroelastic_modulus", float("inf"))
+        for id in (surface.id_M(), surface.id_N())
+    ]
+    pressure = surface.tri_e_MN()
+    return max(pressure.EvaluateAtVertex(v) for v in range(surface.num_vertices())) / min(moduli)
+
+
+def _owner(inspector: SceneGraphInspector, id: object) -> str:
+    return inspector.GetName(inspector.GetFrameId(id))

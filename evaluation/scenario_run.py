@@ -1,0 +1,54 @@
+"""One scenario of the evaluation: simulated once, and everything that comes out of it, in a folder of its own."""
+
+import shutil
+from pathlib import Path
+
+from pydrake.geometry import Meshcat
+from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
+from soft_gripper.diagrams.simulation import Progress, run_station
+from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.force_table import force_table
+from soft_gripper.evaluation.pose_table import pose_table
+
+from soft_gripper.errors import InputError
+
+SECTIONS = (1, 2, 3, 4)
+
+
+def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> None:
+    """Fills `folder` with all files of a scenario; the folder appears when it is whole, or not at all.
+
+    Files: scenario.yaml, recording.nc, metrics.csv, forces.csv and replay.html.
+    """
+    scenario = load_scenario(name)
+    partial = folder.with_name(f".partial-{folder.name}")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    meshcat = Meshcat()
+    station = make_station(scenario, meshcat)
+    _require_equal_sections(station)
+    recording = run_station(station, meshcat, progress)
+    recording.save(partial / "recording.nc")
+    write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS))
+    write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
+    (partial / "replay.html").write_text(meshcat.StaticHtml(), encoding="utf-8")
+    (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
+    shutil.rmtree(folder, ignore_errors=True)
+    partial.rename(folder)
+
+
+def is_finished(folder: Path, scenario: Scenario) -> bool:
+    """Whether the folder holds a whole run of just this scenario."""
+    file = folder / "scenario.yaml"
+    return file.exists() and file.read_text(encoding="utf-8") == dump_scenario(scenario)
+
+
+def _require_equal_sections(station: Station) -> None:
+    """Sections of unequal length would make the comparison of their numbers unfair."""
+    for finger in station.fingers:
+        for sections in SECTIONS:
+            if finger.finger.segments % sections:
+                expected = f"must divide the {finger.finger.segments} segments of finger '{finger.name}'"
+                raise InputError("evaluate", "sections", sections, expected)

@@ -1,0 +1,37 @@
+"""Piecewise linear curves through points, straight on beyond their ends, with exact inverses."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewiseLinear:
+    """One curve through M points, or N curves side by side, each through its own M points.
+
+    `x` and `y` have shape (M,) or (N, M); x increases strictly along the last axis, and so does y if the
+    inverse is wanted.
+    """
+
+    x: Array
+    y: Array
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Slopes of the pieces, (M - 1,) or (N, M - 1)."""
+        return np.diff(self.y) / np.diff(self.x)
+
+    def __call__(self, x: Array) -> Array:
+        """Values at `x` of any shape; with N curves side by side, its last axis counts them."""
+        if self.slopes.shape[-1] == 1:
+            return self.y[..., 0] + self.slopes[..., 0] * (x - self.x[..., 0])
+        piece = (x[..., None] > self.x[..., 1:-1]).sum(axis=-1)
+        start = (np.arange(len(self.x)), piece) if self.x.ndim == 2 else (piece,)
+        return self.y[start] + self.slopes[start] * (x - self.x[start])
+
+    def inverse(self) -> "PiecewiseLinear":
+        """The curve that leads from y back to x."""
+        return PiecewiseLinear(self.y, self.x)
