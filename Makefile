@@ -7,7 +7,7 @@ READY := .venv/ready
 NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versions/3.$$v.*/bin/python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info[:2] == (3, 11))' 2>/dev/null && echo $$p && exit; done; done)
 
-.PHONY: evaluate test test-newer check format types wheel bench work-precision clean
+.PHONY: evaluate test test-newer check lint format types wheel bench work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -25,10 +25,12 @@ else
 	.venv-newer/bin/python -m pytest -n 2
 endif
 
-check: $(READY) types
+check: lint types
+	$(BIN)/python -m pytest -n 2
+
+lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/python -m pytest -n 2
 
 format: $(READY)
 	$(BIN)/ruff format .

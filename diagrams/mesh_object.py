@@ -11,11 +11,10 @@ from soft_gripper.diagrams.scenario import MeshConfig
 
 from soft_gripper.errors import InputError
 from soft_gripper.files import whole_file, writable_folder
+from soft_gripper.finger_links import DRAKE
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
 LARGEST = 1.0  # m; a gripper of this size grasps nothing larger
-DRAKE = "http://drake.mit.edu"
-ET.register_namespace("drake", DRAKE)
 
 
 def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
@@ -36,15 +35,15 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
     uri = _cached_obj(mesh).as_uri()
     visual = _add_shape(link, "visual", uri)
     ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
-    contact = ET.SubElement(_add_shape(link, "collision", uri), f"{{{DRAKE}}}proximity_properties")
-    ET.SubElement(contact, f"{{{DRAKE}}}rigid_hydroelastic")
+    contact = ET.SubElement(_add_shape(link, "collision", uri), DRAKE + "proximity_properties")
+    ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
     properties = {
         "mu_static": config.friction,
         "mu_dynamic": config.friction,
         "hunt_crossley_dissipation": 2.0,
     }
     for key, value in properties.items():
-        ET.SubElement(contact, f"{{{DRAKE}}}{key}").text = str(value)
+        ET.SubElement(contact, DRAKE + key).text = str(value)
     return ET.tostring(root, encoding="unicode")
 
 

@@ -9,6 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.diagrams.model_files import first_line, load_model
+from soft_gripper.diagrams.pressure_steps import COMMON
 from soft_gripper.diagrams.scenario import ModelConfig, Scenario
 
 from soft_gripper.arrays import Array
@@ -42,6 +43,8 @@ def add_plant(builder: DiagramBuilder, scenario: Scenario) -> tuple[MultibodyPla
     for i, model in enumerate(scenario.models):
         instance, fingers_in_it = load_model(plant, model, f"models[{i}]")
         _place(plant, model, instance, f"models[{i}]")
+        if model.free and fingers_in_it:
+            raise InputError(f"models[{i}]", "free", True, "fingers need a base that is welded")
         found += [(finger, instance) for finger in fingers_in_it]
     plant.Finalize()
     fingers = [PlantFinger(finger, model, _base_pose(plant, finger, model)) for finger, model in found]
@@ -80,6 +83,9 @@ def _base_pose(plant: MultibodyPlant, finger: Finger, model: ModelInstanceIndex)
 def _check_fingers(scenario: Scenario, fingers: list[PlantFinger]) -> None:
     names = [finger.name for finger in fingers]
     time_step = scenario.plant_config.time_step
+    for name in scenario.pressure.steps:
+        if name not in (*names, COMMON):
+            raise InputError("pressure.steps", name, "...", f"no such finger; known: {', '.join([*names, COMMON])}")
     for finger in fingers:
         if names.count(finger.name) > 1:
             raise InputError("models", "finger", finger.name, "stands in more than one model")

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
+import numpy as np
 from pydrake.systems.analysis import GetIntegrationSchemes
 from soft_gripper.diagrams.scenario import MeshConfig, Scenario
 
@@ -12,6 +13,9 @@ from soft_gripper.errors import InputError
 from soft_gripper.response_curve import ResponseCurve
 
 _ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
+_TAKEN = ("plant", "scene_graph", "logs")  # names of blocks
+_CONTACT_MODELS = ("hydroelastic_with_fallback", "hydroelastic", "point")
+_APPROXIMATIONS = ("lagged", "similar", "sap", "tamsi")
 _PRIMITIVES = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
 
 
@@ -34,9 +38,9 @@ def check_document(where: Path, value: Any, schema: Any, field: str = "") -> Non
             check_document(where, item, get_args(schema)[1], f"{field}.{key}")
     elif fields := _fields(schema):
         for key, item in _mapping(where, value, field).items():
-            name = f"{field}.{key}" if field else key
+            name = f"{field}.{key}" if field else str(key)
             if key not in fields:
-                near = difflib.get_close_matches(key, fields, n=1)
+                near = difflib.get_close_matches(str(key), fields, n=1)
                 hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
                 raise InputError(where, name, item, f"no such key; {hint}")
             check_document(where, item, fields[key], name)
@@ -55,7 +59,9 @@ def _fields(schema: Any) -> dict[str, Any]:
 
 
 def _converts(value: Any, schema: type) -> bool:
-    if schema in (float, int) and not isinstance(value, bool):
+    if isinstance(value, bool):
+        return schema is bool
+    if schema in (float, int):
         try:
             return schema(value) == float(value) or math.isnan(float(value))
         except (TypeError, ValueError, OverflowError):
@@ -88,6 +94,10 @@ def _check_models(where: Path | str, scenario: Scenario) -> None:
     names = [model.name for model in scenario.models]
     for i, model in enumerate(scenario.models):
         _require(bool(model.name), where, f"models[{i}].name", model.name, "give every model a name")
+        _require(model.name not in _TAKEN, where, f"models[{i}].name", model.name, "is the name of a block")
+        translation = model.X_PC.translation
+        finite = isinstance(translation, np.ndarray) and len(translation) == 3 and np.isfinite(translation).all()
+        _require(finite, where, f"models[{i}].X_PC.translation", translation, "give three finite numbers, m")
         _require(names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once")
         _require(bool(model.file), where, f"models[{i}].file", model.file, "give a package:// URI or a path")
         _require(model.segments >= 0, where, f"models[{i}].segments", model.segments, "give 1 or more, or 0")
@@ -133,8 +143,23 @@ def _check_sensor(where: Path | str, scenario: Scenario) -> None:
 
 
 def _check_solver(where: Path | str, scenario: Scenario) -> None:
-    step, solver = scenario.plant_config.time_step, scenario.simulator_config
+    plant, solver = scenario.plant_config, scenario.simulator_config
+    step = plant.time_step
     _require(_not_negative(step), where, "plant_config.time_step", step, "give a time in s, 0 for continuous")
+    for name, known_values in (
+        ("contact_model", _CONTACT_MODELS),
+        ("discrete_contact_approximation", _APPROXIMATIONS),
+        ("contact_surface_representation", ("polygon", "triangle")),
+    ):
+        value = getattr(plant, name)
+        _require(value in known_values, where, f"plant_config.{name}", value, f"known: {', '.join(known_values)}")
+    for name in ("penetration_allowance", "stiction_tolerance"):
+        value = getattr(plant, name)
+        _require(_positive(value), where, f"plant_config.{name}", value, "give a finite number above 0")
+    start = solver.start_time
+    _require(start == 0, where, "simulator_config.start_time", start, "runs begin at 0")
+    every = getattr(solver, "publish_every_time_step", False)
+    _require(not every, where, "simulator_config.publish_every_time_step", every, "logs keep the sensors' period")
     schemes = GetIntegrationSchemes()
     known = solver.integration_scheme in schemes
     expected = f"known: {', '.join(schemes)}"

@@ -36,7 +36,7 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
         _apply(document, override)
     check_document(path, document, Scenario)
     try:
-        scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(document))
+        scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(document), retain_map_defaults=False)
     except (RuntimeError, ValueError, TypeError) as error:
         raise InputError(path, "scenario", path.stem, " ".join(str(error).split())) from None
     check_scenario(path, scenario)
@@ -47,8 +47,10 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
 
 
 def dump_scenario(scenario: Scenario) -> str:
-    """The resolved scenario as YAML: every field, defaults too."""
-    text: str = yaml_dump_typed(scenario)
+    """The resolved scenario as YAML: every field, defaults too, in a form that every Drake reads."""
+    document = yaml_load_data(yaml_dump_typed(scenario))
+    document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
+    text: str = yaml_dump(document)
     return text
 
 

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from soft_gripper.errors import InputError
@@ -18,7 +18,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
 
 
 def writable_folder(path: Path) -> Path:

@@ -64,7 +64,7 @@ class Finger:
     elastic_law: ElasticLaw | None = None  # in the place of E I times curvature
 
     def __post_init__(self) -> None:
-        if not isinstance(self.segments, int) or self.segments < 1:
+        if not isinstance(self.segments, int | np.integer) or self.segments < 1:
             self._reject("segments", self.segments, "give a whole number of at least 1")
         for label, part in (("", self), ("base.", self.base), ("tip.", self.tip), ("contact.", self.contact)):
             for field in fields(part):
@@ -77,7 +77,8 @@ class Finger:
     def _check_elastic_law(self, law: ElasticLaw) -> None:
         for field in fields(law):
             values = getattr(law, field.name)
-            if len(values) < 2 or len(values) != len(law.curvature) or not np.all(np.diff(values) > 0):
+            increasing = np.isfinite(values).all() and np.all(np.diff(values) > 0)
+            if len(values) < 2 or len(values) != len(law.curvature) or not increasing:
                 self._reject(f"elastic_law.{field.name}", values, "give as many increasing numbers in each list")
 
     def _require_in_range(self, field: str, value: float) -> None:
@@ -178,12 +179,14 @@ class Finger:
     def stable_time_step(self) -> float:
         """Largest step, s, at which explicit springs with implicit joint damping stay stable.
 
-        Drake's discrete plant takes the springs explicitly and the damping implicitly. A mode of natural
-        frequency w is then stable up to beta + sqrt(beta^2 + 4 / w^2), beta the relaxation time; the
-        fastest mode decides.
+        Drake's discrete plant takes springs, and elastic laws, explicitly and joint damping implicitly. A
+        motion that turns round at every step has then just reached the limit: dt^2 K - 2 dt D - 4 M is
+        singular. Where the damping is beta times the stiffness, a mode of natural frequency w comes there at
+        dt = beta + sqrt(beta^2 + 4 / w^2).
         """
-        root = np.sqrt(self.joint_law.slopes.max(axis=-1))
-        scaled = np.linalg.inv(self.mass_matrix()) * root[:, None] * root[None, :]
-        # K^(1/2) M^-1 K^(1/2) is symmetric and has the squared natural frequencies as eigenvalues.
-        fastest_squared = float(np.linalg.eigvalsh(scaled)[-1])
-        return self.relaxation_time + float(np.sqrt(self.relaxation_time**2 + 4 / fastest_squared))
+        stiffness, damping = np.diag(self.joint_law.slopes.max(axis=-1)), np.diag(self.damping)
+        zero, one = np.zeros_like(damping), np.eye(self.segments)
+        inverse_mass = np.linalg.inv(self.mass_matrix())
+        # The eigenvalues are the inverses of the steps at which the matrix above is singular.
+        steps = np.block([[zero, one], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
+        return 1 / float(np.linalg.eigvals(steps).real.max())

@@ -18,6 +18,7 @@ it takes the place of Young's modulus, which is left to the damping.
 """
 
 import difflib
+import math
 import xml.etree.ElementTree as ET
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
@@ -56,11 +57,13 @@ class _Reader:
         if not name:
             raise InputError(file, "finger.name", name, "give every <finger> a name")
         self.name, self.where, self.element = name, f"{file}: finger '{name}'", element
-        _check_names(self.where, "element", [child.tag for child in element], list(_CHILDREN))
+        _check_names(self.where, "attribute", list(element.keys()), ["name"])
+        children = [child for child in element if child.tag is not ET.Comment]
+        _check_names(self.where, "element", [child.tag for child in children], list(_CHILDREN))
         for tag in _REQUIRED:
             if element.find(tag) is None:
                 raise InputError(self.where, tag, None, f"the element <{tag}> is missing")
-        for child in element:
+        for child in children:
             _check_names(f"{self.where}: <{child.tag}>", "attribute", list(child.keys()), _CHILDREN[child.tag])
 
     def text(self, tag: str, attribute: str) -> str:
@@ -84,7 +87,9 @@ class _Reader:
         try:
             x, y, z = (float(v) for v in value.split())
         except ValueError:
-            raise InputError(self.where, f"{tag}.{attribute}", value, "give three numbers") from None
+            x = y = z = math.nan
+        if not math.isfinite(x + y + z):
+            raise InputError(self.where, f"{tag}.{attribute}", value, "give three finite numbers")
         return (x, y, z)
 
     def record(self, tag: str, cls: type) -> Any:
@@ -105,7 +110,7 @@ class _Reader:
         if self.element.find("elastic_law") is None:
             return None
         angle, base, tip = (self.numbers("elastic_law", a) for a in _CHILDREN["elastic_law"])
-        return ElasticLaw(tuple(a / segment_length for a in angle), base, tip)
+        return ElasticLaw(tuple(a / (segment_length or 1.0) for a in angle), base, tip)
 
     def body(self) -> dict[str, Any]:
         values: dict[str, Any] = {"length": self.number("body", "length")}

@@ -8,6 +8,7 @@ from soft_gripper.finger import Finger
 from soft_gripper.finger_element import FingerElement
 
 DRAKE = "{http://drake.mit.edu}"
+ET.register_namespace("drake", DRAKE.strip("{}"))
 _COLOR = "0.93 0.55 0.36 1"
 
 

@@ -27,10 +27,11 @@ class ResponseCurve:
 
     def __post_init__(self) -> None:
         try:
-            columns = np.array(self.points, dtype=float).reshape(-1, 2)
+            columns = np.array(self.points, dtype=float)
         except ValueError:
             columns = np.empty((0, 2))
-        if len(columns) < 2 or not np.all(np.diff(columns, axis=0) > 0) or not np.isfinite(columns).all():
+        pairs = columns.shape[1:] == (2,) and len(columns) >= 2
+        if not pairs or not np.isfinite(columns).all() or not np.all(np.diff(columns, axis=0) > 0):
             expected = "give at least two finite [extension ratio, reading] pairs, both strictly increasing"
             raise InputError("sensor", "response", self.points, expected)
 

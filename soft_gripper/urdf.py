@@ -7,9 +7,7 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 from soft_gripper.finger import Finger
 from soft_gripper.finger_element import FingerElement, read_finger_element
-from soft_gripper.finger_links import DRAKE, finger_to_urdf
-
-ET.register_namespace("drake", DRAKE.strip("{}"))
+from soft_gripper.finger_links import finger_to_urdf
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,8 @@ def expand_urdf(path: Path, segments: int | None = None, only_name: str | None =
     for child in children:
         robot.extend(finger_to_urdf(next(expanded)) if child.tag == "finger" else [child])
     for mesh in robot.iter("mesh"):
-        mesh.set("filename", _absolute(path, mesh.get("filename", "")))
+        if filename := mesh.get("filename"):
+            mesh.set("filename", _absolute(path, filename))
     ET.indent(robot)
     text = '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
     return ExpandedUrdf(text, tuple(e.finger for e in elements))

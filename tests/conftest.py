@@ -1,0 +1,83 @@
+"""What the tests share: a finger, its sensors, and plants that pydrake alone loads."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from soft_gripper.models import DIRECTORY
+
+from soft_gripper.finger import Array, Finger
+from soft_gripper.finger_element import FingerElement
+from soft_gripper.finger_links import finger_to_urdf
+from soft_gripper.sensor_layout import SensorLayout
+from soft_gripper.urdf import expand_urdf
+
+LoadPlant = Callable[..., MultibodyPlant]
+
+
+@pytest.fixture(scope="session")
+def shipped_finger() -> Finger:
+    """The finger of models/grippers/finger.urdf."""
+    (finger,) = expand_urdf(DIRECTORY / "grippers/finger.urdf").fingers
+    return finger
+
+
+@pytest.fixture(scope="session")
+def tapered_finger(shipped_finger: Finger) -> Finger:
+    """A finger of another name, with few segments, of which every quantity changes along its length."""
+    tip = replace(
+        shipped_finger.base,
+        width=0.012,
+        thickness=0.011,
+        youngs_modulus=3e5,
+        density=900.0,
+        chamber_area=5e-5,
+        chamber_eccentricity=4e-3,
+    )
+    return replace(shipped_finger, name="tapered", tip=tip, segments=5)
+
+
+@pytest.fixture(params=[(1, False), (2, False), (4, False), (5, False), (3, True)], ids=str)
+def layout(request: pytest.FixtureRequest, shipped_finger: Finger) -> SensorLayout:
+    """Sensors on the shipped finger: (sections, one_sided)."""
+    return SensorLayout(shipped_finger, *request.param)
+
+
+@pytest.fixture(scope="session")
+def load_plant() -> LoadPlant:
+    """Loads URDF text with pydrake and nothing of ours; welds the link `base`, if named, to the world."""
+
+    def load(text: str, base: str = "", time_step: float = 0.0) -> MultibodyPlant:
+        plant = MultibodyPlant(time_step)
+        Parser(plant).AddModelsFromString(text, "urdf")
+        if base:
+            plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(base))
+        plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+        if time_step > 0:
+            plant.SetUseSampledOutputPorts(False)
+        plant.Finalize()
+        return plant
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def finger_plant(load_plant: LoadPlant) -> LoadPlant:
+    """A plant, without gravity, of one finger whose frame B is the world frame."""
+
+    def build(finger: Finger, time_step: float = 0.0) -> MultibodyPlant:
+        robot = ET.Element("robot", name="robot")
+        robot.extend(finger_to_urdf(FingerElement(finger, "world")))
+        return load_plant(ET.tostring(robot, encoding="unicode"), time_step=time_step)
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def bent() -> Callable[..., Array]:
+    """Random joint angles, `bent(*shape)`, rad: up to 0.4 either way, the same in every run."""
+    return lambda *shape: np.random.default_rng(1).uniform(-0.4, 0.4, shape)

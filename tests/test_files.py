@@ -1,0 +1,62 @@
+"""Files are written whole or not at all."""
+
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.files import whole_file, writable_folder
+
+
+def test_file_appears_when_the_block_ends(tmp_path):
+    path = tmp_path / "out.txt"
+    with whole_file(path) as partial:
+        partial.write_text("new")
+        assert not path.exists()
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def write_half(path, interruption):
+    with whole_file(path) as partial:
+        partial.write_text("half")
+        raise interruption
+
+
+@pytest.mark.parametrize("interruption", [ValueError, KeyboardInterrupt])
+def test_interrupted_writing_leaves_the_old_file_and_nothing_else(tmp_path, interruption):
+    path = tmp_path / "out.txt"
+    path.write_text("old")
+    with pytest.raises(interruption):
+        write_half(path, interruption)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("place", ["missing", "a_file"])
+def test_place_that_cannot_hold_a_file(tmp_path, place):
+    (tmp_path / "a_file").touch()
+    path = tmp_path / place / "out.txt"
+    with pytest.raises(InputError, match="cannot be written") as caught, whole_file(path) as partial:
+        partial.write_text("new")
+    assert repr(str(path)) in str(caught.value)
+
+
+def test_a_folder_in_the_place_of_the_file(tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    with pytest.raises(InputError, match="cannot be written"), whole_file(folder) as partial:
+        partial.write_text("new")
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_folder_is_made_with_its_parents_and_left_empty(tmp_path):
+    folder = writable_folder(tmp_path / "a/b")
+    assert folder == tmp_path / "a/b"
+    assert list(folder.iterdir()) == []
+    assert writable_folder(folder) == folder
+
+
+@pytest.mark.parametrize("inside", ["", "below"])
+def test_folder_in_the_place_of_a_file(tmp_path, inside):
+    (tmp_path / "a_file").touch()
+    with pytest.raises(InputError, match="cannot be written to"):
+        writable_folder(tmp_path / "a_file" / inside)

@@ -1,0 +1,127 @@
+"""SensorLayout: which joints a sensor covers, and readings -> arcs -> joints."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.kinematics import forward_kinematics, sensor_path
+from soft_gripper.response_curve import ResponseCurve
+from soft_gripper.sensor_layout import SensorLayout, arcs_from_readings, extension_ratios, joints_on_arcs
+
+CURVED = ResponseCurve(((0.7, -0.5), (0.95, -0.1), (1.2, 0.1), (1.4, 0.8)))
+
+
+def test_paths_lie_a_sensor_spacing_apart(shipped_finger):
+    two, one = SensorLayout(shipped_finger, 3), SensorLayout(shipped_finger, 3, one_sided=True)
+    assert (two.paths, two.readings, one.paths, one.readings) == (2, 6, 1, 3)
+    np.testing.assert_array_equal(two.offsets, [0.009, -0.009])
+    np.testing.assert_array_equal(one.offsets, [-0.018])
+
+
+@pytest.mark.parametrize("sections", range(1, 13))
+def test_each_joint_lies_inside_one_section(shipped_finger, sections):
+    layout = SensorLayout(shipped_finger, sections)
+    ends = np.concatenate([[0.0], np.cumsum(layout.rest_lengths)])
+    begin, end = ends[layout.joint_sections], ends[layout.joint_sections + 1]
+    s = shipped_finger.joint_arc_lengths
+    assert ends[-1] == pytest.approx(0.12, rel=1e-14)
+    assert np.all((begin < s) & (s < end))
+    np.testing.assert_allclose(begin + layout.joint_fractions * (end - begin), s, rtol=1e-13)
+    np.testing.assert_array_equal(np.bincount(layout.joint_sections), layout.joints_per_section)
+
+
+@pytest.mark.parametrize("sections", [0, 13])
+def test_impossible_sections(shipped_finger, sections):
+    with pytest.raises(InputError, match=f"finger 'finger': sections = {sections}: give 1 to 12"):
+        SensorLayout(shipped_finger, sections)
+
+
+def test_ratios_are_those_of_the_sensor_paths(layout, bent):
+    q = bent(12)
+    chain = forward_kinematics(q, layout.finger.segment_length)
+    expected = []
+    for offset in layout.offsets:
+        steps = np.abs(np.diff(sensor_path(chain, offset)))
+        ends = 2 * layout.section_ends
+        expected += [steps[a:b].sum() / (0.01 * (b - a) / 2) for a, b in pairwise(ends)]
+    np.testing.assert_allclose(extension_ratios(layout, q), expected, rtol=1e-13)
+
+
+def test_a_straight_finger_reads_nothing_and_is_found_straight(layout):
+    ratios = extension_ratios(layout, np.zeros(12))
+    np.testing.assert_allclose(ratios, 1, rtol=1e-15)
+    arcs = arcs_from_readings(layout, np.zeros(layout.readings))
+    np.testing.assert_array_equal(arcs.theta, 0)
+    joints = joints_on_arcs(layout, arcs)
+    np.testing.assert_allclose(joints, layout.finger.joint_arc_lengths, rtol=1e-14)
+
+
+@pytest.mark.parametrize("bend", [-3.0, 1.0, 4.0])
+def test_the_readings_of_a_circle_give_the_circle(layout, bend):
+    """Paths beside a circle are circles: their ratios are 1 - offset * curvature."""
+    curvature = bend / 0.12
+    ratios = np.repeat(1 - layout.offsets * curvature, layout.sections)
+    arcs = arcs_from_readings(layout, layout.response.reading(ratios))
+    s = layout.finger.joint_arc_lengths
+    circle = (np.sin(curvature * s) + 1j * (1 - np.cos(curvature * s))) / curvature
+    np.testing.assert_allclose(joints_on_arcs(layout, arcs), circle, atol=1e-15)
+    np.testing.assert_allclose(arcs.kappa, curvature, rtol=1e-12)
+
+
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_estimate_of_a_chain_converges_with_the_square_of_the_segment(shipped_finger, one_sided):
+    bend, errors = 2.0, []
+    for segments in (12, 24, 48):
+        layout = SensorLayout(replace(shipped_finger, segments=segments), 4, one_sided)
+        q = np.full(segments, bend / segments)
+        arcs = arcs_from_readings(layout, extension_ratios(layout, q) - 1)
+        joints = forward_kinematics(q, layout.finger.segment_length).joints
+        errors.append((abs(arcs.tip_heading - bend), np.abs(joints_on_arcs(layout, arcs) - joints).max()))
+    order = np.log2(np.divide(errors[:-1], errors[1:]))
+    np.testing.assert_allclose(order, 2, atol=0.1)
+
+
+def test_response_curve_in_the_loop_changes_nothing(layout):
+    q = np.linspace(-0.2, 0.35, 5)[:, None] * np.ones(12)
+    curved = replace(layout, response=CURVED)
+    ratios = extension_ratios(layout, q)
+    assert ratios.min() < 0.95
+    assert ratios.max() > 1.2
+    linear = arcs_from_readings(layout, layout.response.reading(ratios))
+    found = arcs_from_readings(curved, CURVED.reading(ratios))
+    np.testing.assert_allclose(found.theta, linear.theta, atol=1e-12)
+    np.testing.assert_allclose(found.end, linear.end, atol=1e-14)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_bad_reading_spoils_its_section_and_all_beyond(layout, bent, bad):
+    readings = layout.response.reading(extension_ratios(layout, bent(12)))
+    good = joints_on_arcs(layout, arcs_from_readings(layout, readings))
+    for i in range(layout.readings):
+        spoiled = readings.copy()
+        spoiled[i] = bad
+        arcs = arcs_from_readings(layout, spoiled)
+        joints = joints_on_arcs(layout, arcs)
+        expected = np.where(layout.joint_sections < i % layout.sections, good, np.nan)
+        np.testing.assert_array_equal(joints, expected)
+        np.testing.assert_array_equal(np.isnan(arcs.theta), np.arange(layout.sections) == i % layout.sections)
+
+
+def test_torque_interpolation_is_exact_for_a_load_at_the_tip(layout):
+    lever = layout.finger.length - layout.finger.joint_arc_lengths
+    means = [lever[layout.joint_sections == i].mean() for i in range(layout.sections)]
+    np.testing.assert_allclose(layout.torque_interpolation @ means, lever, rtol=1e-12)
+
+
+def test_batch_is_the_loop(layout, bent):
+    q = bent(2, 3, 12)
+    ratios = extension_ratios(layout, q)
+    joints = joints_on_arcs(layout, arcs_from_readings(layout, ratios - 1))
+    for index in np.ndindex(2, 3):
+        single = extension_ratios(layout, q[index])
+        np.testing.assert_array_equal(ratios[index], single)
+        alone = joints_on_arcs(layout, arcs_from_readings(layout, single - 1))
+        np.testing.assert_array_equal(joints[index], alone)
