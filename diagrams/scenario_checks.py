@@ -96,7 +96,7 @@ def _check_models(where: Path | str, scenario: Scenario) -> None:
         _require(bool(model.name), where, f"models[{i}].name", model.name, "give every model a name")
         _require(model.name not in _TAKEN, where, f"models[{i}].name", model.name, "is the name of a block")
         translation = model.X_PC.translation
-        finite = isinstance(translation, np.ndarray) and len(translation) == 3 and np.isfinite(translation).all()
+        finite = isinstance(translation, np.ndarray) and len(translation) == 3 and bool(np.isfinite(translation).all())
         _require(finite, where, f"models[{i}].X_PC.translation", translation, "give three finite numbers, m")
         _require(names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once")
         _require(bool(model.file), where, f"models[{i}].file", model.file, "give a package:// URI or a path")

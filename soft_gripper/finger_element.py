@@ -58,7 +58,7 @@ class _Reader:
             raise InputError(file, "finger.name", name, "give every <finger> a name")
         self.name, self.where, self.element = name, f"{file}: finger '{name}'", element
         _check_names(self.where, "attribute", list(element.keys()), ["name"])
-        children = [child for child in element if child.tag is not ET.Comment]
+        children = [child for child in element if isinstance(child.tag, str)]  # comments have none
         _check_names(self.where, "element", [child.tag for child in children], list(_CHILDREN))
         for tag in _REQUIRED:
             if element.find(tag) is None:
