@@ -9,18 +9,35 @@ from multiprocessing.queues import Queue
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario_file import load_scenario
+from soft_gripper.diagrams.sensing import sensor_layout
+from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.claims import Claim, claims
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.figures import contact_figure, free_bending_figure, save_figure
 from soft_gripper.evaluation.force_figure import force_figure
 from soft_gripper.evaluation.force_table import ForceRow
 from soft_gripper.evaluation.pose_table import PoseRow
+from soft_gripper.evaluation.report import write_report
 from soft_gripper.evaluation.scenario_run import is_finished, run_scenario
+from soft_gripper.pictures.scenes_figure import scenes_figure
+from soft_gripper.pictures.shape_figure import shape_figure
 
 FREE = "free_bending"
 CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
 SCENARIOS = (FREE, *CONTACT)
+CAPTIONS = {
+    "fig8_scenarios": "The scenarios as they begin and at their largest pressure (the paper's Fig. 8), the fingers"
+    " coloured by the external torque at their joints.",
+    "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
+    "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle.",
+    "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure.",
+    "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure.",
+    "force_estimate": "External torque along the first finger at the last step, and its mean error against pressure.",
+}
 Advance = Callable[[float], Any]
 _times: "Queue[float]"  # of a worker: where it reports the simulated time that it has added
 
@@ -87,14 +104,28 @@ def _work(name: str, folder: Path) -> None:
 
 
 def summarize(out: Path) -> Evaluation:
-    """Writes metrics.csv, forces.csv and the figures from the finished scenarios in `out`."""
+    """Writes the tables, the figures and the report from the finished scenarios in `out`."""
     poses = [row for name in SCENARIOS for row in read_csv(out / name / "metrics.csv", PoseRow)]
     forces = [row for name in SCENARIOS for row in read_csv(out / name / "forces.csv", ForceRow)]
+    found = claims(poses, forces)
     write_csv(out / "metrics.csv", poses)
     write_csv(out / "forces.csv", forces)
-    free = [row for row in poses if row.scenario == FREE]
-    save_figure(free_bending_figure(free), out / "fig5_free_bending")
-    save_figure(contact_figure(poses, CONTACT, "pose_error_mm"), out / "fig6_pose_error")
-    save_figure(contact_figure(poses, CONTACT, "tip_error_mm"), out / "fig7_fingertip_error")
-    save_figure(force_figure(forces, CONTACT), out / "force_estimate")
-    return Evaluation(poses, forces, claims(poses, forces))
+    for name, figure in _figures(out, poses, forces).items():
+        save_figure(figure, out / name)
+    write_report(out, SCENARIOS, poses, found, CAPTIONS)
+    return Evaluation(poses, forces, found)
+
+
+def _figures(out: Path, poses: list[PoseRow], forces: list[ForceRow]) -> dict[str, Figure]:
+    """All figures, by the names of `CAPTIONS`."""
+    runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
+    scenario, recording = runs["obstructed_inside"]
+    layout = sensor_layout(scenario, make_station(scenario).fingers[0])
+    return {
+        "fig4_shape": shape_figure(layout, recording, scenario.duration),
+        "fig5_free_bending": free_bending_figure([row for row in poses if row.scenario == FREE]),
+        "fig6_pose_error": contact_figure(poses, CONTACT, "pose_error_mm"),
+        "fig7_fingertip_error": contact_figure(poses, CONTACT, "tip_error_mm"),
+        "fig8_scenarios": scenes_figure(runs),
+        "force_estimate": force_figure(forces, CONTACT),
+    }

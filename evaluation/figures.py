@@ -8,8 +8,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from soft_gripper.evaluation.pose_table import PoseRow
 
+from soft_gripper.evaluation.pose_table import PoseRow
 from soft_gripper.files import whole_file
 
 STYLE: dict[Any, Any] = {

@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
 from soft_gripper.evaluation.figures import STYLE, look
 from soft_gripper.evaluation.force_table import ForceRow
 

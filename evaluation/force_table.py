@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from soft_gripper.diagrams.pressure_steps import pressure_steps
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.sensing import bending_plane_gravity, sensor_layout
 from soft_gripper.diagrams.station import Station
 from soft_gripper.evaluation.held_steps import held_samples
-
 from soft_gripper.external_torque import external_torque
 from soft_gripper.sensor_layout import arcs_from_readings, extension_ratios
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import xarray as xr
-from soft_gripper.diagrams.scenario import Scenario
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.scenario import Scenario
 
 
 def held_samples(scenario: Scenario, signal: xr.DataArray) -> Array:

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.pressure_steps import pressure_steps
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.sensing import sensor_layout
 from soft_gripper.diagrams.station import Station
 from soft_gripper.evaluation.held_steps import held_samples
-
-from soft_gripper.arrays import Array
 from soft_gripper.kinematics import forward_kinematics
 from soft_gripper.metrics import fingertip_error, pose_error
 from soft_gripper.sensor_layout import SensorLayout, arcs_from_readings, extension_ratios, joints_on_arcs

@@ -3,16 +3,21 @@
 import shutil
 from pathlib import Path
 
+from PIL import Image
 from pydrake.geometry import Meshcat
+
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.force_table import force_table
 from soft_gripper.evaluation.pose_table import pose_table
-
-from soft_gripper.errors import InputError
+from soft_gripper.pictures.rendering import SceneRenderer
+from soft_gripper.pictures.scenes_figure import largest_pressure
+from soft_gripper.pictures.torque_bar import torque_limit
 
 SECTIONS = (1, 2, 3, 4)
 
@@ -20,7 +25,7 @@ SECTIONS = (1, 2, 3, 4)
 def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> None:
     """Fills `folder` with all files of a scenario; the folder appears when it is whole, or not at all.
 
-    Files: scenario.yaml, recording.nc, metrics.csv, forces.csv and replay.html.
+    Files: scenario.yaml, recording.nc, metrics.csv, forces.csv, scene.png and replay.html.
     """
     scenario = load_scenario(name)
     partial = folder.with_name(f".partial-{folder.name}")
@@ -31,12 +36,21 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
     _require_equal_sections(station)
     recording = run_station(station, meshcat, progress)
     recording.save(partial / "recording.nc")
+    _picture(scenario, recording).save(partial / "scene.png")
     write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS))
     write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
     (partial / "replay.html").write_text(meshcat.StaticHtml(), encoding="utf-8")
     (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
     shutil.rmtree(folder, ignore_errors=True)
     partial.rename(folder)
+
+
+def _picture(scenario: Scenario, recording: Recording) -> Image.Image:
+    """The scene at its largest pressure, the fingers coloured by what they feel."""
+    torques = [s.values for name, s in recording.data.items() if str(name).endswith(".true_external_torque")]
+    renderer = SceneRenderer(scenario, recording, height=900, width=1200, torque_limit=torque_limit(torques))
+    time, _ = largest_pressure(scenario)
+    return Image.fromarray(renderer.render(time))
 
 
 def is_finished(folder: Path, scenario: Scenario) -> bool:

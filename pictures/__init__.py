@@ -1,0 +1,1 @@
+"""Pictures of recordings: renderings, the shape of a finger, videos. None needs a display."""

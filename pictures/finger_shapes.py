@@ -1,0 +1,78 @@
+"""A finger in its bending plane, drawn in mm: its rigid segments, its estimated arcs, its base."""
+
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import BoxStyle, FancyBboxPatch, Polygon, Rectangle
+from matplotlib.transforms import Affine2D
+
+from soft_gripper.arcs import Arcs, points_on_arcs
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.finger import Finger
+from soft_gripper.kinematics import Chain, as_points
+from soft_gripper.sensor_layout import SensorLayout
+
+SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
+RADIUS_TEXT = 6e-3  # m, from the side of the finger to where the radius is written
+_EDGE = "0.35"
+
+
+def in_mm(planar: Planar) -> Array:
+    """(x, z) in mm, (..., 2), of points in m."""
+    return 1e3 * as_points(planar)
+
+
+def draw_base(axes: Axes, finger: Finger) -> None:
+    """What the finger is mounted on, as a dark block."""
+    width, depth = 1.8e3 * finger.base.thickness, 0.6e3 * finger.base.thickness
+    axes.add_patch(Rectangle((-width / 2, -depth), width, depth, color="#474f5c"))
+
+
+def draw_segments(axes: Axes, finger: Finger, chain: Chain, colors: Array) -> None:
+    """The segments as rounded rectangles of `colors`, (N, 3)."""
+    thickness = 1e3 * finger.interpolate("thickness", finger.joint_arc_lengths)
+    length = 1e3 * finger.segment_length
+    style = BoxStyle.Round(pad=0, rounding_size=0.2 * length)
+    for (begin, end), width, rgb in zip(pairwise(chain.segment_ends), thickness, colors, strict=True):
+        corner = (-width / 2, -length / 2)
+        segment = FancyBboxPatch(corner, width, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6)
+        place = Affine2D().rotate(-np.angle(end - begin)).translate(*in_mm(np.array((begin + end) / 2)))
+        segment.set_transform(place + axes.transData)
+        axes.add_patch(segment)
+
+
+def draw_tube(axes: Axes, layout: SensorLayout, arcs: Arcs, colors: Array) -> None:
+    """The finger as the arcs bend it: a piece of `colors`, (N, 3), for every segment, and a line round every section."""
+    in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
+    for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
+        ends = np.array([i, i + 1]) / layout.joints_per_section[section]
+        piece = _outline(layout, arcs, section, *ends)
+        axes.add_patch(Polygon(piece, facecolor=rgb, edgecolor=rgb, lw=0.6))
+    for section in range(layout.sections):
+        axes.add_patch(Polygon(_outline(layout, arcs, section), fill=False, edgecolor=_EDGE, lw=0.8))
+
+
+def _outline(layout: SensorLayout, arcs: Arcs, section: int, begin: float = 0.0, end: float = 1.0) -> Array:
+    """Round the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
+    fraction = np.linspace(begin, end, 17)
+    s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
+    normal = 1j * np.exp(1j * (arcs.heading[section] + fraction * arcs.theta[section]))
+    half = layout.finger.interpolate("thickness", s) / 2 * normal
+    middle = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
+    return in_mm(np.concatenate([middle + half, (middle - half)[::-1]]))
+
+
+def draw_arcs(axes: Axes, layout: SensorLayout, arcs: Arcs) -> None:
+    """The arcs with their centres, and with the radii to both of their ends, in mm."""
+    for section, (start, center, end) in enumerate(zip(arcs.start, arcs.centers, arcs.end, strict=True)):
+        look = {"color": SECTION_COLORS[section % len(SECTION_COLORS)]}
+        fraction = np.linspace(0, 1, 31)
+        curve = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
+        axes.plot(*in_mm(curve).T, lw=2.4, solid_capstyle="butt", **look)
+        axes.plot(*in_mm(np.array([start, center, end])).T, lw=0.7, ls=(0, (4, 2)), **look)
+        axes.plot(*in_mm(np.array([center])).T, "+", ms=7, **look)
+        outward = (curve[15] - center) / abs(curve[15] - center)
+        place = curve[15] + outward * (layout.finger.base.thickness / 2 + RADIUS_TEXT)
+        text = f"{1e3 * abs(curve[15] - center):.0f}" if np.isfinite(center) else ""
+        axes.text(*in_mm(np.array(place)), text, ha="center", va="center", fontsize="small", **look)

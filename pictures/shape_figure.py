@@ -1,0 +1,92 @@
+"""Fig. 4 of the paper: the shape of one finger, simulated and estimated, in its bending plane."""
+
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from soft_gripper.arcs import Arcs
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.estimate_shapes import arcs_of_table
+from soft_gripper.diagrams.torque_colors import add_torque_bar, color
+from soft_gripper.kinematics import Chain, Planar, as_planar, forward_kinematics
+from soft_gripper.pictures.finger_shapes import draw_arcs, draw_base, draw_segments, draw_tube, in_mm
+from soft_gripper.pictures.torque_scale import scale_limit
+from soft_gripper.sensor_layout import SensorLayout
+
+STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
+WIDTH = 8.4  # inches
+
+
+class Shape(NamedTuple):
+    """What a recording says about one finger at one time, in B."""
+
+    chain: Chain  # the truth
+    arcs: Arcs
+    joints: Planar  # (N) m, estimated
+    torque: Array  # (N) N m, estimated
+    true_torque: Array  # (N) N m
+    pose_error: float  # m
+
+
+def read_shape(layout: SensorLayout, recording: Recording, time: float) -> Shape:
+    """The shape of the finger of `layout`, which was recorded with these sensors, at a time, s."""
+    name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
+    signals = {kind.removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
+    return Shape(
+        forward_kinematics(signals["sampled_joint_angles"], layout.finger.segment_length),
+        arcs_of_table(signals["arcs"]),
+        as_planar(signals["joint_positions"]),
+        signals["external_torque"],
+        signals["true_external_torque"],
+        float(signals["pose_error"].item()),
+    )
+
+
+def shape_figure(layout: SensorLayout, recording: Recording, time: float) -> Figure:
+    """Three panels at a time, s: the simulation, the estimated arcs over the true joints, the estimate.
+
+    Drawn in frame B, mm, with the base at the top. Segments and arcs have the colours of the true and of
+    the estimated external torque, on one scale; the numbers at the arcs are their radii.
+    """
+    finger, shape = layout.finger, read_shape(layout, recording, time)
+    limit = scale_limit(shape.torque, shape.true_torque)
+    x_limits, z_limits = _limits(layout, shape)
+    scale = (WIDTH - 2.2) / sum(np.ptp(limits) for limits in x_limits)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, np.clip(1.3 + scale * np.ptp(z_limits), 3.2, 4.2)), layout="compressed")
+        panels = figure.subplots(1, 3, sharey=True, width_ratios=[np.ptp(limits) for limits in x_limits])
+        draw_segments(panels[0], finger, shape.chain, color(shape.true_torque, limit))
+        draw_segments(panels[1], finger, shape.chain, np.full((finger.segments, 3), 0.94))
+        draw_arcs(panels[1], layout, shape.arcs)
+        _draw_joints(panels[1], shape)
+        draw_tube(panels[2], layout, shape.arcs, color(shape.torque, limit))
+        for axes, limits, title in zip(panels, x_limits, TITLES, strict=True):
+            draw_base(axes, finger)
+            axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
+        panels[0].set_ylabel("z [mm]")
+        add_torque_bar(figure, limit, ax=panels, aspect=30)
+        figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
+    return figure
+
+
+def _limits(layout: SensorLayout, shape: Shape) -> tuple[list[Array], Array]:
+    """Of x in the three panels and of z, mm; the centres of arcs are shown if they lie near."""
+    x, z = in_mm(shape.chain.segment_ends).T
+    free = 1e3 * layout.finger.base.thickness
+    finger = np.array([min(x) - free, max(x) + free])
+    centers = in_mm(shape.arcs.centers)[:, 0]
+    near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
+    with_centers = np.array([min([finger[0] - free, *(near - 5)]), max([finger[1] + free, *(near + 5)])])
+    return [finger, with_centers, finger], np.array([max(z) + free, -0.7 * free])
+
+
+def _draw_joints(axes: Axes, shape: Shape) -> None:
+    estimated = f"estimated joints (mean error {1e3 * shape.pose_error:.2f} mm)"
+    axes.plot(*in_mm(shape.chain.joints).T, "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
+    axes.plot(*in_mm(shape.joints).T, ".", ms=4, color="black", label=estimated)
+    axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the centres of the arcs")
