@@ -5,10 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, MatrixGain
 from soft_gripper.diagrams.plant import PlantFinger
-from soft_gripper.diagrams.pressure_steps import pressure_source
 from soft_gripper.diagrams.scenario import Scenario
 
 from soft_gripper.elastic_law import ElasticLawTorque
@@ -23,20 +22,23 @@ def add_drive(
     plant: MultibodyPlant,
     fingers: list[PlantFinger],
     joint_angles: Mapping[str, OutputPort],
-) -> Ports:
-    """Adds `{model}.pressure_drive` for every model with fingers; returns the signals."""
+) -> tuple[dict[str, InputPort], Ports]:
+    """Adds `{model}.pressure_drive` for every model with fingers.
+
+    Returns:
+        where the command of every finger goes in, and the signal of the pressure in every finger.
+    """
+    commands: dict[str, InputPort] = {}
     signals: Ports = {}
     for model in dict.fromkeys(finger.model for finger in fingers):
         driven = [finger for finger in fingers if finger.model == model]
         drive = _add_pressure_drive(builder, scenario, plant, driven)
         for name in (finger.name for finger in driven):
-            source = builder.AddNamedSystem(f"{name}.pressure_steps", pressure_source(scenario, name))
-            builder.Connect(source.get_output_port(), drive.GetInputPort(f"{name}.pressure_command"))
-            signals[f"{name}.pressure_command"] = source.get_output_port()
+            commands[name] = drive.GetInputPort(f"{name}.pressure_command")
             signals[f"{name}.pressure"] = drive.GetOutputPort(f"{name}.pressure")
         elastic = [_add_elastic_law(builder, plant, f, joint_angles[f.name]) for f in driven if f.finger.elastic_law]
         _actuate(builder, plant, model, [drive.GetOutputPort("actuation"), *elastic])
-    return signals
+    return commands, signals
 
 
 def _add_pressure_drive(

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pydrake.systems.framework import Context
 from soft_gripper.diagrams.sensing import sensor_layout
-from soft_gripper.diagrams.signals import CONTACT_FORCE, FINGER_SIGNALS, LABELS, PLANT_STATE, Signal
+from soft_gripper.diagrams.signals import CONTACT_FORCE, FINGER_SIGNALS, GRIP_SIGNALS, LABELS, PLANT_STATE, Signal
 from soft_gripper.diagrams.station import Station
 
 from soft_gripper.files import whole_file
@@ -90,6 +90,8 @@ def describe(station: Station, name: str) -> tuple[Signal, dict[str, Any]]:
         }
         axes = [joint if axis == "joint" else axis for axis in signal.axes]
         return signal, {axis: (LABELS | own)[axis] for axis in axes}
+    if owner == "grip":
+        return GRIP_SIGNALS[kind], {}
     if name == "plant.state":
         return PLANT_STATE, {"state": station.plant.GetStateNames()}
     return CONTACT_FORCE, {"wrench": LABELS["wrench"]}

@@ -6,6 +6,8 @@ from pydrake.common.schema import Transform
 from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 
+from soft_gripper.pid_controller import PidGains
+
 
 @dataclass
 class MeshConfig:
@@ -44,6 +46,15 @@ class PressureConfig:
 
 
 @dataclass
+class ControlConfig:
+    """Closed loop in the place of pressure steps: the distance between the tips of two fingers is held."""
+
+    set_points: list[float] = field(default_factory=list)  # m, one after the other; empty: open loop
+    hold: float = 4.0  # s at every set point
+    gains: PidGains = field(default_factory=PidGains)  # from the distance, m, to the pressure, Pa
+
+
+@dataclass
 class SensorConfig:
     """The strain sensors of every finger."""
 
@@ -72,18 +83,23 @@ class Scenario:
     models: list[ModelConfig] = field(default_factory=list)
     gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, -9.81])  # m/s^2, in the world
     pressure: PressureConfig = field(default_factory=PressureConfig)
+    control: ControlConfig = field(default_factory=ControlConfig)
     sensor: SensorConfig = field(default_factory=SensorConfig)
     plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config)
     simulator_config: SimulatorConfig = field(default_factory=default_simulator_config)
 
     @property
     def steps(self) -> int:
-        """Number of pressure steps."""
+        """Number of steps, of pressure or, in closed loop, of the set point."""
+        if self.control.set_points:
+            return len(self.control.set_points)
         return max(len(steps) for steps in self.pressure.steps.values())
 
     @property
     def step_duration(self) -> float:
-        """Time from one pressure step to the next, s."""
+        """Time from one step to the next, s."""
+        if self.control.set_points:
+            return self.control.hold
         return self.pressure.settle + self.pressure.hold_samples * self.sensor.period
 
     @property

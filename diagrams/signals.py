@@ -39,6 +39,8 @@ FINGER_SIGNALS = {
     "true_external_torque": Signal("N m", ("joint",)),
     "external_torque_error": Signal("N m", ("joint",)),
 }
+# Of the closed loop, named grip.{signal}.
+GRIP_SIGNALS = {"set_point": Signal("m"), "distance": Signal("m")}
 PLANT_STATE = Signal("m, rad; m/s, rad/s", ("state",))
 # Of every free object, named {object}.contact_force: torque and force on it, in the world.
 CONTACT_FORCE = Signal("N m, N", ("wrench",))

@@ -6,8 +6,10 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from soft_gripper.diagrams.drive import add_drive
+from soft_gripper.diagrams.grip_control import add_grip_control
 from soft_gripper.diagrams.overlap_check import check_starts_apart
 from soft_gripper.diagrams.plant import PlantFinger, add_plant
+from soft_gripper.diagrams.pressure_steps import add_pressure_steps
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.sensing import add_joint_angles, add_sensing, plant_signals
 from soft_gripper.diagrams.signal_logs import SignalLogs
@@ -35,10 +37,14 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     builder = DiagramBuilder()
     plant, scene_graph, fingers = add_plant(builder, scenario)
     angles = {finger.name: add_joint_angles(builder, plant, finger) for finger in fingers}
-    signals = add_drive(builder, scenario, plant, fingers, angles)
+    commands, signals = add_drive(builder, scenario, plant, fingers, angles)
     for finger in fingers:
         pressure = signals[f"{finger.name}.pressure"]
         signals |= add_sensing(builder, scenario, plant, finger, angles[finger.name], pressure)
+    if scenario.control.set_points:
+        signals |= add_grip_control(builder, scenario, fingers, commands, signals)
+    else:
+        signals |= add_pressure_steps(builder, scenario, commands)
     signals |= plant_signals(plant, scenario)
     if meshcat is not None:
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1 / 20))

@@ -1,0 +1,65 @@
+"""How well a closed loop follows the steps of its set point."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station import Station
+from soft_gripper.fingertip_distance import fingertip_distance
+from soft_gripper.kinematics import as_points, forward_kinematics
+
+BAND = 0.02  # of the step, within which the distance has settled
+STEADY = 0.5  # s at the end of a step, over which the steady error is averaged
+
+
+@dataclass(frozen=True)
+class StepRow:
+    """One step of the distance between the fingertips; overshoot and settling of the estimated distance."""
+
+    step: int
+    from_mm: float
+    to_mm: float
+    overshoot_percent: float
+    settling_s: float
+    steady_error_estimated_mm: float
+    steady_error_true_mm: float
+
+
+def step_table(station: Station, recording: Recording) -> list[StepRow]:
+    """A row for every set point of the scenario's closed loop."""
+    time = recording.data["time"].values
+    estimated, true = recording["grip.distance"].values, true_distance(station, recording)
+    hold = station.scenario.control.hold
+    rows = []
+    begin = float(estimated[0])
+    for step, end in enumerate(station.scenario.control.set_points):
+        during = (time > step * hold + 1e-9) & (time <= (step + 1) * hold + 1e-9)
+        since = time[during] - step * hold
+        last = since > hold - STEADY
+        distance = estimated[during]
+        steady = (float((signal[during][last] - end).mean()) * 1e3 for signal in (estimated, true))
+        overshoot, settling = _follow(since, distance, begin, end)
+        rows.append(StepRow(step, 1e3 * begin, 1e3 * end, overshoot, settling, *steady))
+        begin = float(distance[-1])
+    return rows
+
+
+def _follow(since: Array, distance: Array, begin: float, end: float) -> tuple[float, float]:
+    """Overshoot, percent of the step, and the time, s, after which the distance stays within the band."""
+    size = end - begin
+    overshoot = max(0.0, float(((distance - end) / size).max())) * 100
+    outside = np.flatnonzero(np.abs(distance - end) > BAND * abs(size))
+    settling = 0.0 if len(outside) == 0 else float(since[min(outside[-1] + 1, len(since) - 1)])
+    return overshoot, settling
+
+
+def true_distance(station: Station, recording: Recording) -> Array:
+    """True distance between the fingertips at every sample, m."""
+    first, second = station.fingers
+    poses = []
+    for finger in (first, second):
+        q = recording[f"{finger.name}.sampled_joint_angles"].values
+        poses.append(as_points(forward_kinematics(q, finger.finger.segment_length).tip))
+    return fingertip_distance(*poses, first.X_WB.inverse() @ second.X_WB)

@@ -1,0 +1,84 @@
+"""SampledPidController: a PID for sampled signals, with limits."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from soft_gripper.arrays import Array
+
+
+@dataclass
+class PidGains:
+    """Gains from a measurement in units [y] to an output in units [u]; negative where the output acts in reverse."""
+
+    kp: float = 0.0  # [u]/[y]
+    ki: float = 0.0  # [u]/([y] s)
+    kd: float = 0.0  # [u] s/[y], on the measurement
+    derivative_filter: float = 0.05  # s, time constant of the low-pass filter of the derivative
+    tracking_time: float = 0.1  # s, in which back-calculation unwinds the integral at a limit
+
+
+class SampledPidController(LeafSystem):
+    """PID with output limits, back-calculation, and a filtered derivative on the measurement.
+
+    set_point (1) ----> +----------------------+
+                        | SampledPidController | ---> output  (1), within the limits
+    measurement (1) --> +----------------------+
+
+    With e the set point less the measurement y, at every sample of period T:
+
+        d = (derivative_filter d' + kd (y - y')) / (derivative_filter + T)      ' marks the sample before
+        v = kp e + I - d
+        u = v within the limits
+        I <- I + T (ki e + (u - v) / tracking_time)
+
+    Give it a measurement that is sampled with the same period: the output follows its inputs at once, so that
+    the loop gains no delay, and only the memory is sampled. The start is bumpless: I begins so that the
+    first output is `initial_output`. While an input is not finite the output is held, and so is the memory.
+    """
+
+    def __init__(
+        self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0
+    ):
+        """Limits and `initial_output` in units of the output; `period` of the samples in s."""
+        super().__init__()
+        self._gains, self._period, self._limits = gains, period, (minimum, maximum)
+        self._initial_output = initial_output
+        self._set_point = self.DeclareVectorInputPort("set_point", 1)
+        self._measurement = self.DeclareVectorInputPort("measurement", 1)
+        self._memory = self.DeclareDiscreteState([0.0, 0.0, 0.0, initial_output])  # I, d, y, u
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
+        self.DeclareVectorOutputPort("output", 1, self._calc_output)
+
+    def _begin(self, context: Context, values: DiscreteValues) -> None:
+        measurement, error = self._read(context)
+        integral = self._initial_output - self._gains.kp * error
+        if np.isfinite(integral):
+            values.set_value([integral, 0.0, measurement, self._initial_output])
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        values.set_value(self._step(context))
+
+    def _calc_output(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([self._step(context)[3]])
+
+    def _read(self, context: Context) -> tuple[float, float]:
+        measurement = float(self._measurement.Eval(context)[0])
+        return measurement, float(self._set_point.Eval(context)[0]) - measurement
+
+    def _step(self, context: Context) -> Array:
+        """The memory after a sample of the present inputs: I, d, y, u."""
+        memory = context.get_discrete_state_vector().value()
+        integral, derivative, last, _ = memory
+        measurement, error = self._read(context)
+        if not np.isfinite(error):
+            return memory
+        gains, period = self._gains, self._period
+        smoothing = gains.derivative_filter + period
+        derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
+        wanted = gains.kp * error + integral - derivative
+        given = min(max(wanted, self._limits[0]), self._limits[1])
+        integral += period * (gains.ki * error + (given - wanted) / gains.tracking_time)
+        return np.array([integral, derivative, measurement, given])
