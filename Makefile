@@ -13,7 +13,7 @@ evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
 
 test: $(READY)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadscope
 	@$(MAKE) --no-print-directory test-newer
 
 test-newer:
@@ -22,11 +22,11 @@ ifeq ($(NEWER),)
 else
 	$(NEWER) -m venv .venv-newer
 	.venv-newer/bin/python -m pip install -q -c constraints.txt -e .[dev]
-	.venv-newer/bin/python -m pytest -n 2
+	.venv-newer/bin/python -m pytest -n 2 --dist loadscope
 endif
 
 check: lint types
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadscope
 
 lint: $(READY)
 	$(BIN)/ruff format --check .

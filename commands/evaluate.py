@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm
+
 from soft_gripper.commands.options import Subparsers
 from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.scenario_file import load_scenario
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.claims import Claim
 from soft_gripper.evaluation.evaluate import SCENARIOS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.pose_table import PoseRow
 from soft_gripper.evaluation.scenario_run import SECTIONS
-from tqdm import tqdm
-
-from soft_gripper.errors import InputError
 from soft_gripper.files import writable_folder
 
 

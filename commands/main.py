@@ -5,7 +5,6 @@ import sys
 from collections.abc import Sequence
 
 from soft_gripper.commands import evaluate, expand, list_scenarios, run, show
-
 from soft_gripper.errors import InputError, SimulationDivergedError
 
 COMMANDS = (run, evaluate, list_scenarios, show, expand)

@@ -7,6 +7,7 @@ from PIL import Image
 from pydrake.geometry import Meshcat
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import Progress, run_station
@@ -39,7 +40,7 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
     _picture(scenario, recording).save(partial / "scene.png")
     write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS))
     write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
-    (partial / "replay.html").write_text(meshcat.StaticHtml(), encoding="utf-8")
+    write_replay(meshcat, partial / "replay.html")
     (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
     shutil.rmtree(folder, ignore_errors=True)
     partial.rename(folder)

@@ -19,6 +19,4 @@ def make_studio() -> RenderEngine:
         for position, intensity in LAMPS
     ]
     shading = SsaoParameter(radius=0.04, bias=0.006, sample_count=16, blur=True)
-    return MakeRenderEngineVtk(
-        RenderEngineVtkParams(default_clear_color=[1.0, 1.0, 1.0], lights=lamps, ssao=shading)
-    )
+    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=[1.0, 1.0, 1.0], lights=lamps, ssao=shading))

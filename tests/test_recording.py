@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 from finger_plants import free_bending
 from scipy.io import netcdf_file
+
+from soft_gripper.arc_pose_estimator import to_world
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.sensing import sensor_layout
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-
-from soft_gripper.arc_pose_estimator import to_world
 from soft_gripper.external_torque import external_torque, free_bending_angles
 from soft_gripper.kinematics import as_points, forward_kinematics
 from soft_gripper.metrics import fingertip_error, pose_error

@@ -3,6 +3,7 @@
 import pytest
 import xarray as xr
 from finger_plants import free_bending
+
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import run_station, simulate, solver_config
 from soft_gripper.diagrams.station import make_station
