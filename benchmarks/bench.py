@@ -29,7 +29,7 @@ from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import Station, make_station
 
 # Scenario, and how many times faster than real time it runs at least.
-SPEED_BARS = (("free_bending", 15.0),)
+SPEED_BARS = (("free_bending", 15.0), ("box_grasp", 8.0), ("irregular_grasp", 5.0))
 BLOCKS_SCENARIO = ("free_bending", ["pressure.steps.all=[60.0e3, 150.0e3, -30.0e3, 90.0e3]"])
 BLOCKS_BAR = 0.5  # ms a sample at most, all blocks of both fingers together
 REPEATS = 5
