@@ -121,7 +121,7 @@ class EstimateVisualizer(LeafSystem):
 
     def _put(self, path: str, position: Planar, heading: float, time: float) -> None:
         """Poses an object of the bending plane, which takes less room in a recording than a transform."""
-        x, z, angle = (round(value * _STEPS) / _STEPS for value in (position.imag, position.real, heading))
+        x, z, angle = (round(float(value) * _STEPS) / _STEPS for value in (position.imag, position.real, heading))
         self._meshcat.SetProperty(path, "position", [x, 0.0, z], time)
         self._meshcat.SetProperty(path, "rotation[y]", angle, time)
 

@@ -63,8 +63,10 @@ def test_box_in_millimetres_has_the_inertia_of_a_box(box_file, ending):
     assert_is_the_box(box_file(f"box.{ending}"))
 
 
-def test_faces_that_look_inward_are_turned(box_file):
+def test_faces_that_look_inward_are_turned(box_file, cache):
     assert_is_the_box(box_file("box.stl", change=lambda mesh: mesh.invert()))
+    (kept,) = cache.iterdir()
+    assert trimesh.load(kept).volume == pytest.approx(np.prod(SIZE))
 
 
 def test_cylinder_askew_has_the_inertia_of_a_cylinder(tmp_path):
