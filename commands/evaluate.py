@@ -35,7 +35,7 @@ def _run(options: argparse.Namespace) -> None:
     names = unfinished(out) if options.resume else list(SCENARIOS)
     duration = sum(load_scenario(name).duration for name in names)
     try:
-        with tqdm(total=duration, desc=f"{len(names)} scenarios", bar_format=BAR) as bar:
+        with tqdm(total=duration, desc=f"scenarios: {len(names)}", bar_format=BAR) as bar:
             run_scenarios(names, out, jobs, bar.update)
     except KeyboardInterrupt:
         print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")

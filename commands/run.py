@@ -1,6 +1,7 @@
 """soft-gripper run: one scenario, headless, in Meshcat, or as a replay to keep."""
 
 import argparse
+import logging
 from pathlib import Path
 
 from pydrake.geometry import Meshcat
@@ -33,6 +34,8 @@ def _run(options: argparse.Namespace) -> None:
     name, station = Path(options.scenario).stem, chosen_station(options)
     scenario = station.scenario
     out = _output_folder(options, name)
+    if not options.meshcat:
+        logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
     meshcat = Meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
         station = make_station(scenario, meshcat)

@@ -32,7 +32,7 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
     root = ET.Element("sdf", version="1.7")
     link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
     _add_inertia(link, mesh)
-    uri = str(_cached_obj(mesh))
+    uri = f"file://{_cached_obj(mesh)}"
     visual = _add_shape(link, "visual", uri)
     ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
     contact = ET.SubElement(_add_shape(link, "collision", uri), DRAKE + "proximity_properties")
