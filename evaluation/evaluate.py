@@ -71,7 +71,10 @@ def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) 
     times: Queue[float] = context.Queue()
     longest_first = sorted(names, key=lambda name: -len(load_scenario(name).models))
     with ProcessPoolExecutor(jobs, context, _begin_worker, (times,)) as pool:
+        # Workers are born deaf to Ctrl-C, which is for the parent to handle.
+        hearing = signal.signal(signal.SIGINT, signal.SIG_IGN)
         pending: set[Future[None]] = {pool.submit(_work, name, out / name) for name in longest_first}
+        signal.signal(signal.SIGINT, hearing)
         finished: set[Future[None]] = set()
         try:
             while pending:
@@ -91,7 +94,7 @@ def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) 
 
 
 def _begin_worker(times: "Queue[float]") -> None:
-    """Leaves Ctrl-C to the parent, and keeps the way to report progress."""
+    """Keeps the way to report progress, and stays deaf to Ctrl-C."""
     global _times
     _times = times
     signal.signal(signal.SIGINT, signal.SIG_IGN)
