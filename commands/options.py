@@ -34,6 +34,9 @@ def chosen_station(options: argparse.Namespace) -> Station:
     """The station of that scenario; mistakes that show when it is built name the scenario too."""
     scenario = chosen_scenario(options)
     try:
-        return make_station(scenario)
+        station = make_station(scenario)
     except InputError as error:
         raise error.inside(options.scenario) from None
+    if not station.fingers:
+        raise InputError(options.scenario, "models", [m.file for m in scenario.models], "there is no <finger> in them")
+    return station

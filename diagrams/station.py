@@ -13,7 +13,6 @@ from soft_gripper.diagrams.plant import PlantFinger, add_plant
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.sensing import add_joint_angles, add_sensing, plant_signals
 from soft_gripper.diagrams.signal_logs import SignalLogs
-from soft_gripper.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -37,8 +36,6 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     """
     builder = DiagramBuilder()
     plant, scene_graph, fingers = add_plant(builder, scenario)
-    if not fingers:
-        raise InputError("models", "file", [model.file for model in scenario.models], "there is no <finger> in them")
     angles = {finger.name: add_joint_angles(builder, plant, finger) for finger in fingers}
     signals = add_drive(builder, scenario, plant, fingers, angles)
     for finger in fingers:
