@@ -1,13 +1,17 @@
 """soft-gripper evaluate: the whole evaluation once, its files, its tables, and the bars that they keep."""
 
 import csv
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 import xarray as xr
+from browser import open_offline
 from command_line import Outcome, soft_gripper
+from PIL import Image
 
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
 from soft_gripper.evaluation.csv_table import read_csv
@@ -17,6 +21,17 @@ from soft_gripper.evaluation.pose_table import PoseRow
 SECTIONS = (1, 2, 3, 4)
 OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "replay.html"}
 FIGURES = {"fig5_free_bending", "fig6_pose_error", "fig7_fingertip_error", "force_estimate"}
+
+
+REPLAY_IS_DRAWN = """
+    const [scene, done] = arguments;
+    const wait = () => {
+      const page = scene.querySelector("iframe")?.contentWindow;
+      const drawn = page?.document.querySelector("canvas") && page.eval("typeof viewer !== 'undefined'");
+      drawn && page.eval("viewer.animator.duration > 0") ? setTimeout(done, 500) : setTimeout(wait, 50);
+    };
+    wait();
+"""
 
 
 class Evaluated(NamedTuple):
@@ -126,3 +141,24 @@ def test_resume_runs_what_is_missing_or_was_another_scenario(started: list[str],
         (tmp_path / name / "scenario.yaml").write_text(dump_scenario(scenario))
     soft_gripper("evaluate", "--out", tmp_path, "--resume")
     assert set(started) == {missing, changed}
+
+
+def test_report_opens_offline_with_its_figures_and_replays(evaluated: Evaluated, tmp_path: Path) -> None:
+    driver = open_offline(evaluated.folder / "report.html", tmp_path / "profile")
+    try:
+        driver.set_script_timeout(60)
+        widths = driver.execute_script("return [...document.images].map((i) => i.complete ? i.naturalWidth : 0)")
+        assert len(widths) >= len(SCENARIOS) + len(FIGURES)
+        assert min(widths) > 0
+        assert len(driver.find_elements("css selector", "td.holds")) == len(
+            driver.find_elements("css selector", "tr.claim")
+        )
+        for scene in driver.find_elements("css selector", ".scene"):
+            driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", scene)
+            scene.find_element("css selector", "button").click()
+            driver.execute_async_script(REPLAY_IS_DRAWN, scene)
+            picture = Image.open(io.BytesIO(scene.find_element("css selector", ".stage").screenshot_as_png))
+            assert np.asarray(picture.convert("L")).std() > 5, "the replay is blank"
+        assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
+    finally:
+        driver.quit()
