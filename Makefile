@@ -3,9 +3,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/ready
-# Another Python, on which the tests run too: the newest that is found and works.
+# Another Python, on which the tests run too: the newest after $(PYTHON) that is found and works.
 NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versions/3.$$v.*/bin/python; do \
-	$$p -c 'import sys; sys.exit(sys.version_info[:2] == (3, 11))' 2>/dev/null && echo $$p && exit; done; done)
+	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
+	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
 .PHONY: evaluate test test-newer check lint format types wheel bench work-precision clean
 
@@ -13,7 +14,7 @@ evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
 
 test: $(READY)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadscope
 	@$(MAKE) --no-print-directory test-newer
 
 test-newer:
@@ -22,11 +23,11 @@ ifeq ($(NEWER),)
 else
 	$(NEWER) -m venv .venv-newer
 	.venv-newer/bin/python -m pip install -q -c constraints.txt -e .[dev]
-	.venv-newer/bin/python -m pytest -n 2
+	.venv-newer/bin/python -m pytest -n 2 --dist loadscope
 endif
 
 check: lint types
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadscope
 
 lint: $(READY)
 	$(BIN)/ruff format --check .

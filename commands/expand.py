@@ -1,11 +1,11 @@
 """soft-gripper expand: a URDF with <finger>s -> plain URDF."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from soft_gripper.commands.options import Subparsers
 from soft_gripper.diagrams.model_files import model_path
-
 from soft_gripper.errors import InputError
 from soft_gripper.files import whole_file
 from soft_gripper.urdf import expand_urdf
@@ -24,6 +24,11 @@ def _run(options: argparse.Namespace) -> None:
     expanded = expand_urdf(model_path(options.file), _segments(options.segments))
     if not expanded.fingers:
         raise InputError(options.file, "finger", None, "there is no <finger> in the file to expand")
+    for finger in expanded.fingers:
+        if finger.elastic_law is not None:
+            print(
+                f"note: the springs of '{finger.name}' follow Young's modulus; URDF has no elastic law", file=sys.stderr
+            )
     if options.out is None:
         print(expanded.text, end="")
         return

@@ -5,6 +5,8 @@ from typing import TypeAlias
 
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.scenario_file import load_scenario
+from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.errors import InputError
 
 Subparsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -26,3 +28,15 @@ def chosen_scenario(options: argparse.Namespace) -> Scenario:
     """The scenario that the options of `add_scenario_options` name."""
     sections = [f"sensor.sections={options.sections}"] if options.sections is not None else []
     return load_scenario(options.scenario, [*options.set, *sections])
+
+
+def chosen_station(options: argparse.Namespace) -> Station:
+    """The station of that scenario; mistakes that show when it is built name the scenario too."""
+    scenario = chosen_scenario(options)
+    try:
+        station = make_station(scenario)
+    except InputError as error:
+        raise error.inside(options.scenario) from None
+    if not station.fingers:
+        raise InputError(options.scenario, "models", [m.file for m in scenario.models], "there is no <finger> in them")
+    return station

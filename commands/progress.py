@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from soft_gripper.diagrams.simulation import Progress
 from tqdm import tqdm
+
+from soft_gripper.diagrams.simulation import Progress
 
 BAR = "{desc} {bar} {n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
 

@@ -1,19 +1,24 @@
 """soft-gripper run: one scenario, headless, in Meshcat, or as a replay to keep."""
 
 import argparse
+import logging
 from pathlib import Path
 
 from pydrake.geometry import Meshcat
-from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_scenario
+
+from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.tables import print_poses, print_steps
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import Station, make_station
 from soft_gripper.evaluation.csv_table import write_csv
-from soft_gripper.evaluation.pose_table import PoseRow, pose_table
-
+from soft_gripper.evaluation.pose_table import pose_table
+from soft_gripper.evaluation.step_table import step_table
 from soft_gripper.files import whole_file, writable_folder
+from soft_gripper.pictures.video import check_video, write_video
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -23,40 +28,52 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/SCENARIO")
     parser.add_argument("--meshcat", action="store_true", help="show the run in a browser and wait at its end")
     parser.add_argument("--html", metavar="FILE", type=Path, help="write a 3-D replay that opens offline")
+    parser.add_argument("--video", metavar="FILE", type=Path, help="write a film: .mp4, .gif, .webp or .png")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    scenario, name = chosen_scenario(options), Path(options.scenario).stem
+    name, station = Path(options.scenario).stem, chosen_station(options)
+    scenario = station.scenario
+    out = _output_folder(options, name)
+    if not options.meshcat:
+        logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
     meshcat = Meshcat() if options.meshcat or options.html else None
-    station = make_station(scenario, meshcat)
-    out = writable_folder(options.out or Path("results") / name)
-    if options.html is not None:
-        writable_folder(options.html.parent)
+    if meshcat is not None:
+        station = make_station(scenario, meshcat)
     with progress_bar(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    rows = pose_table(name, station, recording, [scenario.sensor.sections])
-    _write(out, station, recording, rows)
+    _write(out, name, station, recording)
     if meshcat is not None and options.html is not None:
-        with whole_file(options.html) as partial:
-            partial.write_text(meshcat.StaticHtml(), encoding="utf-8")
-    _print_steps(rows)
-    print(f"\nWritten to {out}: scenario.yaml, recording.nc, metrics.csv")
+        write_replay(meshcat, options.html)
+    if options.video is not None:
+        with progress_bar("film", scenario.duration) as progress:
+            write_video(options.video, scenario, recording, progress)
+    print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
     if options.meshcat:
         input("The replay is in Meshcat. Press Enter to end. ")
 
 
-def _write(out: Path, station: Station, recording: Recording, rows: list[PoseRow]) -> None:
+def _output_folder(options: argparse.Namespace, name: str) -> Path:
+    """The folder for the results; all that is to be written can be, or nothing is begun."""
+    if options.video is not None:
+        check_video(options.video)
+    for file in (options.video, options.html):
+        if file is not None:
+            writable_folder(file.parent)
+    return writable_folder(options.out or Path("results") / name)
+
+
+def _write(out: Path, name: str, station: Station, recording: Recording) -> None:
+    """Writes what was recorded, with the table that fits the scenario, and prints the table."""
     recording.save(out / "recording.nc")
-    write_csv(out / "metrics.csv", rows)
     with whole_file(out / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario), encoding="utf-8")
-
-
-def _print_steps(rows: list[PoseRow]) -> None:
-    print("\nfinger            pressure [kPa]   bend [degrees]   pose error [mm]   fingertip error [mm]")
-    for row in rows:
-        print(
-            f"{row.finger:<17} {row.pressure_kpa:>14.1f} {row.bend_angle_deg:>16.2f}"
-            f" {row.pose_error_mm:>17.3f} {row.tip_error_mm:>22.3f}"
-        )
+    if station.scenario.control.set_points:
+        steps = step_table(station, recording)
+        write_csv(out / "steps.csv", steps)
+        print_steps(steps)
+    else:
+        poses = pose_table(name, station, recording, [station.scenario.sensor.sections])
+        write_csv(out / "metrics.csv", poses)
+        print_poses(poses)

@@ -3,10 +3,9 @@
 import argparse
 from pathlib import Path
 
-from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_scenario
+from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
 from soft_gripper.diagrams.block_diagram import save_block_diagram
 from soft_gripper.diagrams.scenario_file import dump_scenario
-from soft_gripper.diagrams.station import make_station
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -20,8 +19,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    scenario = chosen_scenario(options)
-    station = make_station(scenario)
-    print(dump_scenario(scenario), end="")
+    station = chosen_station(options)
     if options.graphviz is not None:
         save_block_diagram(station.diagram, options.graphviz)
+    print(dump_scenario(station.scenario), end="")

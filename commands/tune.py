@@ -16,7 +16,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("tune", help="find gains for the grip control of a gripper")
     parser.add_argument("scenario", nargs="?", default="tip_distance_steps", help="a closed-loop scenario")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of it")
-    parser.add_argument("--evaluations", metavar="N", type=int, default=50, help="simulations (default: 50)")
+    parser.add_argument("--evaluations", metavar="N", default="50", help="simulations (default: %(default)s)")
     parser.set_defaults(command=_run, sections=None)
 
 
@@ -24,14 +24,19 @@ def _run(options: argparse.Namespace) -> None:
     scenario = chosen_scenario(options)
     if not scenario.control.set_points:
         raise InputError(options.scenario, "control.set_points", [], "give set points to be followed")
-    if options.evaluations < 5:
-        raise InputError("tune", "--evaluations", options.evaluations, "give at least 5")
-    with tqdm(total=options.evaluations, desc="simulations") as bar:
+    evaluations = _evaluations(options.evaluations)
+    with tqdm(total=evaluations, desc="simulations") as bar:
 
         def report(gains: PidGains, cost: float) -> None:
             bar.set_postfix_str(f"kp {gains.kp:.3g} ki {gains.ki:.3g} kd {gains.kd:.3g}: {cost:.3f} s")
             bar.update()
 
-        gains = tune(scenario, options.evaluations, report)
+        gains = tune(scenario, evaluations, report)
     print_steps(follow(scenario, gains))
     print(f"\ngains: {{ kp: {gains.kp:.4g}, ki: {gains.ki:.4g}, kd: {gains.kd:.4g} }}  # Pa/m, Pa/(m s), Pa s/m")
+
+
+def _evaluations(text: str) -> int:
+    if not text.isdigit() or int(text) < 5:
+        raise InputError("tune", "--evaluations", text, "give a whole number of at least 5")
+    return int(text)

@@ -7,9 +7,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, MatrixGain
+
 from soft_gripper.diagrams.plant import PlantFinger
 from soft_gripper.diagrams.scenario import Scenario
-
 from soft_gripper.elastic_law import ElasticLawTorque
 from soft_gripper.pressure_drive import PressureDrive, actuator_rows, pressure_torque_map
 
@@ -46,7 +46,9 @@ def _add_pressure_drive(
 ) -> PressureDrive:
     model, supply = driven[0].model, scenario.pressure
     torque_maps = {f.name: pressure_torque_map(plant, model, f.finger) for f in driven}
-    drive = PressureDrive(torque_maps, supply.minimum, supply.maximum, supply.time_constant)
+    drive = PressureDrive(
+        torque_maps, supply.minimum, supply.maximum, supply.time_constant, scenario.plant_config.time_step
+    )
     return builder.AddNamedSystem(f"{plant.GetModelInstanceName(model)}.pressure_drive", drive)
 
 

@@ -61,6 +61,6 @@ class FingerSensing(Diagram):
             for i in range(block.num_output_ports()):
                 port = block.get_output_port(i)
                 builder.ExportOutput(port, port.get_name())
-        for block in (truth, force_error):
+        for block in (pressure, truth, force_error):
             builder.ExportOutput(block.get_output_port(), block.get_name())
         builder.BuildInto(self)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from soft_gripper.diagrams.scenario import MeshConfig
 
+from soft_gripper.diagrams.scenario import MeshConfig
 from soft_gripper.errors import InputError
 from soft_gripper.files import whole_file, writable_folder
 from soft_gripper.finger_links import DRAKE
@@ -32,7 +32,7 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
     root = ET.Element("sdf", version="1.7")
     link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
     _add_inertia(link, mesh)
-    uri = _cached_obj(mesh).as_uri()
+    uri = f"file://{_cached_obj(mesh)}"
     visual = _add_shape(link, "visual", uri)
     ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
     contact = ET.SubElement(_add_shape(link, "collision", uri), DRAKE + "proximity_properties")
@@ -87,10 +87,15 @@ def _add_shape(link: ET.Element, kind: str, uri: str) -> ET.Element:
     return shape
 
 
+def _cache() -> Path:
+    """The user's cache folder, as the XDG specification has it."""
+    told = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (told if told.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
+
+
 def _cached_obj(mesh: trimesh.Trimesh) -> Path:
     text = trimesh.exchange.obj.export_obj(mesh, include_texture=False, include_normals=False, header=None)
-    cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "soft-gripper" / "meshes"
-    path = writable_folder(cache) / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.obj"
+    path = writable_folder(_cache()) / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.obj"
     if not path.exists():
         with whole_file(path) as partial:
             partial.write_text(text)

@@ -5,12 +5,12 @@ from pathlib import Path
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
+
 from soft_gripper.diagrams.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.diagrams.scenario import ModelConfig
-from soft_gripper.models import DIRECTORY, PACKAGE, package_map
-
 from soft_gripper.errors import InputError
 from soft_gripper.finger import Finger
+from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.urdf import expand_urdf
 
 
@@ -28,11 +28,11 @@ def load_model(plant: MultibodyPlant, config: ModelConfig, where: str) -> tuple[
     parser.package_map().AddMap(package_map())
     fingers: tuple[Finger, ...] = ()
     try:
-        if path.suffix == ".urdf":
+        if path.suffix.lower() == ".urdf":
             expanded = expand_urdf(path, config.segments or None, config.name)
             fingers = expanded.fingers
             models = parser.AddModelsFromString(expanded.text, "urdf")
-        elif path.suffix in MESH_SUFFIXES:
+        elif path.suffix.lower() in MESH_SUFFIXES:
             models = parser.AddModelsFromString(mesh_to_sdf(path, config.mesh, config.name), "sdf")
         else:
             models = parser.AddModels(str(path))

@@ -11,10 +11,11 @@ from pydrake.systems.framework import Diagram
 from soft_gripper.errors import InputError
 
 ALLOWED = 0.1  # of the depth at which a compliant body is pressed through to its middle
+ALLOWED_RIGID = 1e-3  # m, between bodies that are both rigid
 
 
 def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
-    """Looks at the hydroelastic contact surfaces of the initial state.
+    """Looks at the contacts of the initial state.
 
     Raises:
         InputError: if a body begins deeper in another one than a touch.
@@ -22,11 +23,13 @@ def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
     context = scene_graph.GetMyContextFromRoot(diagram.CreateDefaultContext())
     query = scene_graph.get_query_output_port().Eval(context)
     kind = HydroelasticContactRepresentation.kTriangle
-    surfaces, _ = query.ComputeContactSurfacesWithFallback(kind)
-    for surface in surfaces:
-        if _depth(query.inspector(), surface) > ALLOWED:
-            one, other = (_owner(query.inspector(), id) for id in (surface.id_M(), surface.id_N()))
-            raise InputError("models", "X_PC", one, f"begins inside '{other}'; move one of them away")
+    surfaces, point_pairs = query.ComputeContactSurfacesWithFallback(kind)
+    inspector = query.inspector()
+    deep = [(s.id_M(), s.id_N()) for s in surfaces if _depth(inspector, s) > ALLOWED]
+    deep += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > ALLOWED_RIGID]
+    for pair in deep:
+        one, other = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
+        raise InputError("models", "X_PC", one, f"begins inside '{other}'; move one of them away")
 
 
 def _depth(inspector: SceneGraphInspector, surface: ContactSurface) -> float:
@@ -37,7 +40,3 @@ def _depth(inspector: SceneGraphInspector, surface: ContactSurface) -> float:
     ]
     pressure = surface.tri_e_MN()
     return max(pressure.EvaluateAtVertex(v) for v in range(surface.num_vertices())) / min(moduli)
-
-
-def _owner(inspector: SceneGraphInspector, id: object) -> str:
-    return inspector.GetName(inspector.GetFrameId(id))

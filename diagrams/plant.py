@@ -8,11 +8,11 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.model_files import first_line, load_model
 from soft_gripper.diagrams.pressure_steps import COMMON
 from soft_gripper.diagrams.scenario import ModelConfig, Scenario
-
-from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.finger import Finger
 from soft_gripper.finger_links import joint_name, link_name

@@ -6,9 +6,9 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
-from soft_gripper.diagrams.scenario import Scenario
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.errors import InputError
 
 COMMON = "all"

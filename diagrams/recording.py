@@ -9,10 +9,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pydrake.systems.framework import Context
+
 from soft_gripper.diagrams.sensing import sensor_layout
 from soft_gripper.diagrams.signals import CONTACT_FORCE, FINGER_SIGNALS, GRIP_SIGNALS, LABELS, PLANT_STATE, Signal
 from soft_gripper.diagrams.station import Station
-
 from soft_gripper.files import whole_file
 
 

@@ -71,7 +71,7 @@ def default_plant_config() -> MultibodyPlantConfig:
 
 
 def default_simulator_config() -> SimulatorConfig:
-    """For a continuous plant, and for the pressure lag beside a discrete one."""
+    """For a continuous plant; beside a discrete one nothing is left to integrate."""
     return SimulatorConfig(integration_scheme="cenic", max_step_size=0.02, accuracy=1e-3)
 
 

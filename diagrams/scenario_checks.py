@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
+from pydrake.common.schema import Transform
 from pydrake.systems.analysis import GetIntegrationSchemes
-from soft_gripper.diagrams.scenario import MeshConfig, Scenario
 
+from soft_gripper.diagrams.scenario import MeshConfig, Scenario
 from soft_gripper.errors import InputError
 from soft_gripper.response_curve import ResponseCurve
 
@@ -44,6 +45,20 @@ def check_document(where: Path, value: Any, schema: Any, field: str = "") -> Non
                 hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
                 raise InputError(where, name, item, f"no such key; {hint}")
             check_document(where, item, fields[key], name)
+        if schema is Transform:
+            _check_transform(where, value, field)
+
+
+def _check_transform(where: Path, value: dict[str, Any], field: str) -> None:
+    translation = value.get("translation", [0, 0, 0])
+    _require(_three_numbers(translation), where, f"{field}.translation", translation, "give three numbers, m")
+    rotation = value.get("rotation", {})
+    angles = rotation.get("deg", [0, 0, 0]) if isinstance(rotation, dict) else None
+    _require(_three_numbers(angles), where, f"{field}.rotation", rotation, "write !Rpy { deg: [roll, pitch, yaw] }")
+
+
+def _three_numbers(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
 
 
 def _mapping(where: Path, value: Any, field: str) -> dict[str, Any]:
@@ -77,6 +92,7 @@ def check_scenario(where: Path | str, scenario: Scenario) -> None:
     """
     _check_models(where, scenario)
     _check_pressure(where, scenario)
+    _check_control(where, scenario)
     _check_sensor(where, scenario)
     _check_solver(where, scenario)
 
@@ -129,6 +145,18 @@ def _check_pressure(where: Path | str, scenario: Scenario) -> None:
         for i, step in enumerate(steps):
             limits = f"give a pressure within the limits, {low:g} to {high:g} Pa"
             _require(low <= step <= high, where, f"pressure.steps.{finger}[{i}]", step, limits)
+
+
+def _check_control(where: Path | str, scenario: Scenario) -> None:
+    control, gains = scenario.control, scenario.control.gains
+    for i, point in enumerate(control.set_points):
+        _require(_positive(point), where, f"control.set_points[{i}]", point, "give a distance above 0 m")
+    _require(_positive(control.hold), where, "control.hold", control.hold, "give a time above 0 s")
+    for name in ("kp", "ki", "kd", "derivative_filter"):
+        value = getattr(gains, name)
+        _require(_not_negative(value), where, f"control.gains.{name}", value, "give a finite number, 0 or more")
+    unwinds = gains.tracking_time > 0
+    _require(unwinds, where, "control.gains.tracking_time", gains.tracking_time, "give a time above 0 s")
 
 
 def _check_sensor(where: Path | str, scenario: Scenario) -> None:

@@ -7,9 +7,9 @@ from typing import Any
 
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
+
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.scenario_checks import check_document, check_scenario
-
 from soft_gripper.errors import InputError
 
 SHIPPED = Path(__file__).parent / "scenarios"

@@ -4,11 +4,11 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import MatrixGain
+
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.finger_sensing import FingerSensing
 from soft_gripper.diagrams.plant import PlantFinger, position_selector, torque_selector
 from soft_gripper.diagrams.scenario import Scenario
-
-from soft_gripper.arrays import Array
 from soft_gripper.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensor_layout import SensorLayout
 

@@ -34,6 +34,7 @@ FINGER_SIGNALS = {
     "tip_pose": Signal("m, m, rad", ("pose",)),
     "pose_error": Signal("m"),
     "fingertip_error": Signal("m"),
+    "sampled_pressure": Signal("Pa"),
     "free_bending_angles": Signal("rad", ("joint",)),
     "external_torque": Signal("N m", ("joint",)),
     "true_external_torque": Signal("N m", ("joint",)),

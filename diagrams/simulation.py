@@ -6,10 +6,11 @@ from copy import copy
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+
+from soft_gripper.diagrams.meshcat_view import PERIOD
 from soft_gripper.diagrams.recording import Recording, read_logs
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.station import Station, make_station
-
 from soft_gripper.errors import SimulationDivergedError
 
 Progress = Callable[[float], None]
@@ -36,7 +37,7 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
     ApplySimulatorConfig(solver_config(station.scenario), simulator)
     simulator.Initialize()
     if meshcat is not None:
-        meshcat.StartRecording()
+        meshcat.StartRecording(frames_per_second=1 / PERIOD)
     for step in range(station.scenario.steps):
         _advance(simulator, station, (step + 1) * station.scenario.step_duration)
         if progress is not None:
@@ -47,13 +48,10 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
 
 
 def solver_config(scenario: Scenario) -> SimulatorConfig:
-    """The scenario's simulator config; a discrete plant leaves only the pressure lag to integrate.
-
-    cenic integrates continuous plants alone, and error control would cut the plant's own steps.
-    """
+    """The scenario's simulator config; beside a discrete plant nothing is left for cenic to integrate."""
     config = copy(scenario.simulator_config)
     if scenario.plant_config.time_step > 0:
-        config.integration_scheme = "runge_kutta2"
+        config.integration_scheme = "explicit_euler"
         config.use_error_control = False
     return config
 

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
+
 from soft_gripper.diagrams.drive import add_drive
 from soft_gripper.diagrams.grip_control import add_grip_control
+from soft_gripper.diagrams.meshcat_view import add_meshcat_view
 from soft_gripper.diagrams.overlap_check import check_starts_apart
 from soft_gripper.diagrams.plant import PlantFinger, add_plant
 from soft_gripper.diagrams.pressure_steps import add_pressure_steps
@@ -47,7 +49,7 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
         signals |= add_pressure_steps(builder, scenario, commands)
     signals |= plant_signals(plant, scenario)
     if meshcat is not None:
-        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1 / 20))
+        add_meshcat_view(builder, scenario, plant, scene_graph, fingers, signals, meshcat)
     logs = builder.AddNamedSystem("logs", SignalLogs(signals, scenario.sensor.period))
     for name, port in signals.items():
         builder.Connect(port, logs.GetInputPort(name))

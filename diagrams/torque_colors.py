@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 
 # Diverging from a light grey and told apart by colour-blind eyes: blue holds a finger open, red closes it.
-COLORMAP = mpl.colormaps["coolwarm"].copy()
-COLORMAP.set_bad("0.35")
+COLORMAP = mpl.colormaps["coolwarm"].with_extremes(bad="0.35")
 
 
 def color(torque: Array, limit: float) -> Array:

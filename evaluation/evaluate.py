@@ -1,5 +1,6 @@
 """The evaluation: scenarios side by side in processes, then the tables, figures and claims of them all."""
 
+import logging
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -23,6 +24,7 @@ from soft_gripper.evaluation.force_table import ForceRow
 from soft_gripper.evaluation.pose_table import PoseRow
 from soft_gripper.evaluation.report import write_report
 from soft_gripper.evaluation.scenario_run import is_finished, run_scenario
+from soft_gripper.files import remove_partial
 from soft_gripper.pictures.scenes_figure import scenes_figure
 from soft_gripper.pictures.shape_figure import shape_figure
 
@@ -69,7 +71,10 @@ def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) 
     times: Queue[float] = context.Queue()
     longest_first = sorted(names, key=lambda name: -len(load_scenario(name).models))
     with ProcessPoolExecutor(jobs, context, _begin_worker, (times,)) as pool:
+        # Workers are born deaf to Ctrl-C, which is for the parent to handle.
+        hearing = signal.signal(signal.SIGINT, signal.SIG_IGN)
         pending: set[Future[None]] = {pool.submit(_work, name, out / name) for name in longest_first}
+        signal.signal(signal.SIGINT, hearing)
         finished: set[Future[None]] = set()
         try:
             while pending:
@@ -80,16 +85,20 @@ def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) 
         except KeyboardInterrupt:
             for worker in active_children():
                 worker.terminate()
+                worker.join()
+            for name in names:
+                remove_partial(out / name)
             raise
     for future in finished:
         future.result()
 
 
 def _begin_worker(times: "Queue[float]") -> None:
-    """Leaves Ctrl-C to the parent, and keeps the way to report progress."""
+    """Keeps the way to report progress, and stays deaf to Ctrl-C."""
     global _times
     _times = times
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    logging.getLogger("drake").setLevel(logging.WARNING)  # nobody is to open these Meshcats
 
 
 def _work(name: str, folder: Path) -> None:

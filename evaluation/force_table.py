@@ -31,7 +31,7 @@ def force_table(name: str, station: Station, recording: Recording, sections: Seq
     """A row for every finger, number of sections, held step and joint, in this order."""
     rows = []
     for finger in station.fingers:
-        signals = ("sampled_joint_angles", "pressure", "true_external_torque")
+        signals = ("sampled_joint_angles", "sampled_pressure", "true_external_torque")
         q, pressure, truth = (
             held_samples(station.scenario, recording[f"{finger.name}.{signal}"]) for signal in signals
         )

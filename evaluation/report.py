@@ -44,7 +44,7 @@ def title(scenario: str) -> str:
 def _claim(claim: Claim) -> str:
     verdict = '<td class="text holds">holds</td>' if claim.holds else '<td class="text fails">fails</td>'
     cells = f'<td>{escape(claim.text)}</td><td class="text">{claim.source}</td>{verdict}'
-    return f'<tr>{cells}<td class="text">{escape(claim.number)}</td></tr>'
+    return f'<tr class="claim">{cells}<td class="text">{escape(claim.number)}</td></tr>'
 
 
 def _scene(folder: Path) -> str:

@@ -1,12 +1,12 @@
 """One scenario of the evaluation: simulated once, and everything that comes out of it, in a folder of its own."""
 
-import shutil
 from pathlib import Path
 
 from PIL import Image
 from pydrake.geometry import Meshcat
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import Progress, run_station
@@ -15,9 +15,10 @@ from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.force_table import force_table
 from soft_gripper.evaluation.pose_table import pose_table
+from soft_gripper.files import whole_folder
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure
-from soft_gripper.pictures.torque_bar import torque_limit
+from soft_gripper.pictures.torque_bar import recorded_limit
 
 SECTIONS = (1, 2, 3, 4)
 
@@ -28,27 +29,22 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
     Files: scenario.yaml, recording.nc, metrics.csv, forces.csv, scene.png and replay.html.
     """
     scenario = load_scenario(name)
-    partial = folder.with_name(f".partial-{folder.name}")
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
     meshcat = Meshcat()
     station = make_station(scenario, meshcat)
     _require_equal_sections(station)
     recording = run_station(station, meshcat, progress)
-    recording.save(partial / "recording.nc")
-    _picture(scenario, recording).save(partial / "scene.png")
-    write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS))
-    write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
-    (partial / "replay.html").write_text(meshcat.StaticHtml(), encoding="utf-8")
-    (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
-    shutil.rmtree(folder, ignore_errors=True)
-    partial.rename(folder)
+    with whole_folder(folder) as partial:
+        recording.save(partial / "recording.nc")
+        _picture(scenario, recording).save(partial / "scene.png")
+        write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS))
+        write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
+        write_replay(meshcat, partial / "replay.html")
+        (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
 
 
 def _picture(scenario: Scenario, recording: Recording) -> Image.Image:
     """The scene at its largest pressure, the fingers coloured by what they feel."""
-    torques = [s.values for name, s in recording.data.items() if str(name).endswith(".true_external_torque")]
-    renderer = SceneRenderer(scenario, recording, height=900, width=1200, torque_limit=torque_limit(torques))
+    renderer = SceneRenderer(scenario, recording, height=900, width=1200, torque_limit=recorded_limit(recording))
     time, _ = largest_pressure(scenario)
     return Image.fromarray(renderer.render(time))
 

@@ -1,6 +1,7 @@
 """A finger in its bending plane, drawn in mm: its rigid segments, its estimated arcs, its base."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +15,8 @@ from soft_gripper.kinematics import Chain, as_points
 from soft_gripper.sensor_layout import SensorLayout
 
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
-RADIUS_TEXT = 6e-3  # m, from the side of the finger to where the radius is written
+_STRAIGHT = 10.0  # m; an arc of a larger radius is called straight
+_TEXT_DISTANCE = 9e-3  # m, from the side of the finger to where its radius is written
 _EDGE = "0.35"
 
 
@@ -43,7 +45,7 @@ def draw_segments(axes: Axes, finger: Finger, chain: Chain, colors: Array) -> No
 
 
 def draw_tube(axes: Axes, layout: SensorLayout, arcs: Arcs, colors: Array) -> None:
-    """The finger as the arcs bend it: a piece of `colors`, (N, 3), for every segment, and a line round every section."""
+    """The finger as the arcs bend it: a piece of `colors`, (N, 3), for every segment, a line round every section."""
     in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
     for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
         ends = np.array([i, i + 1]) / layout.joints_per_section[section]
@@ -66,13 +68,20 @@ def _outline(layout: SensorLayout, arcs: Arcs, section: int, begin: float = 0.0,
 def draw_arcs(axes: Axes, layout: SensorLayout, arcs: Arcs) -> None:
     """The arcs with their centres, and with the radii to both of their ends, in mm."""
     for section, (start, center, end) in enumerate(zip(arcs.start, arcs.centers, arcs.end, strict=True)):
-        look = {"color": SECTION_COLORS[section % len(SECTION_COLORS)]}
+        look: dict[str, Any] = {"color": SECTION_COLORS[section % len(SECTION_COLORS)]}
         fraction = np.linspace(0, 1, 31)
         curve = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
         axes.plot(*in_mm(curve).T, lw=2.4, solid_capstyle="butt", **look)
         axes.plot(*in_mm(np.array([start, center, end])).T, lw=0.7, ls=(0, (4, 2)), **look)
         axes.plot(*in_mm(np.array([center])).T, "+", ms=7, **look)
-        outward = (curve[15] - center) / abs(curve[15] - center)
-        place = curve[15] + outward * (layout.finger.base.thickness / 2 + RADIUS_TEXT)
-        text = f"{1e3 * abs(curve[15] - center):.0f}" if np.isfinite(center) else ""
-        axes.text(*in_mm(np.array(place)), text, ha="center", va="center", fontsize="small", **look)
+        _write_radius(axes, layout, arcs, section, **look)
+
+
+def _write_radius(axes: Axes, layout: SensorLayout, arcs: Arcs, section: int, **look: Any) -> None:
+    """The radius of an arc, mm, beside its middle on the outer side of the bend."""
+    (middle,) = points_on_arcs(arcs, np.array([section]), np.array([0.5]))
+    theta, radius = arcs.theta[section], abs(arcs.start[section] - arcs.centers[section])
+    normal = 1j * np.exp(1j * (arcs.heading[section] + theta / 2))
+    x, z = in_mm(middle - np.copysign(layout.finger.base.thickness / 2 + _TEXT_DISTANCE, theta) * normal)
+    text = f"{1e3 * radius:.0f}" if radius < _STRAIGHT else "straight"
+    axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)

@@ -6,13 +6,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from soft_gripper.arrays import Array
 from soft_gripper.diagrams.pressure_steps import pressure_steps
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.torque_colors import add_torque_bar
 from soft_gripper.pictures.rendering import SceneRenderer
-from soft_gripper.pictures.torque_bar import add_torque_bar, torque_limit
+from soft_gripper.pictures.torque_bar import recorded_limit
 
 PANEL_HEIGHT = 2.2  # inches, of the pictures at the largest pressure
 

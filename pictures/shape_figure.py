@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.arcs import Arcs
-from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.estimate_shapes import arcs_of_table
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.torque_colors import add_torque_bar, color
-from soft_gripper.kinematics import Chain, Planar, as_planar, forward_kinematics
+from soft_gripper.kinematics import Chain, as_planar, forward_kinematics
 from soft_gripper.pictures.finger_shapes import draw_arcs, draw_base, draw_segments, draw_tube, in_mm
-from soft_gripper.pictures.torque_scale import scale_limit
+from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensor_layout import SensorLayout
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
@@ -36,7 +36,7 @@ class Shape(NamedTuple):
 def read_shape(layout: SensorLayout, recording: Recording, time: float) -> Shape:
     """The shape of the finger of `layout`, which was recorded with these sensors, at a time, s."""
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
-    signals = {kind.removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
+    signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
     return Shape(
         forward_kinematics(signals["sampled_joint_angles"], layout.finger.segment_length),
         arcs_of_table(signals["arcs"]),
@@ -54,12 +54,13 @@ def shape_figure(layout: SensorLayout, recording: Recording, time: float) -> Fig
     the estimated external torque, on one scale; the numbers at the arcs are their radii.
     """
     finger, shape = layout.finger, read_shape(layout, recording, time)
-    limit = scale_limit(shape.torque, shape.true_torque)
+    limit = torque_limit([shape.torque, shape.true_torque])
     x_limits, z_limits = _limits(layout, shape)
-    scale = (WIDTH - 2.2) / sum(np.ptp(limits) for limits in x_limits)
+    widths = [float(np.ptp(limits)) for limits in x_limits]
+    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, np.clip(1.3 + scale * np.ptp(z_limits), 3.2, 4.2)), layout="compressed")
-        panels = figure.subplots(1, 3, sharey=True, width_ratios=[np.ptp(limits) for limits in x_limits])
+        figure = Figure(figsize=(WIDTH, min(max(height, 3.2), 4.2)), layout="compressed")
+        panels = figure.subplots(1, 3, sharey=True, width_ratios=widths)
         draw_segments(panels[0], finger, shape.chain, color(shape.true_torque, limit))
         draw_segments(panels[1], finger, shape.chain, np.full((finger.segments, 3), 0.94))
         draw_arcs(panels[1], layout, shape.arcs)
@@ -69,7 +70,8 @@ def shape_figure(layout: SensorLayout, recording: Recording, time: float) -> Fig
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
         panels[0].set_ylabel("z [mm]")
-        add_torque_bar(figure, limit, ax=panels, aspect=30)
+        bar = add_torque_bar(figure, limit, ax=panels, aspect=30)
+        bar.ax.yaxis.label.set_fontsize("small")
         figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     return figure
 
@@ -82,7 +84,7 @@ def _limits(layout: SensorLayout, shape: Shape) -> tuple[list[Array], Array]:
     centers = in_mm(shape.arcs.centers)[:, 0]
     near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
     with_centers = np.array([min([finger[0] - free, *(near - 5)]), max([finger[1] + free, *(near + 5)])])
-    return [finger, with_centers, finger], np.array([max(z) + free, -0.7 * free])
+    return [finger, with_centers, finger], np.array([max(*z + free, 0.9e3 * layout.finger.length), -0.7 * free])
 
 
 def _draw_joints(axes: Axes, shape: Shape) -> None:

@@ -18,7 +18,5 @@ def make_studio() -> RenderEngine:
         LightParameter(type="point", frame="world", position=position, intensity=intensity)
         for position, intensity in LAMPS
     ]
-    shading = SsaoParameter(radius=0.04, bias=0.006, sample_count=16, blur=True)
-    return MakeRenderEngineVtk(
-        RenderEngineVtkParams(default_clear_color=[1.0, 1.0, 1.0], lights=lamps, ssao=shading)
-    )
+    shading = SsaoParameter(radius=0.03, bias=0.01, sample_count=16, blur=True)
+    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=[1.0, 1.0, 1.0], lights=lamps, ssao=shading))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, CacheEntry, Context, InputPort, LeafSystem, ValueProducer
 
 from soft_gripper.arcs import Arcs
 from soft_gripper.arrays import Array, Planar
@@ -21,11 +21,21 @@ class Pose(NamedTuple):
     joints: Planar  # (N) m in B
 
 
-def to_world(planar: Planar, X_WB: RigidTransform) -> Array:
+class BendingPlane(NamedTuple):
+    """The bending plane of a finger in the world."""
+
+    axes: Array  # (2, 3) unit vectors, x and z of B
+    origin: Array  # (3,) m
+
+
+def bending_plane(X_WB: RigidTransform) -> BendingPlane:
+    """The bending plane of a finger whose base stands at `X_WB`."""
+    return BendingPlane(X_WB.rotation().matrix().T[::2].copy(), X_WB.translation())
+
+
+def to_world(planar: Planar, plane: BendingPlane) -> Array:
     """Points of the bending plane, (...) m in B -> (..., 3) m in the world."""
-    xz_axes = X_WB.rotation().matrix()[:, ::2]
-    world: Array = as_points(planar) @ xz_axes.T + X_WB.translation()
-    return world
+    return as_points(planar) @ plane.axes + plane.origin
 
 
 class ArcPoseEstimator(LeafSystem):
@@ -50,11 +60,8 @@ class ArcPoseEstimator(LeafSystem):
         self._layout = layout
         self._strain = self.DeclareVectorInputPort("strain", layout.readings)
         self._X_WB = self.DeclareAbstractInputPort("X_WB", AbstractValue.Make(RigidTransform()))
-        self._pose = self.DeclareCacheEntry(
-            "pose",
-            ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._estimate),
-            {self._strain.ticket()},
-        )
+        self._pose = self._cache("pose", self._estimate, self._strain)
+        self._plane = self._cache("bending plane", self._calc_plane, self._X_WB)
         sections, joints = layout.sections, layout.finger.segments
         self._declare("theta", sections, lambda pose: pose.arcs.theta)
         self._declare("kappa", sections, lambda pose: pose.arcs.kappa)
@@ -65,8 +72,12 @@ class ArcPoseEstimator(LeafSystem):
             "joint_positions_world",
             joints * 3,
             self._calc_world,
-            {self.cache_entry_ticket(self._pose.cache_index()), self._X_WB.ticket()},
+            {self.cache_entry_ticket(entry.cache_index()) for entry in (self._pose, self._plane)},
         )
+
+    def _cache(self, name: str, calc: Callable[[Context, AbstractValue], None], port: InputPort) -> CacheEntry:
+        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
+        return self.DeclareCacheEntry(name, producer, {port.ticket()})
 
     def _declare(self, name: str, size: int, part: Callable[[Pose], Array]) -> None:
         def calc(context: Context, output: BasicVector) -> None:
@@ -74,13 +85,16 @@ class ArcPoseEstimator(LeafSystem):
 
         self.DeclareVectorOutputPort(name, size, calc, {self.cache_entry_ticket(self._pose.cache_index())})
 
+    def _calc_plane(self, context: Context, value: AbstractValue) -> None:
+        value.set_value(bending_plane(self._X_WB.Eval(context)))
+
     def _estimate(self, context: Context, value: AbstractValue) -> None:
         arcs = arcs_from_readings(self._layout, self._strain.Eval(context))
         value.set_value(Pose(arcs, joints_on_arcs(self._layout, arcs)))
 
     def _calc_world(self, context: Context, output: BasicVector) -> None:
         joints = self._pose.Eval(context).joints
-        output.SetFromVector(to_world(joints, self._X_WB.Eval(context)).ravel())
+        output.SetFromVector(to_world(joints, self._plane.Eval(context)).ravel())
 
 
 def _arc_table(arcs: Arcs) -> Array:

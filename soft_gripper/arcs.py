@@ -51,9 +51,9 @@ def chord(theta: Array, length: Array, heading: Array) -> Planar:
 
 def join_arcs(theta: Array, length: Array) -> Arcs:
     """Arcs of angles `theta` and lengths `length`, one after the other from the base."""
-    heading = np.cumsum(theta, axis=-1) - theta
+    heading = theta.cumsum(axis=-1) - theta
     step = chord(theta, length, heading)
-    end = np.cumsum(step, axis=-1)
+    end = step.cumsum(axis=-1)
     return Arcs(theta, length, heading, end - step, end)
 
 
@@ -70,6 +70,7 @@ def arcs_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float
 
 def points_on_arcs(arcs: Arcs, section: NDArray[np.int_], fraction: Array) -> Planar:
     """Points at `fraction` (0 to 1) of the arcs of index `section`, both (M,) -> (..., M) m in B."""
-    theta = arcs.theta[..., section] * fraction
-    length = arcs.length[..., section] * fraction
-    return arcs.start[..., section] + chord(theta, length, arcs.heading[..., section])
+    theta = arcs.theta.take(section, axis=-1) * fraction
+    length = arcs.length.take(section, axis=-1) * fraction
+    heading, start = arcs.heading.take(section, axis=-1), arcs.start.take(section, axis=-1)
+    return start + chord(theta, length, heading)

@@ -12,7 +12,6 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.finger import Finger
-from soft_gripper.kinematics import forward_kinematics
 from soft_gripper.sensor_layout import SensorLayout
 
 
@@ -23,21 +22,17 @@ def free_bending_angles(finger: Finger, pressure: Array) -> Array:
 
 def mean_joint_angles(layout: SensorLayout, theta: Array) -> Array:
     """Joint angles, (..., N) rad, if the joints of a section share its bend, (..., S) rad, equally."""
-    return (theta / layout.joints_per_section)[..., layout.joint_sections]
+    return (theta / layout.joints_per_section).take(layout.joint_sections, axis=-1)
 
 
 def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array:
     """Torque of the finger's own weight at every joint, N m, (..., N).
 
+    What hangs beyond a joint pulls at it with the moments of the links' directions, which are all that bends.
     `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2.
     """
-    chain = forward_kinematics(q, finger.segment_length)
-    last = (chain.joints[..., -1:] + chain.segment_ends[..., -1:]) / 2
-    centers = np.concatenate([chain.segment_ends[..., 1:-1], last], axis=-1)
-    mass = finger.link_masses[1:]
-    carried = np.cumsum(mass[::-1])[::-1]
-    moments = np.cumsum((mass * centers)[..., ::-1], axis=-1)[..., ::-1] - carried * chain.joints
-    torque: Array = np.imag(np.conj(moments) * gravity)
+    directions = np.exp(1j * q.cumsum(axis=-1))
+    torque: Array = (np.conj(directions @ finger.mass_moments) * gravity).imag
     return torque
 
 

@@ -154,6 +154,13 @@ class Finger:
         section = self.interpolate("width", middle) * self.interpolate("thickness", middle)
         return self.interpolate("density", middle) * section * np.diff(ends)
 
+    @cached_property
+    def mass_moments(self) -> Array:
+        """First moment of mass, kg m, by which the direction of link j + 1 weighs on joint i, [j, i], (N, N)."""
+        lengths, masses = np.diff(self.link_ends)[1:], self.link_masses[1:]
+        beyond = np.cumsum(masses[::-1])[::-1] - masses
+        return np.tril(np.outer(lengths * (masses / 2 + beyond), np.ones(self.segments)))
+
     def section_ends(self, sections: int) -> NDArray[np.int_]:
         """Segments covered up to the end of each sensor section, shape (sections + 1,), from 0 to N.
 

@@ -36,6 +36,16 @@ _CHILDREN = {
     "contact": [f.name for f in fields(ContactMaterial)],
     "elastic_law": ["angle", "base_torque", "tip_torque"],
 }
+# What the file calls the fields of a Finger that have another name there.
+_IN_FILE = {
+    "length": "body.length",
+    "segments": "body.segments",
+    "relaxation_time": "body.relaxation_time",
+    "sensor_spacing": "sensors.spacing",
+    "elastic_law.curvature": "elastic_law.angle",
+    "elastic_law.base_moment": "elastic_law.base_torque",
+    "elastic_law.tip_moment": "elastic_law.tip_torque",
+}
 _REQUIRED = ("parent", "body", "base", "tip", "sensors")
 
 
@@ -155,4 +165,5 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     try:
         return FingerElement(Finger(reader.name, **body, **parts), *mount)
     except InputError as error:
-        raise error.inside(file) from None
+        field = _IN_FILE.get(error.field, error.field)
+        raise InputError(f"{file}: {error.where}", field, error.value, error.expected) from None

@@ -73,12 +73,15 @@ def _link(finger: Finger, index: int) -> ET.Element:
 
 
 def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
-    """A visual cylinder on the joint's axis: it fills the wedge that opens on the outer side."""
-    radius = float(finger.interpolate("thickness", np.array(s))) / 2
+    """A visual cylinder on the joint's axis: it fills the wedge that opens on the outer side.
+
+    It is a little narrower than the link, so that no two surfaces coincide and flicker, and ends with the tip.
+    """
+    radius = min(float(finger.interpolate("thickness", np.array(s))) / 2, finger.length - s)
     return _element(
         "visual",
         _element("origin", rpy=_text(np.pi / 2, 0, 0)),
-        _element("geometry", _element("cylinder", radius=_text(radius), length=_text(width))),
+        _element("geometry", _element("cylinder", radius=_text(radius), length=_text(0.99 * width))),
         _material(finger),
     )
 

@@ -1,9 +1,8 @@
 """FingertipDistance: the poses of two fingertips -> the distance between them."""
 
+import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
-
-import numpy as np
 
 from soft_gripper.arrays import Array
 

@@ -48,7 +48,7 @@ def forward_kinematics(q: Array, segment_length: float) -> Chain:
 def _sums_from_zero(steps: NDArray[Any]) -> Any:
     """0 and the running sums, (..., M) -> (..., M + 1)."""
     sums = np.zeros((*steps.shape[:-1], steps.shape[-1] + 1), dtype=steps.dtype)
-    np.cumsum(steps, axis=-1, out=sums[..., 1:])
+    steps.cumsum(axis=-1, out=sums[..., 1:])
     return sums
 
 

@@ -48,8 +48,8 @@ class PoseError(LeafSystem):
 
     def _calc_pose_error(self, context: Context, output: BasicVector) -> None:
         joints = as_planar(self._joints.Eval(context).reshape(-1, 2))
-        output.SetFromVector([pose_error(self._chain.Eval(context).joints, joints)])
+        output.SetAtIndex(0, pose_error(self._chain.Eval(context).joints, joints))
 
     def _calc_tip_error(self, context: Context, output: BasicVector) -> None:
         tip = as_planar(self._tip.Eval(context)[:2])
-        output.SetFromVector([fingertip_error(self._chain.Eval(context).tip, tip)])
+        output.SetAtIndex(0, fingertip_error(self._chain.Eval(context).tip, tip))

@@ -38,9 +38,7 @@ class SampledPidController(LeafSystem):
     first output is `initial_output`. While an input is not finite the output is held, and so is the memory.
     """
 
-    def __init__(
-        self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0
-    ):
+    def __init__(self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0):
         """Limits and `initial_output` in units of the output; `period` of the samples in s."""
         super().__init__()
         self._gains, self._period, self._limits = gains, period, (minimum, maximum)

@@ -26,11 +26,18 @@ class PiecewiseLinear:
 
     def __call__(self, x: Array) -> Array:
         """Values at `x` of any shape; with N curves side by side, its last axis counts them."""
-        if self.slopes.shape[-1] == 1:
-            return self.y[..., 0] + self.slopes[..., 0] * (x - self.x[..., 0])
+        if self._line is not None:
+            x0, y0, slope = self._line
+            return y0 + slope * (x - x0)
         piece = (x[..., None] > self.x[..., 1:-1]).sum(axis=-1)
         start = (np.arange(len(self.x)), piece) if self.x.ndim == 2 else (piece,)
         return self.y[start] + self.slopes[start] * (x - self.x[start])
+
+    @cached_property
+    def _line(self) -> tuple[Array, Array, Array] | None:
+        """A point and the slope, if there is only one piece."""
+        single = self.slopes.shape[-1] == 1
+        return (self.x[..., 0], self.y[..., 0], self.slopes[..., 0]) if single else None
 
     def inverse(self) -> "PiecewiseLinear":
         """The curve that leads from y back to x."""

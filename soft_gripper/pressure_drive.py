@@ -5,10 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import (
     Demultiplexer,
     FirstOrderLowPassFilter,
+    LinearSystem,
     MatrixGain,
     Multiplexer,
     Saturation,
@@ -27,17 +28,25 @@ class PressureDrive(Diagram):
                                    +---------------+ ---> actuation          (nu) N m, of the model's joints
 
     There is a command, (1) Pa, for every finger; one source wired to all of them is a common pressure.
-    Inside: Saturation -> FirstOrderLowPassFilter (if there is a lag) -> MatrixGain (the chamber law,
+    Inside: Saturation -> first-order lag (if there is one) -> MatrixGain (the chamber law,
     tau_i = p A(s_i) e(s_i)).
     """
 
-    def __init__(self, torque_maps: Mapping[str, Array], minimum: float, maximum: float, time_constant: float = 0.0):
+    def __init__(
+        self,
+        torque_maps: Mapping[str, Array],
+        minimum: float,
+        maximum: float,
+        time_constant: float = 0.0,
+        time_step: float = 0.0,
+    ):
         """
         Args:
             torque_maps: for every finger the actuation of the model by one pascal, (nu,) N m/Pa; see
                 `pressure_torque_map`.
             minimum, maximum: limits of the pressure, Pa.
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
+            time_step: of a discrete plant, s; the lag then goes in the same steps. 0 for a continuous one.
         """
         super().__init__()
         builder = DiagramBuilder()
@@ -46,7 +55,7 @@ class PressureDrive(Diagram):
         commands = builder.AddNamedSystem("commands", Multiplexer(count))
         chain = [builder.AddNamedSystem("limits", Saturation(minimum * ones, maximum * ones))]
         if time_constant > 0:
-            chain.append(builder.AddNamedSystem("lag", FirstOrderLowPassFilter(time_constant, count)))
+            chain.append(builder.AddNamedSystem("lag", _lag(time_constant, time_step, count)))
         pressures = builder.AddNamedSystem("pressures", Demultiplexer(count))
         chambers = builder.AddNamedSystem("chambers", MatrixGain(np.column_stack(list(torque_maps.values()))))
         for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
@@ -57,6 +66,14 @@ class PressureDrive(Diagram):
             builder.ExportOutput(pressures.get_output_port(i), f"{finger}.pressure")
         builder.ExportOutput(chambers.get_output_port(), "actuation")
         builder.BuildInto(self)
+
+
+def _lag(time_constant: float, time_step: float, count: int) -> System:
+    """First-order lag of `count` pressures; in discrete steps it is exact for commands that jump between them."""
+    if time_step == 0:
+        return FirstOrderLowPassFilter(time_constant, count)
+    kept, one = np.exp(-time_step / time_constant), np.eye(count)
+    return LinearSystem(A=kept * one, B=(1 - kept) * one, C=one, D=0 * one, time_period=time_step)
 
 
 def actuator_rows(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> Array:

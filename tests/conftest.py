@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from soft_gripper.models import DIRECTORY
 
 from soft_gripper.finger import Array, Finger
 from soft_gripper.finger_element import FingerElement
 from soft_gripper.finger_links import finger_to_urdf
+from soft_gripper.models import DIRECTORY
 from soft_gripper.sensor_layout import SensorLayout
 from soft_gripper.urdf import expand_urdf
 

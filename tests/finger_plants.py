@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.scenario_file import load_scenario
-
 from soft_gripper.finger import CrossSection, Finger
 
 LENGTH = 0.12  # m

@@ -16,7 +16,7 @@ from pydrake.systems.primitives import (
 )
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.arc_pose_estimator import ArcPoseEstimator, to_world
+from soft_gripper.arc_pose_estimator import ArcPoseEstimator, bending_plane, to_world
 from soft_gripper.kinematics import as_points
 from soft_gripper.sensor_layout import arcs_from_readings, extension_ratios, joints_on_arcs
 from soft_gripper.strain_sensor import StrainSensor
@@ -87,8 +87,8 @@ def test_world_positions_are_those_of_drakes_transform(layout, strain):
 
 def test_world_positions_of_a_batch(bent):
     joints = bent(2, 3) + 1j * bent(2, 3)
-    single = [[to_world(joint, X_WB) for joint in row] for row in joints]
-    np.testing.assert_allclose(to_world(joints, X_WB), single, atol=1e-15)
+    single = [[to_world(joint, bending_plane(X_WB)) for joint in row] for row in joints]
+    np.testing.assert_allclose(to_world(joints, bending_plane(X_WB)), single, atol=1e-15)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

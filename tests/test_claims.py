@@ -5,6 +5,7 @@ from itertools import product
 from typing import Any
 
 import pytest
+
 from soft_gripper.evaluation.claims import claims
 from soft_gripper.evaluation.force_table import ForceRow
 from soft_gripper.evaluation.pose_table import PoseRow

@@ -7,6 +7,7 @@ import pytest
 from finger_plants import free_bending, uniform_finger
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from scipy.integrate import trapezoid
+
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+
 from soft_gripper.evaluation.figures import contact_figure, free_bending_figure, save_figure
 from soft_gripper.evaluation.pose_table import PoseRow
 

@@ -75,7 +75,7 @@ def test_parts_of_the_optional_elements_may_be_left_out():
 
 def test_segments_take_the_place_of_the_files():
     assert read(COMPLETE, segments=3).finger.segments == 3
-    with pytest.raises(InputError, match=r"gripper\.urdf: finger 'left': segments = 0: give a whole number"):
+    with pytest.raises(InputError, match=r"gripper\.urdf: finger 'left': body.segments = 0: give a whole number"):
         read(COMPLETE, segments=0)
 
 
@@ -90,8 +90,8 @@ def test_elastic_law_is_that_of_the_segments_in_the_file(segments):
     [
         (' base_torque="-0.4 0 0.5"', "", "elastic_law.base_torque = None: the attribute is missing"),
         ("-0.2 0 0.4", "-0.2, 0, 0.4", "elastic_law.angle = '-0.2, 0, 0.4': give numbers"),
-        ("-0.3 0 0.25", "-0.3 0", "elastic_law.tip_moment = (-0.3, 0.0): give as many increasing numbers"),
-        ('"0.12"', '"0"', "length = 0.0: give a finite number above 0"),
+        ("-0.3 0 0.25", "-0.3 0", "elastic_law.tip_torque = (-0.3, 0.0): give as many increasing numbers"),
+        ('"0.12"', '"0"', "body.length = 0.0: give a finite number above 0"),
     ],
 )
 def test_mistakes_in_an_elastic_law_are_named(old, new, message):
@@ -138,9 +138,9 @@ def test_missing_attribute(tag, attribute):
         ('name="left"', 'name=""', "finger.name = '': give every <finger> a name"),
         ('name="left"', "", "finger.name = None: give every <finger> a name"),
         ('name="left"', 'name="left" segments="6"', "finger 'left': attribute = 'segments': not known here"),
-        ('"0.018"', '"-0.018"', "finger 'left': sensor_spacing = -0.018: give a finite number above 0"),
+        ('"0.018"', '"-0.018"', "finger 'left': sensors.spacing = -0.018: give a finite number above 0"),
         ('"0.015"', '"nan"', "finger 'left': tip.thickness = nan: give a finite number above 0"),
-        ('"6"', '"0"', "finger 'left': segments = 0: give a whole number of at least 1"),
+        ('"6"', '"0"', "finger 'left': body.segments = 0: give a whole number of at least 1"),
     ],
 )
 def test_mistakes_are_named(old, new, message):

@@ -10,9 +10,9 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import MultibodyForces, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
-from soft_gripper.models import DIRECTORY
 
 from soft_gripper.finger_links import joint_name, link_name
+from soft_gripper.models import DIRECTORY
 from soft_gripper.urdf import expand_urdf
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+
 from soft_gripper.diagrams.scenario import PressureConfig, Scenario, SensorConfig
 from soft_gripper.evaluation.held_steps import held_samples
 

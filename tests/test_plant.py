@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
+
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
-
 from soft_gripper.errors import InputError
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"

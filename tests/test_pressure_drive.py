@@ -5,9 +5,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
-from soft_gripper.models import DIRECTORY
 
 from soft_gripper.finger_links import joint_name
+from soft_gripper.models import DIRECTORY
 from soft_gripper.pressure_drive import PressureDrive, pressure_torque_map
 from soft_gripper.urdf import expand_urdf
 

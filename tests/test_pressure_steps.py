@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+
 from soft_gripper.diagrams.pressure_steps import pressure_source, pressure_steps
 from soft_gripper.diagrams.scenario import PressureConfig, Scenario, SensorConfig
-
 from soft_gripper.errors import InputError
 
 

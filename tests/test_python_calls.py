@@ -6,6 +6,7 @@ from collections import Counter
 import pytest
 from finger_plants import free_bending
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 

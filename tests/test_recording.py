@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 from finger_plants import free_bending
 from scipy.io import netcdf_file
+
+from soft_gripper.arc_pose_estimator import bending_plane, to_world
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.sensing import sensor_layout
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-
-from soft_gripper.arc_pose_estimator import to_world
 from soft_gripper.external_torque import external_torque, free_bending_angles
 from soft_gripper.kinematics import as_points, forward_kinematics
 from soft_gripper.metrics import fingertip_error, pose_error
@@ -87,7 +87,7 @@ def expected_signals(station, recording, finger):
         "kappa": arcs.kappa,
         "arcs": np.dstack([begin[..., 0], begin[..., 1], arcs.heading, arcs.kappa, arcs.length, center]),
         "joint_positions": as_points(joints),
-        "joint_positions_world": to_world(joints, finger.X_WB),
+        "joint_positions_world": to_world(joints, bending_plane(finger.X_WB)),
         "tip_pose": np.column_stack([as_points(tip), arcs.tip_heading]),
         "pose_error": pose_error(truth.joints, joints),
         "fingertip_error": fingertip_error(truth.tip, tip),

@@ -1,9 +1,9 @@
 """Every rule of a scenario: what breaks it is refused with the field, the value and what would do."""
 
 import pytest
+
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
-
 from soft_gripper.errors import InputError
 
 NAN, INFINITE = ".nan", ".inf"

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.common.schema import Transform
+
 from soft_gripper.diagrams.scenario import ModelConfig, Scenario
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
-
 from soft_gripper.errors import InputError
 
 FOLDER = Path(__file__).parent / "scenarios"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from finger_plants import free_bending
 from pydrake.systems.analysis import Simulator
+
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
-
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.kinematics import forward_kinematics
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from finger_plants import free_bending
+
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 

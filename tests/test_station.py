@@ -2,6 +2,7 @@
 
 import pytest
 from pydrake.systems.framework import Diagram
+
 from soft_gripper.diagrams.recording import describe
 from soft_gripper.diagrams.scenario_file import load_scenario, scenario_names
 from soft_gripper.diagrams.signals import FINGER_SIGNALS
@@ -24,7 +25,7 @@ SENSING_BLOCKS = {
     "force_estimator": (["theta", "pressure", "X_WB"], ["free_bending_angles", "external_torque"]),
 }
 OF_BLOCKS = [port for _, outputs in SENSING_BLOCKS.values() for port in outputs]
-OF_SENSING = [*OF_BLOCKS, "true_external_torque", "external_torque_error"]
+OF_SENSING = [*OF_BLOCKS, "sampled_pressure", "true_external_torque", "external_torque_error"]
 OF_A_FINGER = ["pressure_command", "pressure", *OF_SENSING]
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
-from soft_gripper.models import DIRECTORY
 
 from soft_gripper.errors import InputError
+from soft_gripper.models import DIRECTORY
 from soft_gripper.urdf import expand_urdf
 
 FINGER, TWO_FINGER = DIRECTORY / "grippers/finger.urdf", DIRECTORY / "grippers/two_finger.urdf"

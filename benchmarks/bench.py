@@ -1,0 +1,140 @@
+"""What the closed diagram costs, and its blocks beside the bare plant.
+
+Speed is simulated time over computing time of whole runs, logging included. "all blocks" is a difference: the
+time of a sample in the closed diagram less that of the plant alone, run in turns. The single blocks written in
+Python are measured in a run that pauses midway between samples, when the new sample is taken but nothing is
+computed from it yet: a block's inputs are evaluated, then its output ports (and its next sample, if it takes
+samples), less the time of reading the same ports again. "the rest" is the difference less all these: Drake's
+own blocks, such as those of the PressureDrive, and the stepping; it carries the noise of all others.
+
+All times are CPU time of the process, threads included; medians over repeats. Exit code 1: a bar is missed.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from time import process_time
+
+import numpy as np
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
+
+from soft_gripper.diagrams.plant import add_plant
+from soft_gripper.diagrams.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station, solver_config
+from soft_gripper.diagrams.station import Station, make_station
+
+# Scenario, and how many times faster than real time it runs at least.
+SPEED_BARS = (("free_bending", 15.0), ("box_grasp", 8.0), ("irregular_grasp", 5.0))
+BLOCKS_SCENARIO = ("free_bending", ["pressure.steps.all=[60.0e3, 150.0e3, -30.0e3, 90.0e3]"])
+BLOCKS_BAR = 0.5  # ms a sample at most, all blocks of both fingers together
+REPEATS = 5
+SAMPLES = 500  # of every block measured by itself, in every repeat
+
+
+def main() -> int:
+    """Prints both tables; 1 if a bar is missed."""
+    print("Times faster than real time    median    min    max   bar")
+    fast = [_print_speed(name, bar) for name, bar in SPEED_BARS]
+    print("\nA sample of both fingers [ms]  median    min    max   bar")
+    cheap = _print_blocks(make_station(load_scenario(*BLOCKS_SCENARIO)))
+    return 0 if all(fast) and cheap else 1
+
+
+def _print_speed(name: str, bar: float) -> bool:
+    station = make_station(load_scenario(name))
+    times = [cpu_time(lambda: run_station(station)) for _ in range(REPEATS)]
+    speeds = station.scenario.duration / np.array(times)
+    holds = bool(np.median(speeds) >= bar)
+    _print_row(name, speeds, f"{'at least' if holds else 'MISSES'} {bar:g}")
+    return holds
+
+
+def _print_blocks(station: Station) -> bool:
+    builder = DiagramBuilder()
+    add_plant(builder, station.scenario)
+    plant = builder.Build()
+    repeats = [(_run(plant, station), _run(station.diagram, station), cost_of_blocks(station)) for _ in range(REPEATS)]
+    bare, closed = np.array([repeat[:2] for repeat in repeats]).T
+    alone = [repeat[2] for repeat in repeats]
+    costs = {name: np.array([cost[name] for cost in alone]) for name in alone[0]}
+    blocks = closed - bare
+    holds = bool(np.median(blocks) <= BLOCKS_BAR)
+    _print_row("bare plant", bare)
+    for name, cost in costs.items():
+        _print_row(f"  {name}", cost)
+    _print_row("  PressureDrive and the rest", blocks - sum(costs.values()))
+    _print_row("all blocks", blocks, f"{'at most' if holds else 'MISSES'} {BLOCKS_BAR:g}")
+    return holds
+
+
+def _run(diagram: Diagram, station: Station) -> float:
+    """CPU time of a sample in a run of the station's scenario, ms."""
+    simulator, scenario = start(diagram, station), station.scenario
+    seconds = cpu_time(lambda: simulator.AdvanceTo(scenario.duration))
+    return 1e3 * seconds * scenario.sensor.period / scenario.duration
+
+
+def start(diagram: Diagram, station: Station) -> Simulator:
+    """A simulator of a diagram with the solver of the station."""
+    simulator = Simulator(diagram)
+    ApplySimulatorConfig(solver_config(station.scenario), simulator)
+    simulator.Initialize()
+    return simulator
+
+
+def cost_of_blocks(station: Station) -> dict[str, float]:
+    """CPU time of a sample by class of the Python blocks, all fingers together, and of the logs, ms."""
+    simulator = start(station.diagram, station)
+    root = simulator.get_context()
+    blocks = list(_python_blocks(station.diagram))
+    logs = station.logs.GetMyContextFromRoot(root)
+    seconds: Counter[str] = Counter()
+    for sample in range(SAMPLES):
+        simulator.AdvanceTo((sample + 0.5) * station.scenario.sensor.period)
+        for block in blocks:
+            seconds[type(block).__name__] += _sample_time(block, block.GetMyContextFromRoot(root))
+        seconds["SignalLogs"] += cpu_time(lambda: station.logs.ForcedPublish(logs))
+    return {name: 1e3 * total / SAMPLES for name, total in seconds.items()}
+
+
+def _python_blocks(diagram: Diagram) -> Iterator[System]:
+    """All blocks of this project, in the order of data flow."""
+    for system in diagram.GetSystems():
+        if isinstance(system, Diagram):
+            yield from _python_blocks(system)
+        elif type(system).__module__.startswith("soft_gripper"):
+            yield system
+
+
+def _sample_time(block: System, context: Context) -> float:
+    """CPU time of one sample of a block, s."""
+    outputs = [block.get_output_port(i) for i in range(block.num_output_ports())]
+    for i in range(block.num_input_ports()):
+        block.get_input_port(i).Eval(context)
+    seconds = 0.0
+    if context.num_discrete_state_groups():
+        seconds += cpu_time(lambda: block.EvalUniquePeriodicDiscreteUpdate(context))
+    computed, read = (cpu_time(lambda: [port.Eval(context) for port in outputs]) for _ in range(2))
+    return seconds + computed - read
+
+
+def cpu_time(action: Callable[[], object]) -> float:
+    """CPU time that an action takes, s."""
+    start = process_time()
+    action()
+    return process_time() - start
+
+
+def _print_row(name: str, values: np.ndarray, bar: str = "") -> None:
+    middle, low, high = np.median(values), values.min(), values.max()
+    digits = 1 if middle >= 1 else 3
+    print(f"{name:<28} {middle:>8.{digits}f} {low:>6.{digits}f} {high:>6.{digits}f}   {bar}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

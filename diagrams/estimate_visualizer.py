@@ -1,0 +1,139 @@
+"""EstimateVisualizer: what is estimated of the fingers, drawn into Meshcat and into its recording."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Box, Meshcat, Rgba
+from pydrake.math import RigidTransform
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import Context, EventStatus, LeafSystem
+
+from soft_gripper.arcs import Arcs
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, unit_circle
+from soft_gripper.diagrams.torque_colors import color
+from soft_gripper.sensor_layout import SensorLayout
+
+CURVE, ARCS = "/drake/estimate/curve", "/drake/estimate/arcs"
+_PIECES = 2  # of the curve, for every segment
+_CURVE_COLOR = Rgba(0.05, 0.05, 0.05)
+_ARC_COLOR = Rgba(0.0, 0.35, 0.15)
+_PROUD = 1e-3  # m, by how much the estimate stands out of the sides of the finger
+_STEPS = 2.0**20  # in a metre and in a radian: numbers of few digits, which a replay keeps in little room
+_LARGEST_RADIUS = 1.0  # m; a flatter arc is not drawn
+
+
+@dataclass(frozen=True)
+class DrawnFinger:
+    """A finger whose estimate is drawn."""
+
+    layout: SensorLayout
+    base: BodyIndex  # body whose frame is B
+    skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of every link, base to tip
+
+    @property
+    def name(self) -> str:
+        return self.layout.finger.name
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces that each section of the curve is drawn in."""
+        return int(np.ceil(_PIECES * self.layout.finger.segments / self.layout.sections))
+
+    @property
+    def side(self) -> float:
+        """Distance from the bending plane to where the estimate is drawn, m."""
+        finger = self.layout.finger
+        return max(finger.base.width, finger.tip.width) / 2 + _PROUD
+
+
+class EstimateVisualizer(LeafSystem):
+    """Shows what is estimated of every finger; takes part in Meshcat's recording.
+
+    body_poses ---------------------> +--------------------+
+    {finger}.arcs (S x 7) ----------> | EstimateVisualizer | ~~~> Meshcat
+    {finger}.external_torque (N) ---> +--------------------+
+
+    The links of the finger take the colour of the external torque, N m, on a scale that ends at
+    `torque_limit`. The estimated curve stands out of both sides of the finger as a dark line. The circles and
+    radii of its arcs are hidden until `estimate/arcs` is ticked in Meshcat's tree. Where a sensor has failed
+    the curve ends and the links are dark grey.
+    """
+
+    def __init__(self, meshcat: Meshcat, fingers: Sequence[DrawnFinger], torque_limit: float, period: float):
+        super().__init__()
+        self._meshcat, self._fingers, self._limit = meshcat, tuple(fingers), torque_limit
+        self._body_poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
+        for finger in self._fingers:
+            self.DeclareVectorInputPort(f"{finger.name}.arcs", finger.layout.sections * 7)
+            self.DeclareVectorInputPort(f"{finger.name}.external_torque", finger.layout.finger.segments)
+        self.DeclareInitializationPublishEvent(self._place_shapes)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
+
+    def _place_shapes(self, context: Context) -> EventStatus:
+        self._meshcat.Delete("/drake/estimate")
+        self._meshcat.SetProperty(ARCS, "visible", False)
+        for finger in self._fingers:
+            lengths = 1.1 * np.repeat(finger.layout.rest_lengths / finger.pieces, finger.pieces)
+            for i, length in enumerate(lengths):
+                shape = Box(2 * _PROUD, 2 * finger.side, length)
+                self._meshcat.SetObject(f"{CURVE}/{finger.name}/{i}", shape, _CURVE_COLOR)
+            for i in range(finger.layout.sections):
+                self._place_arc(f"{ARCS}/{finger.name}/{i}/unit")
+        return EventStatus.Succeeded()
+
+    def _place_arc(self, path: str) -> None:
+        """A circle of radius 1 m in the bending plane, and two radii along +z."""
+        self._meshcat.SetLine(f"{path}/circle", unit_circle(), 1.0, _ARC_COLOR)
+        for radius in ("begin", "end"):
+            self._meshcat.SetLine(f"{path}/{radius}", np.array([[0, 0], [0, 0], [0, 1]]), 2.0, _ARC_COLOR)
+
+    def _publish(self, context: Context) -> EventStatus:
+        time, poses = context.get_time(), self._body_poses.Eval(context)
+        for finger in self._fingers:
+            table = self.GetInputPort(f"{finger.name}.arcs").Eval(context).reshape(-1, 7)
+            torque = self.GetInputPort(f"{finger.name}.external_torque").Eval(context)
+            for group in (CURVE, ARCS):
+                self._meshcat.SetTransform(f"{group}/{finger.name}", poses[finger.base], time)
+            arcs = arcs_of_table(table)
+            self._draw_curve(finger, arcs, time)
+            self._draw_arcs(finger, arcs, time)
+            self._color_skin(finger, torque, time)
+        return EventStatus.Succeeded()
+
+    def _draw_curve(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
+        middles, headings = curve_pieces(arcs, finger.pieces)
+        for i, (middle, heading) in enumerate(zip(middles, headings, strict=True)):
+            self._put(f"{CURVE}/{finger.name}/{i}", middle, heading, time)
+
+    def _draw_arcs(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
+        centers, headings, radii = arc_frames(arcs)
+        for i, radius in enumerate(radii):
+            path, drawn = f"{ARCS}/{finger.name}/{i}", bool(radius < _LARGEST_RADIUS)  # not if it is NaN
+            self._meshcat.SetProperty(path, "visible", drawn, time)
+            if drawn:
+                self._put(path, centers[i], headings[i], time)
+                self._meshcat.SetProperty(f"{path}/unit", "scale", [radius, 1.0, radius], time)
+                self._meshcat.SetProperty(f"{path}/unit/end", "rotation[y]", float(arcs.theta[i]), time)
+
+    def _put(self, path: str, position: Planar, heading: float, time: float) -> None:
+        """Poses an object of the bending plane, which takes less room in a recording than a transform."""
+        x, z, angle = (round(float(value) * _STEPS) / _STEPS for value in (position.imag, position.real, heading))
+        self._meshcat.SetProperty(path, "position", [x, 0.0, z], time)
+        self._meshcat.SetProperty(path, "rotation[y]", angle, time)
+
+    def _color_skin(self, finger: DrawnFinger, torque: Array, time: float) -> None:
+        """Gives each link the colour of the joint at which it begins; the first link shares the second's."""
+        colors = _linear(color(np.concatenate([torque[:1], torque]), self._limit)).tolist()
+        for paths, rgb in zip(finger.skin, colors, strict=True):
+            for path in paths:
+                for channel, value in zip("rgb", rgb, strict=True):
+                    self._meshcat.SetProperty(f"{path}/<object>", f"material.color[{channel}]", value, time)
+
+
+def _linear(srgb: Array) -> Array:
+    """The linear intensities, which Meshcat's materials hold, of colours as they are usually given (sRGB)."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

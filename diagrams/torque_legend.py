@@ -1,0 +1,57 @@
+"""The legend of the torque colours in Meshcat, which has no widget for one: a picture held before the camera."""
+
+from io import BytesIO
+
+import numpy as np
+from matplotlib.figure import Figure
+from pydrake.common import MemoryFile
+from pydrake.geometry import InMemoryMesh, Mesh, Meshcat
+from pydrake.math import RigidTransform
+
+from soft_gripper.diagrams.torque_colors import add_torque_bar
+
+# What is below the camera in Meshcat's tree moves with it: x to the right, y up, z toward the viewer.
+PATH = "/Cameras/default/rotated/<object>/legend"
+_SIZE = (4.6, 0.8)  # inches of the figure
+_DISTANCE = 0.05  # m from the camera, so close that nothing comes between
+
+# A rectangle with the picture on it. An opacity below 1 lets Meshcat see the picture's own transparency.
+_OBJ = """mtllib legend.mtl
+v -0.5 -0.5 0
+v 0.5 -0.5 0
+v 0.5 0.5 0
+v -0.5 0.5 0
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0 1
+vn 0 0 1
+usemtl picture
+f 1/1/1 2/2/1 3/3/1
+f 1/1/1 3/3/1 4/4/1
+"""
+_MTL = "newmtl picture\nKd 1 1 1\nd 0.999\nmap_Kd legend.png\n"
+
+
+def draw_torque_legend(meshcat: Meshcat, limit: float, field_of_view: float) -> None:
+    """Shows the scale from -`limit` to `limit` N m at the lower edge of the view, wherever the camera goes.
+
+    Draw it after the camera is set. `field_of_view` is the camera's, rad, from the lower to the upper edge.
+    """
+    parts = {"legend.mtl": _MTL.encode(), "legend.png": _picture(limit)}
+    files = {name: MemoryFile(data, f".{name[-3:]}", name) for name, data in parts.items()}
+    mesh = InMemoryMesh(mesh_file=MemoryFile(_OBJ.encode(), ".obj", "legend.obj"), supporting_files=files)
+    edge = _DISTANCE * np.tan(field_of_view / 2)
+    height = 0.26 * edge
+    meshcat.Delete(PATH)  # one that hangs on a camera of before
+    meshcat.SetObject(PATH, Mesh(mesh, scale3=[height * _SIZE[0] / _SIZE[1], height, 1.0]))
+    meshcat.SetTransform(PATH, RigidTransform([0.0, 0.53 * height - edge, -_DISTANCE]))
+
+
+def _picture(limit: float) -> bytes:
+    figure = Figure(figsize=_SIZE, dpi=200, facecolor="none")
+    axes = figure.add_axes((0.06, 0.62, 0.88, 0.24))
+    add_torque_bar(figure, limit, "estimated external torque", cax=axes, orientation="horizontal")
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png")
+    return buffer.getvalue()

@@ -1,0 +1,59 @@
+"""Film: the frames of a film of a recording, each the scene with a caption and the scale of the torques."""
+
+from io import BytesIO
+
+import numpy as np
+from matplotlib.figure import Figure
+from PIL import Image, ImageDraw, ImageFont
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.torque_colors import add_torque_bar
+from soft_gripper.pictures.rendering import SceneRenderer
+from soft_gripper.pictures.torque_bar import recorded_limit
+
+FRAME_RATE = 10  # frames a second of simulated time
+FOOTER = 60  # pixels, below the scene
+
+
+class Film:
+    """What a recording of a scenario shows at its own pace; the scene is `width` x `height` pixels."""
+
+    def __init__(self, scenario: Scenario, recording: Recording, width: int, height: int):
+        self.duration = scenario.duration  # s
+        self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
+        self.size = (width, height + FOOTER)  # pixels
+        limit = recorded_limit(recording)
+        self._recording = recording
+        self._renderer = SceneRenderer(scenario, recording, height, width, limit)
+        self._scale = _draw_scale(limit, width // 2)
+
+    def frame(self, time: float) -> Image.Image:
+        """The frame of a time, s."""
+        width, height = self.size
+        frame = Image.new("RGB", self.size, "white")
+        frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))
+        frame.paste(self._scale, (width - self._scale.width, height - FOOTER))
+        font = ImageFont.load_default(0.025 * width)
+        place = (0.03 * width, height - FOOTER / 2)
+        ImageDraw.Draw(frame).text(place, self._caption(time), "black", font, anchor="lm")
+        return frame
+
+    def _caption(self, time: float) -> str:
+        """The time and the pressures in the fingers; one that is the same in all stands once."""
+        now = self._recording.data.sel(time=time, method="nearest")
+        signals = [signal for name, signal in now.data_vars.items() if str(name).endswith(".pressure")]
+        pressures = dict.fromkeys(f"{round(signal.item() / 1e3)} kPa" for signal in signals)
+        return f"{time:4.1f} s     {', '.join(pressures)}"
+
+
+def _draw_scale(limit: float, width: int) -> Image.Image:
+    """The scale of the colours, which ends at `limit` N m, as high as the footer."""
+    figure = Figure(figsize=(width / 100, FOOTER / 100), dpi=100)
+    axes = figure.add_axes((0.05, 0.72, 0.87, 0.18))
+    bar = add_torque_bar(figure, limit, cax=axes, orientation="horizontal")
+    bar.ax.tick_params(labelsize=7, length=2, pad=1)
+    bar.ax.xaxis.label.set_fontsize(8)
+    picture = BytesIO()
+    figure.savefig(picture, format="png")
+    return Image.open(picture)

@@ -1,0 +1,48 @@
+"""A headless browser without a network, for pages that are to open offline."""
+
+import io
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+Pixels = NDArray[np.int_]  # (height, width, 3) red, green, blue
+
+_BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+_DRIVER = shutil.which("chromedriver")
+_OPTIONS = (
+    "headless",
+    "no-sandbox",
+    "disable-gpu",
+    "enable-unsafe-swiftshader",
+    "window-size=1000,700",
+    "no-first-run",
+    "disable-background-networking",
+    "disable-component-update",
+    "disable-sync",
+    "host-resolver-rules=MAP * ~NOTFOUND",
+)
+
+
+def open_offline(page: Path, profile: Path) -> Any:
+    """Selenium's driver of a browser that shows `page`; skips the test where there is none."""
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    if _BROWSER is None or _DRIVER is None:
+        pytest.skip("needs chromium (or google-chrome) and chromedriver on the PATH")
+    options = webdriver.ChromeOptions()
+    options.binary_location = _BROWSER
+    for option in (*_OPTIONS, f"user-data-dir={profile}"):
+        options.add_argument(f"--{option}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(_DRIVER))
+    driver.get(page.as_uri())
+    return driver
+
+
+def screenshot(driver: Any) -> Pixels:
+    """What the browser shows."""
+    return np.asarray(Image.open(io.BytesIO(driver.get_screenshot_as_png())).convert("RGB")).astype(int)

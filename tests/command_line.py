@@ -1,0 +1,31 @@
+"""The command line, called in process as a user calls it."""
+
+import io
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+
+from soft_gripper.commands import main
+
+SHORT = ("pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a command leaves in the terminal."""
+
+    code: int
+    out: str
+    err: str
+
+
+def soft_gripper(*arguments: object) -> Outcome:
+    """Runs `soft-gripper ARGUMENTS`."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        code = main([str(argument) for argument in arguments])
+    return Outcome(code, out.getvalue(), err.getvalue())
+
+
+def short(*overrides: str) -> list[str]:
+    """Options that shorten a scenario to two steps of a quarter of a second, and override what else is given."""
+    return [option for override in (*SHORT, *overrides) for option in ("--set", override)]

@@ -1,0 +1,57 @@
+"""The notebooks: they run from top to bottom, define nothing, and are kept without outputs."""
+
+import ast
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+from jupyter_client.kernelspec import KernelSpecManager
+from jupyter_client.manager import AsyncKernelManager
+from nbclient import NotebookClient
+from nbformat import NotebookNode
+
+NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
+DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
+
+
+@pytest.fixture(params=NOTEBOOKS, ids=lambda path: path.stem)
+def notebook(request: pytest.FixtureRequest) -> NotebookNode:
+    """Every notebook."""
+    return nbformat.read(request.param, as_version=4)
+
+
+def code_cells(notebook: NotebookNode) -> list[NotebookNode]:
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def test_there_are_notebooks() -> None:
+    assert NOTEBOOKS
+
+
+def test_runs_from_top_to_bottom(notebook: NotebookNode, tmp_path: Path) -> None:
+    # Without folders to search there is no kernel but the one of the Python that runs the tests.
+    specs = KernelSpecManager(kernel_dirs=[])
+    kernel = AsyncKernelManager(kernel_name="python3", kernel_spec_manager=specs)
+    assert kernel.kernel_spec.argv[0] == sys.executable
+    place = {"metadata": {"path": str(tmp_path)}}
+    NotebookClient(notebook, timeout=60, km=kernel, resources=place).execute()
+    assert not list(tmp_path.iterdir()), "a notebook leaves no files behind"
+
+
+def test_imports_narrowly(notebook: NotebookNode) -> None:
+    assert not [cell.source for cell in code_cells(notebook) if "pydrake.all" in cell.source]
+
+
+def test_defines_nothing(notebook: NotebookNode) -> None:
+    trees = [ast.parse(cell.source) for cell in code_cells(notebook)]
+    found = [node for tree in trees for node in ast.walk(tree) if isinstance(node, DEFINITIONS)]
+    assert not [ast.unparse(node) for node in found]
+
+
+def test_holds_no_outputs(notebook: NotebookNode) -> None:
+    assert not any(cell.outputs or cell.execution_count is not None for cell in code_cells(notebook))
+
+
+def test_is_valid(notebook: NotebookNode) -> None:
+    nbformat.validate(notebook)
