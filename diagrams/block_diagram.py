@@ -34,5 +34,6 @@ def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None
     except ImportError:
         expected = "a picture needs pygraphviz: pip install 'soft-gripper[notebooks]'; or end it in .dot"
         raise InputError("--graphviz", "FILE", str(path), expected) from None
+    picture = pygraphviz.AGraph(string=text).draw(prog="dot", format=path.suffix[1:])
     with whole_file(path) as partial:
-        pygraphviz.AGraph(string=text).draw(str(partial), prog="dot", format=path.suffix[1:])
+        partial.write_bytes(picture)
