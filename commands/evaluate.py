@@ -49,7 +49,7 @@ def _run(options: argparse.Namespace) -> None:
 def _jobs(text: str | None) -> int:
     if text is None:
         return os.cpu_count() or 1
-    if not text.isdigit() or int(text) < 1:
+    if not text.isdecimal() or int(text) < 1:
         raise InputError("evaluate", "--jobs", text, "give a whole number of at least 1")
     return int(text)
 

@@ -4,7 +4,7 @@ import argparse
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import Subparsers, chosen_scenario
+from soft_gripper.commands.options import Subparsers, chosen_station
 from soft_gripper.commands.tables import print_steps
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.tuning import follow, tune
@@ -21,7 +21,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    scenario = chosen_scenario(options)
+    scenario = chosen_station(options).scenario
     if not scenario.control.set_points:
         raise InputError(options.scenario, "control.set_points", [], "give set points to be followed")
     evaluations = _evaluations(options.evaluations)
@@ -37,6 +37,6 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _evaluations(text: str) -> int:
-    if not text.isdigit() or int(text) < 5:
+    if not text.isdecimal() or int(text) < 5:
         raise InputError("tune", "--evaluations", text, "give a whole number of at least 5")
     return int(text)

@@ -32,6 +32,8 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     """Builds the diagram of a scenario.
 
         pressure_steps -> {model}.pressure_drive -> plant -> {finger}: FingerSensing -> logs
+        or grip_control ----^                                               |
+               ^------------------------------------------------------------+
 
     Raises:
         InputError: if a part of the scenario cannot be built.

@@ -42,19 +42,11 @@ class SampledPidController(LeafSystem):
         """Limits and `initial_output` in units of the output; `period` of the samples in s."""
         super().__init__()
         self._gains, self._period, self._limits = gains, period, (minimum, maximum)
-        self._initial_output = initial_output
         self._set_point = self.DeclareVectorInputPort("set_point", 1)
         self._measurement = self.DeclareVectorInputPort("measurement", 1)
-        self._memory = self.DeclareDiscreteState([0.0, 0.0, 0.0, initial_output])  # I, d, y, u
-        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self._memory = self.DeclareDiscreteState([0.0, 0.0, np.nan, initial_output])  # I, d, y, u
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         self.DeclareVectorOutputPort("output", 1, self._calc_output)
-
-    def _begin(self, context: Context, values: DiscreteValues) -> None:
-        measurement, error = self._read(context)
-        integral = self._initial_output - self._gains.kp * error
-        if np.isfinite(integral):
-            values.set_value([integral, 0.0, measurement, self._initial_output])
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._step(context))
@@ -69,11 +61,13 @@ class SampledPidController(LeafSystem):
     def _step(self, context: Context) -> Array:
         """The memory after a sample of the present inputs: I, d, y, u."""
         memory = context.get_discrete_state_vector().value()
-        integral, derivative, last, _ = memory
+        integral, derivative, last, held = memory
         measurement, error = self._read(context)
         if not np.isfinite(error):
             return memory
         gains, period = self._gains, self._period
+        if np.isnan(last):  # the first measurement
+            integral, last = held - gains.kp * error, measurement
         smoothing = gains.derivative_filter + period
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
         wanted = gains.kp * error + integral - derivative

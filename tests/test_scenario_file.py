@@ -149,10 +149,15 @@ def test_defaults_run():
 @pytest.mark.parametrize(
     "overrides",
     [
-        [],
-        ["sensor.one_sided=false", "plant_config.time_step=0", "simulator_config.integration_scheme=cenic"],
+        ["control.set_points=[]"],
+        [
+            "control.set_points=[]",
+            "sensor.one_sided=false",
+            "plant_config.time_step=0",
+            "simulator_config.integration_scheme=cenic",
+        ],
     ],
-    ids=["as it is", "two-sided in cenic"],
+    ids=["open loop", "two-sided in cenic"],
 )
 def test_one_of_everything_runs(overrides):
     scenario = load_scenario(EVERYTHING, overrides)
@@ -164,3 +169,12 @@ def test_one_of_everything_runs(overrides):
     assert right[-1] == pytest.approx(-20e3, rel=0.01)
     height = recording["plant.state"].sel(state="box_box_z")
     assert height[-1] - height[0] == pytest.approx(-1.6 / 2 * scenario.duration**2, rel=0.05)
+
+
+def test_one_of_everything_runs_in_closed_loop():
+    scenario = load_scenario(EVERYTHING)
+    recording = simulate(scenario)
+    assert recording["time"][-1] == pytest.approx(len(scenario.control.set_points) * scenario.control.hold)
+    left, right = (recording[f"{side}_finger.pressure_command"] for side in ("left", "right"))
+    np.testing.assert_array_equal(left, right)
+    assert np.abs(left).max() > 0

@@ -5,7 +5,7 @@ from pydrake.systems.framework import Diagram
 
 from soft_gripper.diagrams.recording import describe
 from soft_gripper.diagrams.scenario_file import load_scenario, scenario_names
-from soft_gripper.diagrams.signals import FINGER_SIGNALS
+from soft_gripper.diagrams.signals import FINGER_SIGNALS, GRIP_SIGNALS
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 
@@ -56,6 +56,15 @@ def test_ports_of_the_stations(free_bending, box_grasp):
     inputs, outputs = ports(box_grasp.diagram)
     assert inputs == []
     assert sorted(outputs) == sorted([*of_fingers, "plant.state", "box.contact_force"])
+
+
+def test_ports_of_the_closed_loop():
+    diagram = make_station(load_scenario("tip_distance_steps")).diagram
+    of_fingers = [f"{finger}.{signal}" for finger in FINGERS for signal in OF_A_FINGER]
+    of_grip = [f"grip.{signal}" for signal in GRIP_SIGNALS]
+    assert sorted(ports(diagram)[1]) == sorted([*of_fingers, *of_grip, "plant.state"])
+    control = diagram.GetSubsystemByName("grip_control")
+    assert ports(control) == (["set_point", "first_tip_pose", "second_tip_pose"], ["pressure", "distance"])
 
 
 def test_blocks_of_the_station(free_bending):
