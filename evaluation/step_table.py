@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.plant import PlantFinger
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import Station
 from soft_gripper.fingertip_distance import fingertip_distance
@@ -58,8 +59,12 @@ def _follow(since: Array, distance: Array, begin: float, end: float) -> tuple[fl
 def true_distance(station: Station, recording: Recording) -> Array:
     """True distance between the fingertips at every sample, m."""
     first, second = station.fingers
-    poses = []
-    for finger in (first, second):
-        q = recording[f"{finger.name}.sampled_joint_angles"].values
-        poses.append(as_points(forward_kinematics(q, finger.finger.segment_length).tip))
-    return fingertip_distance(*poses, first.X_WB.inverse() @ second.X_WB)
+    return fingertip_distance(
+        _true_tip(recording, first), _true_tip(recording, second), first.X_WB.inverse() @ second.X_WB
+    )
+
+
+def _true_tip(recording: Recording, finger: PlantFinger) -> Array:
+    """Where the tip of a finger truly is at every sample, x and z in B, (T, 2) m."""
+    q = recording[f"{finger.name}.sampled_joint_angles"].values
+    return as_points(forward_kinematics(q, finger.finger.segment_length).tip)
