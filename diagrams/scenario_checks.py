@@ -92,8 +92,8 @@ def check_scenario(where: Path | str, scenario: Scenario) -> None:
     """
     _check_models(where, scenario)
     _check_pressure(where, scenario)
-    _check_control(where, scenario)
     _check_sensor(where, scenario)
+    _check_control(where, scenario)
     _check_solver(where, scenario)
 
 
@@ -151,7 +151,10 @@ def _check_control(where: Path | str, scenario: Scenario) -> None:
     control, gains = scenario.control, scenario.control.gains
     for i, point in enumerate(control.set_points):
         _require(_positive(point), where, f"control.set_points[{i}]", point, "give a distance above 0 m")
-    _require(_positive(control.hold), where, "control.hold", control.hold, "give a time above 0 s")
+        repeated = i > 0 and point == control.set_points[i - 1]
+        _require(not repeated, where, f"control.set_points[{i}]", point, "is no step; give another than the one before")
+    lasting = _positive(control.hold) and control.hold >= scenario.sensor.period
+    _require(lasting, where, "control.hold", control.hold, "give a time above 0 s, of a sensor period at least")
     for name in ("kp", "ki", "kd", "derivative_filter"):
         value = getattr(gains, name)
         _require(_not_negative(value), where, f"control.gains.{name}", value, "give a finite number, 0 or more")

@@ -48,12 +48,14 @@ def step_table(station: Station, recording: Recording) -> list[StepRow]:
 
 
 def _follow(since: Array, distance: Array, begin: float, end: float) -> tuple[float, float]:
-    """Overshoot, percent of the step, and the time, s, after which the distance stays within the band."""
+    """Overshoot, percent of the step, and when, s, the distance stays within the band; NaN if it does not."""
     size = end - begin
     overshoot = max(0.0, float(((distance - end) / size).max())) * 100
     outside = np.flatnonzero(np.abs(distance - end) > BAND * abs(size))
-    settling = 0.0 if len(outside) == 0 else float(since[min(outside[-1] + 1, len(since) - 1)])
-    return overshoot, settling
+    if len(outside) == 0:
+        return overshoot, 0.0
+    settled = outside[-1] + 1 < len(since)
+    return overshoot, float(since[outside[-1] + 1]) if settled else float("nan")
 
 
 def true_distance(station: Station, recording: Recording) -> Array:

@@ -14,11 +14,14 @@ from soft_gripper.evaluation.step_table import StepRow, step_table, true_distanc
 from soft_gripper.pid_controller import PidGains
 
 ALLOWED_OVERSHOOT = 2.0  # percent
+TEST_PRESSURE = 30e3  # Pa
+NEVER = 10.0  # s, what a step that does not settle costs
 Report = Callable[[PidGains, float], None]
 
 
-def step_response(scenario: Scenario, pressure: float = 30e3) -> tuple[float, float]:
-    """Gain, m/Pa, and rise time (63 %), s, of the fingertip distance when the pressure steps from 0, Pa."""
+def step_response(scenario: Scenario) -> tuple[float, float]:
+    """Gain, m/Pa, and rise time (63 %), s, of the fingertip distance when the pressure steps from 0."""
+    pressure = min(TEST_PRESSURE, scenario.pressure.maximum)
     control = replace(scenario.control, set_points=[])
     steps = replace(scenario.pressure, steps={"all": [pressure]}, settle=2.0, hold_samples=1)
     station = make_station(replace(scenario, control=control, pressure=steps))
@@ -67,4 +70,5 @@ def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:
 def step_cost(rows: list[StepRow]) -> float:
     """Mean settling time, s, and a tenth of a second for every percent of overshoot beyond the allowed."""
     excess = (max(0.0, row.overshoot_percent - ALLOWED_OVERSHOOT) for row in rows)
-    return float(np.mean([row.settling_s + 0.1 * over for row, over in zip(rows, excess, strict=True)]))
+    settling = (NEVER if np.isnan(row.settling_s) else row.settling_s for row in rows)
+    return float(np.mean([time + 0.1 * over for time, over in zip(settling, excess, strict=True)]))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.pressure_steps import pressure_source, pressure_steps
+from soft_gripper.diagrams.pressure_steps import pressure_steps, step_source
 from soft_gripper.diagrams.scenario import PressureConfig, Scenario, SensorConfig
 from soft_gripper.errors import InputError
 
@@ -32,7 +32,7 @@ def test_a_finger_without_steps_is_named():
 
 
 def test_source_changes_at_the_end_of_each_step():
-    source = pressure_source(scenario(all=[1.0, -2.0, 3.0]), "left")
+    source = step_source(np.array([1.0, -2.0, 3.0]), 0.5)
     context = source.CreateDefaultContext()
 
     def at(time):
