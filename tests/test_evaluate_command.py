@@ -23,6 +23,11 @@ OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "
 FIGURES = {"fig5_free_bending", "fig6_pose_error", "fig7_fingertip_error", "force_estimate"}
 
 
+PAGE_IS_LOADED = """
+    const done = arguments[0];
+    const wait = () => document.readyState === "complete" ? done() : setTimeout(wait, 50);
+    wait();
+"""
 REPLAY_IS_DRAWN = """
     const [scene, done] = arguments;
     const wait = () => {
@@ -147,6 +152,7 @@ def test_report_opens_offline_with_its_figures_and_replays(evaluated: Evaluated,
     driver = open_offline(evaluated.folder / "report.html", tmp_path / "profile")
     try:
         driver.set_script_timeout(60)
+        driver.execute_async_script(PAGE_IS_LOADED)
         widths = driver.execute_script("return [...document.images].map((i) => i.complete ? i.naturalWidth : 0)")
         assert len(widths) >= len(SCENARIOS) + len(FIGURES)
         assert min(widths) > 0
