@@ -44,7 +44,7 @@ class SampledPidController(LeafSystem):
         self._gains, self._period, self._limits = gains, period, (minimum, maximum)
         self._set_point = self.DeclareVectorInputPort("set_point", 1)
         self._measurement = self.DeclareVectorInputPort("measurement", 1)
-        self._memory = self.DeclareDiscreteState([0.0, 0.0, np.nan, initial_output])  # I, d, y, u
+        self.DeclareDiscreteState([0.0, 0.0, np.nan, initial_output])  # I, d, y, u
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         self.DeclareVectorOutputPort("output", 1, self._calc_output)
 
