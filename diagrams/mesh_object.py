@@ -1,16 +1,14 @@
 """A mesh file of the user's, made an object: checked, given an inertia, and described as SDFormat."""
 
-import hashlib
-import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
+from soft_gripper.diagrams.mesh_cache import keep_by_content, read_scene
 from soft_gripper.diagrams.scenario import MeshConfig
 from soft_gripper.errors import InputError
-from soft_gripper.files import whole_file, writable_folder
 from soft_gripper.finger_links import DRAKE
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
@@ -25,14 +23,14 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
     Raises:
         InputError: if the mesh is missing, empty, not watertight, or of a size that cannot be meant.
     """
-    mesh = _read(path)
+    mesh = read_scene(path).to_mesh()
     mesh.apply_scale(config.scale)
     _check(path, mesh, config)
     mesh.density = config.mass / mesh.volume
     root = ET.Element("sdf", version="1.7")
     link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
     _add_inertia(link, mesh)
-    uri = f"file://{_cached_obj(mesh)}"
+    uri = f"file://{keep_by_content(_obj(mesh))}"
     visual = _add_shape(link, "visual", uri)
     ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
     contact = ET.SubElement(_add_shape(link, "collision", uri), DRAKE + "proximity_properties")
@@ -45,18 +43,6 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
     for key, value in properties.items():
         ET.SubElement(contact, DRAKE + key).text = str(value)
     return ET.tostring(root, encoding="unicode")
-
-
-def _read(path: Path) -> trimesh.Trimesh:
-    if not path.is_file():
-        raise InputError(path, "mesh", path.name, "there is no such file")
-    try:
-        mesh = trimesh.load(path, force="mesh")
-    except Exception as error:  # trimesh's readers raise what they like
-        raise InputError(path, "mesh", path.name, f"cannot be read as a mesh: {error}") from None
-    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-        raise InputError(path, "mesh", path.name, "is empty; give a mesh with faces")
-    return mesh
 
 
 def _check(path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
@@ -87,19 +73,9 @@ def _add_shape(link: ET.Element, kind: str, uri: str) -> ET.Element:
     return shape
 
 
-def _cache() -> Path:
-    """The user's cache folder, as the XDG specification has it."""
-    told = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return (told if told.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
-
-
-def _cached_obj(mesh: trimesh.Trimesh) -> Path:
-    text = trimesh.exchange.obj.export_obj(mesh, include_texture=False, include_normals=False, header=None)
-    path = writable_folder(_cache()) / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.obj"
-    if not path.exists():
-        with whole_file(path) as partial:
-            partial.write_text(text)
-    return path
+def _obj(mesh: trimesh.Trimesh) -> str:
+    text: str = trimesh.exchange.obj.export_obj(mesh, include_texture=False, include_normals=False, header=None)
+    return text
 
 
 def _text(values: list[float]) -> str:

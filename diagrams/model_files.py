@@ -6,6 +6,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
+from soft_gripper.diagrams.arm_file import arm_urdf
 from soft_gripper.diagrams.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.diagrams.scenario import ModelConfig
 from soft_gripper.errors import InputError
@@ -14,8 +15,12 @@ from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.urdf import expand_urdf
 
 
-def load_model(plant: MultibodyPlant, config: ModelConfig, where: str) -> tuple[ModelInstanceIndex, tuple[Finger, ...]]:
+def load_model(
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False
+) -> tuple[ModelInstanceIndex, tuple[Finger, ...]]:
     """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
+
+    The file of an arm is first made ready for Drake, see `arm_urdf`.
 
     Raises:
         InputError: if the file is missing, or neither we nor Drake can read it.
@@ -28,10 +33,11 @@ def load_model(plant: MultibodyPlant, config: ModelConfig, where: str) -> tuple[
     parser.package_map().AddMap(package_map())
     fingers: tuple[Finger, ...] = ()
     try:
-        if path.suffix.lower() == ".urdf":
-            expanded = expand_urdf(path, config.segments or None, config.name)
+        if path.suffix.lower() in (".urdf", ".xacro"):
+            expanded = expand_urdf(path, config.segments or None, config.name, config.without)
             fingers = expanded.fingers
-            models = parser.AddModelsFromString(expanded.text, "urdf")
+            text = arm_urdf(path, expanded.text) if is_arm else expanded.text
+            models = parser.AddModelsFromString(text, "urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
             models = parser.AddModelsFromString(mesh_to_sdf(path, config.mesh, config.name), "sdf")
         else:

@@ -1,9 +1,11 @@
 """URDF files with <finger> components, expanded to plain URDF that any Drake loads."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from soft_gripper.cut_links import cut_links
 from soft_gripper.errors import InputError
 from soft_gripper.finger import Finger
 from soft_gripper.finger_element import FingerElement, read_finger_element
@@ -18,18 +20,22 @@ class ExpandedUrdf:
     fingers: tuple[Finger, ...]
 
 
-def expand_urdf(path: Path, segments: int | None = None, only_name: str | None = None) -> ExpandedUrdf:
+def expand_urdf(
+    path: Path, segments: int | None = None, only_name: str | None = None, without: Sequence[str] = ()
+) -> ExpandedUrdf:
     """Replaces every <finger> of a URDF by links, joints and springs.
 
     Args:
         path: the file; relative mesh names in it become absolute, so that the result may be kept elsewhere.
         segments: takes the place of every finger's own number of segments.
         only_name: name of the finger if the file holds just one, so that a file can be loaded twice.
+        without: links that are left out, see `cut_links`.
 
     Raises:
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
     """
     robot = _read_robot(path)
+    cut_links(path, robot, without)
     if only_name is not None and len(robot.findall("finger")) == 1:
         robot.findall("finger")[0].set("name", only_name)
     elements = [read_finger_element(str(path), e, segments) for e in robot.findall("finger")]
@@ -74,4 +80,4 @@ def _check_links(path: Path, robot: ET.Element, elements: list[FingerElement]) -
 
 def _absolute(path: Path, filename: str) -> str:
     is_uri = "://" in filename
-    return filename if is_uri else str((path.parent / filename).resolve())
+    return filename if is_uri else f"file://{(path.parent / filename).resolve()}"

@@ -1,0 +1,108 @@
+"""Meshes of any format as OBJ files, which Drake simulates and renders; kept in the user's cache folder."""
+
+import hashlib
+import os
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import SimpleMaterial
+
+from soft_gripper.errors import InputError
+from soft_gripper.files import whole_file, writable_folder
+
+_CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be raised when the same mesh gives another OBJ file
+
+
+def read_scene(path: Path) -> trimesh.Scene:
+    """The meshes in a file, in its units and axes.
+
+    Raises:
+        InputError: if the file is missing, cannot be read, or holds no faces.
+    """
+    if not path.is_file():
+        raise InputError(path, "mesh", path.name, "there is no such file")
+    try:
+        scene = trimesh.load_scene(path)
+    except Exception as error:  # trimesh's readers raise what they like
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(path, "mesh", path.name, f"cannot be read as a mesh: {reason}") from None
+    if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
+        raise InputError(path, "mesh", path.name, "is empty; give a mesh with faces")
+    return scene
+
+
+def converted(path: Path) -> Path:
+    """An OBJ file, in metres, with the normals of the mesh and an MTL file beside it if the mesh has colours.
+
+    As in ROS, a COLLADA file's unit counts and its up axis does not; a glTF file's +y becomes +z, as in Drake.
+
+    Raises:
+        InputError: if the mesh is missing or cannot be read, or the cache not be written to.
+    """
+    if not path.is_file():
+        raise InputError(path, "mesh", path.name, "there is no such file")
+    name = _digest(path.read_bytes() + path.suffix.lower().encode() + _CONVERSION.encode())
+    kept = cache_folder() / f"{name}.obj"
+    if not kept.is_file():
+        text, materials = _to_obj(path, f"{name}.mtl")
+        for mtl, content in materials.items():
+            keep(mtl, content.decode())
+        keep(kept.name, text)  # the last, since it tells that all is there
+    return kept
+
+
+def keep(name: str, text: str) -> Path:
+    """Writes a file of the cache, unless it is there."""
+    path = writable_folder(cache_folder()) / name
+    if not path.exists():
+        with whole_file(path) as partial:
+            partial.write_text(text, encoding="utf-8")
+    return path
+
+
+def keep_by_content(text: str) -> Path:
+    """Keeps an OBJ file under a name that follows from what is in it."""
+    return keep(f"{_digest(text.encode())}.obj", text)
+
+
+def cache_folder() -> Path:
+    """The user's cache folder, as the XDG specification has it."""
+    told = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (told if told.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _to_obj(path: Path, mtl_name: str) -> tuple[str, dict[str, bytes]]:
+    scene = read_scene(path)
+    if path.suffix.lower() == ".glb":
+        scene.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    parts = [_shaded(part) for part in scene.dump() if len(getattr(part, "faces", ()))]
+    text, materials = trimesh.exchange.obj.export_obj(
+        trimesh.Scene(parts), include_normals=True, return_texture=True, mtl_name=mtl_name, header=None
+    )
+    return text, materials
+
+
+def _shaded(part: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A part in metres, smooth but for its sharp edges, in one colour or none."""
+    if part.units:
+        part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
+    color = _color(part)
+    part.merge_vertices(merge_tex=True, merge_norm=True)
+    smooth = part.smooth_shaded
+    if color is not None:
+        smooth.visual = TextureVisuals(material=SimpleMaterial(diffuse=color))
+    return smooth
+
+
+def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
+    """Red, green, blue and opacity; textures are not kept."""
+    if not part.visual.defined:
+        return None
+    return part.visual.material.main_color if part.visual.kind == "texture" else part.visual.main_color

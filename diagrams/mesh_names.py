@@ -1,0 +1,68 @@
+"""What the mesh names of URDF files mean: packages, file:// and names relative to the file."""
+
+import os
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.models import package_map
+
+
+def is_known_package(name: str) -> bool:
+    """Whether a mesh lies in a package that the parser finds without help."""
+    package = name.removeprefix("package://").partition("/")[0]
+    return name.startswith("package://") and package_map().Contains(package)
+
+
+def mesh_file(name: str, urdf: Path) -> Path:
+    """The file behind a mesh name in a URDF file.
+
+    Packages are looked for above the URDF file and along ROS_PACKAGE_PATH and AMENT_PREFIX_PATH: folders of the
+    package's name, or whose package.xml gives it.
+
+    Raises:
+        InputError: if there is no such file.
+    """
+    uri = re.fullmatch(r"(?:package|model):/+([^/]+)/(.+)", name)
+    if uri is None:
+        candidates = [urdf.parent.resolve() / name.removeprefix("file://")]
+    else:
+        package, inside = uri.groups()
+        candidates = [root / inside for root in _package_roots(package, urdf)]
+        if not candidates:
+            expected = (
+                f"no folder '{package}', and no package.xml of that name, in any folder above the file or along "
+                "ROS_PACKAGE_PATH or AMENT_PREFIX_PATH; set ROS_PACKAGE_PATH to the folder that holds the package"
+            )
+            raise InputError(urdf, "mesh", name, expected)
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate
+    raise InputError(urdf, "mesh", name, f"there is no file {', nor '.join(map(str, candidates))}")
+
+
+def _package_roots(package: str, urdf: Path) -> Iterator[Path]:
+    for folder in _search_path(urdf):
+        if (folder / package).is_dir():
+            yield folder / package
+        if _package_name(folder) == package:
+            yield folder
+
+
+def _search_path(urdf: Path) -> list[Path]:
+    ros, ament = (_folders(variable) for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"))
+    return [*urdf.resolve().parents, *ros, *(folder / "share" for folder in ament)]
+
+
+def _folders(variable: str) -> list[Path]:
+    return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
+
+
+def _package_name(folder: Path) -> str | None:
+    """What the package.xml of a folder, if it has one, calls the package."""
+    try:
+        return (ET.parse(folder / "package.xml").getroot().findtext("name") or "").strip()
+    except (OSError, ET.ParseError):
+        return None
