@@ -1,9 +1,7 @@
 """FingerSensing: all that is known about one finger, from its joints to the errors of what is estimated."""
 
-from pydrake.common.value import Value
-from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import Adder, ConstantValueSource, Gain, ZeroOrderHold
+from pydrake.systems.primitives import Adder, Gain, ZeroOrderHold
 
 from soft_gripper.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.arrays import Array
@@ -19,17 +17,18 @@ class FingerSensing(Diagram):
     joint_angles (N) rad --> StrainSensor --> ArcPoseEstimator --> PoseError
     pressure (1) Pa -------> (sampled) -----------> ForceEstimator --> external_torque_error
     contact_torque (N) N m > (sampled, the truth) -------------------/
+
+    The pose of the finger's base, X_WB, comes in sampled, or constant.
     """
 
-    def __init__(self, layout: SensorLayout, period: float, X_WB: RigidTransform, gravity: Array):
-        """A finger of the given sensors, sampled every `period` s, on a base that stands at `X_WB`.
+    def __init__(self, layout: SensorLayout, period: float, gravity: Array):
+        """A finger of the given sensors, sampled every `period` s.
 
         `gravity` in the world, (3,) m/s^2, is what the force estimate is compensated for.
         """
         super().__init__()
         joints = layout.finger.segments
         builder = DiagramBuilder()
-        base = builder.AddNamedSystem("base_pose", ConstantValueSource(Value(X_WB)))
         sensor = builder.AddNamedSystem("strain_sensor", StrainSensor(layout, period))
         pressure = builder.AddNamedSystem("sampled_pressure", ZeroOrderHold(period, 1))
         truth = builder.AddNamedSystem("true_external_torque", ZeroOrderHold(period, joints))
@@ -50,8 +49,8 @@ class FingerSensing(Diagram):
             (pose, force, "theta"),
         ):
             builder.Connect(source.GetOutputPort(signal), target.GetInputPort(signal))
-        builder.Connect(base.get_output_port(), pose.GetInputPort("X_WB"))
-        builder.Connect(base.get_output_port(), force.GetInputPort("X_WB"))
+        builder.ExportInput(pose.GetInputPort("X_WB"), "X_WB")
+        builder.ConnectInput("X_WB", force.GetInputPort("X_WB"))
         builder.Connect(pressure.get_output_port(), force.GetInputPort("pressure"))
         builder.Connect(truth.get_output_port(), minus_truth.get_input_port())
         builder.Connect(force.GetOutputPort("external_torque"), force_error.get_input_port(0))

@@ -6,13 +6,14 @@ import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
-from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
+from pydrake.multibody.tree import BodyIndex, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.model_files import first_line, load_model
+from soft_gripper.diagrams.arm import take_home
+from soft_gripper.diagrams.placing import add_model
 from soft_gripper.diagrams.pressure_steps import COMMON
-from soft_gripper.diagrams.scenario import ModelConfig, Scenario
+from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.errors import InputError
 from soft_gripper.finger import Finger
 from soft_gripper.finger_links import joint_name, link_name
@@ -24,7 +25,8 @@ class PlantFinger:
 
     finger: Finger
     model: ModelInstanceIndex
-    X_WB: RigidTransform  # base frame in the world
+    base: BodyIndex  # body whose frame is B
+    X_WB: RigidTransform  # base frame in the world, as the simulation begins
 
     @property
     def name(self) -> str:
@@ -41,43 +43,22 @@ def add_plant(builder: DiagramBuilder, scenario: Scenario) -> tuple[MultibodyPla
     plant.mutable_gravity_field().set_gravity_vector(scenario.gravity)
     found: list[tuple[Finger, ModelInstanceIndex]] = []
     for i, model in enumerate(scenario.models):
-        instance, fingers_in_it = load_model(plant, model, f"models[{i}]")
-        _place(plant, model, instance, f"models[{i}]")
+        where = f"models[{i}]"
+        instance, fingers_in_it = add_model(plant, model, where, model.name == scenario.arm.model)
         if model.free and fingers_in_it:
-            raise InputError(f"models[{i}]", "free", True, "fingers need a base that is welded")
+            raise InputError(where, "free", True, "fingers need a base that is welded")
         found += [(finger, instance) for finger in fingers_in_it]
     plant.Finalize()
-    fingers = [PlantFinger(finger, model, _base_pose(plant, finger, model)) for finger, model in found]
+    take_home(plant, scenario)
+    fingers = [_plant_finger(plant, finger, model) for finger, model in found]
     _check_fingers(scenario, fingers)
     return plant, scene_graph, fingers
 
 
-def _place(plant: MultibodyPlant, config: ModelConfig, model: ModelInstanceIndex, where: str) -> None:
-    first = plant.get_body(plant.GetBodyIndices(model)[0])
-    X_PC = config.X_PC.GetDeterministicValue()
-    if config.free:
-        plant.SetDefaultFloatingBaseBodyPose(first, X_PC)
-        return
-    child = first.body_frame()
-    if config.child:
-        child = _find_frame(plant, f"{config.name}::{config.child}", where, "child")
-    parent = _find_frame(plant, config.parent, where, "parent")
-    plant.WeldFrames(parent, child, X_PC)
-
-
-def _find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Frame:
-    if name == "world":
-        return plant.world_frame()
-    model, _, frame = name.rpartition("::")
-    try:
-        return plant.GetFrameByName(frame, plant.GetModelInstanceByName(model))
-    except RuntimeError as error:
-        raise InputError(where, field, name, f"no such frame: {first_line(error)}") from None
-
-
-def _base_pose(plant: MultibodyPlant, finger: Finger, model: ModelInstanceIndex) -> RigidTransform:
+def _plant_finger(plant: MultibodyPlant, finger: Finger, model: ModelInstanceIndex) -> PlantFinger:
     base = plant.GetBodyByName(link_name(finger.name, 0), model)
-    return plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), base)
+    X_WB = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), base)
+    return PlantFinger(finger, model, base.index(), X_WB)
 
 
 def _check_fingers(scenario: Scenario, fingers: list[PlantFinger]) -> None:

@@ -11,7 +11,17 @@ from matplotlib.figure import Figure
 from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.sensing import sensor_layout
-from soft_gripper.diagrams.signals import CONTACT_FORCE, FINGER_SIGNALS, GRIP_SIGNALS, LABELS, PLANT_STATE, Signal
+from soft_gripper.diagrams.signals import (
+    CONTACT_FORCE,
+    CONTACT_SIGNALS,
+    FINGER_SIGNALS,
+    GRIP_SIGNALS,
+    LABELS,
+    PLANT_STATE,
+    TASK_SIGNALS,
+    WIDTH_SIGNALS,
+    Signal,
+)
 from soft_gripper.diagrams.station import Station
 from soft_gripper.files import whole_file
 
@@ -81,7 +91,7 @@ def describe(station: Station, name: str) -> tuple[Signal, dict[str, Any]]:
     fingers = {finger.name: finger for finger in station.fingers}
     if owner in fingers:
         layout = sensor_layout(station.scenario, fingers[owner])
-        signal, joint = FINGER_SIGNALS[kind], f"{owner}.joint"
+        signal, joint = (FINGER_SIGNALS | CONTACT_SIGNALS)[kind], f"{owner}.joint"
         paths = ["outer"] if layout.one_sided else ["inner", "outer"]
         own: dict[str, Any] = {
             "path": paths,
@@ -91,7 +101,15 @@ def describe(station: Station, name: str) -> tuple[Signal, dict[str, Any]]:
         axes = [joint if axis == "joint" else axis for axis in signal.axes]
         return signal, {axis: (LABELS | own)[axis] for axis in axes}
     if owner == "grip":
-        return GRIP_SIGNALS[kind], {}
+        return (GRIP_SIGNALS | WIDTH_SIGNALS)[kind], {}
+    if owner == "task":
+        return TASK_SIGNALS[kind], {"arm_state": _arm_state(station)} if TASK_SIGNALS[kind].axes else {}
     if name == "plant.state":
         return PLANT_STATE, {"state": station.plant.GetStateNames()}
     return CONTACT_FORCE, {"wrench": LABELS["wrench"]}
+
+
+def _arm_state(station: Station) -> list[str]:
+    model = station.plant.GetModelInstanceByName(station.scenario.arm.model)
+    names: list[str] = station.plant.GetStateNames(model)
+    return names

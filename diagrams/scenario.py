@@ -29,6 +29,7 @@ class ModelConfig:
     child: str = ""  # frame of the model that is welded; empty: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
     free: bool = False  # not welded: X_PC in the world is where its first link begins
+    without: list[str] = field(default_factory=list)  # links of a URDF that are left out, with all that hangs on them
     segments: int = 0  # of every finger in the file; 0: as the file says
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
 
@@ -52,6 +53,49 @@ class ControlConfig:
     set_points: list[float] = field(default_factory=list)  # m, one after the other; empty: open loop
     hold: float = 4.0  # s at every set point
     gains: PidGains = field(default_factory=PidGains)  # from the distance, m, to the pressure, Pa
+    torque_limit: float = 0.0  # N m, at the base of the fingers, that a grip does not exceed; 0: none
+    torque_gains: PidGains = field(default_factory=PidGains)  # from that torque to the pressure, Pa
+
+
+@dataclass
+class ArmConfig:
+    """The arm among the models: the gripper is welded to one of its frames. Every joint has an implicit PD."""
+
+    model: str = ""  # its name; empty: there is no arm
+    home: list[float] = field(default_factory=list)  # rad or m, posture in which it begins; joints from the base on
+    frequency: float = 10.0  # Hz, natural frequency of a joint under its PD
+    damping_ratio: float = 1.0  # of the same
+    acceleration: float = 10.0  # rad/s^2 or m/s^2, of any joint at most; velocity and effort are limited by its file
+
+
+@dataclass
+class PhaseConfig:
+    """A part of a task. The arm moves, or stays if neither `to` nor `posture` is given; then `until` is awaited."""
+
+    name: str = ""
+    to: str = ""  # where the gripper goes: "object", "goal" or "home"
+    height: float = 0.0  # m, above where it grasps or puts down
+    posture: list[float] = field(default_factory=list)  # or: where the arm's joints go, rad or m
+    straight: bool = False  # the gripper goes in a straight line; else the joints do
+    speed: float = 1.0  # part of the arm's velocity limits
+    distance: float = 0.0  # m, set point between the fingertips from here on; 0: as before
+    until: str = ""  # what ends the phase after the motion: "grasped", "released", or empty: `rest` is over
+    rest: float = 0.0  # s
+    holds: bool = False  # the object is in the fingers: its loss is watched for
+
+
+@dataclass
+class TaskConfig:
+    """What arm and gripper do, phase after phase, in the place of pressure steps and set points."""
+
+    object: str = ""  # name of the free model that is handled; where it begins is known, what becomes of it is felt
+    X_OG: Transform = field(default_factory=Transform)  # grasp: the gripper's welded frame in the object's first link
+    X_WGoal: Transform = field(default_factory=Transform)  # where the object is put down, its first link in the world
+    phases: list[PhaseConfig] = field(default_factory=list)
+    grip_threshold: float = 0.02  # N m, torque at the base of the fingers that is felt when something is held
+    timeout: float = 4.0  # s, that a phase waits at most for what is to end it
+    time_limit: float = 60.0  # s, for all of it
+    force_limit: float = 0.0  # N, normal force of a finger that the object bears; what trials are judged by; 0: none
 
 
 @dataclass
@@ -60,6 +104,7 @@ class SensorConfig:
 
     sections: int = 4  # sensors one after the other along each path
     period: float = 0.01  # s between samples, and between the samples of every log
+    contact_threshold: float = 0.0  # N m, of the torque that tells contact; 0: contact is not looked for
     one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
     compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
     response: list[list[float]] = field(default_factory=list)  # [extension ratio, reading] points; empty: linear
@@ -84,6 +129,8 @@ class Scenario:
     gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, -9.81])  # m/s^2, in the world
     pressure: PressureConfig = field(default_factory=PressureConfig)
     control: ControlConfig = field(default_factory=ControlConfig)
+    arm: ArmConfig = field(default_factory=ArmConfig)
+    task: TaskConfig = field(default_factory=TaskConfig)
     sensor: SensorConfig = field(default_factory=SensorConfig)
     plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config)
     simulator_config: SimulatorConfig = field(default_factory=default_simulator_config)
@@ -104,4 +151,7 @@ class Scenario:
 
     @property
     def duration(self) -> float:
+        """Of the run, s; a task may be over before."""
+        if self.task.phases:
+            return self.task.time_limit
         return self.steps * self.step_duration

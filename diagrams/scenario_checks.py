@@ -9,8 +9,11 @@ import numpy as np
 from pydrake.common.schema import Transform
 from pydrake.systems.analysis import GetIntegrationSchemes
 
+from soft_gripper.diagrams.ranges import not_negative, positive, require
 from soft_gripper.diagrams.scenario import MeshConfig, Scenario
+from soft_gripper.diagrams.task_checks import check_task
 from soft_gripper.errors import InputError
+from soft_gripper.pid_controller import PidGains
 from soft_gripper.response_curve import ResponseCurve
 
 _ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
@@ -51,10 +54,11 @@ def check_document(where: Path, value: Any, schema: Any, field: str = "") -> Non
 
 def _check_transform(where: Path, value: dict[str, Any], field: str) -> None:
     translation = value.get("translation", [0, 0, 0])
-    _require(_three_numbers(translation), where, f"{field}.translation", translation, "give three numbers, m")
+    require(_three_numbers(translation), where, f"{field}.translation", translation, "give three numbers, m")
     rotation = value.get("rotation", {})
     angles = rotation.get("deg", [0, 0, 0]) if isinstance(rotation, dict) else None
-    _require(_three_numbers(angles), where, f"{field}.rotation", rotation, "write !Rpy { deg: [roll, pitch, yaw] }")
+    finite = isinstance(angles, list) and _three_numbers(angles) and all(math.isfinite(float(a)) for a in angles)
+    require(finite, where, f"{field}.rotation", rotation, "write !Rpy { deg: [roll, pitch, yaw] }")
 
 
 def _three_numbers(value: Any) -> bool:
@@ -94,78 +98,85 @@ def check_scenario(where: Path | str, scenario: Scenario) -> None:
     _check_pressure(where, scenario)
     _check_sensor(where, scenario)
     _check_control(where, scenario)
+    check_task(where, scenario)
     _check_solver(where, scenario)
-
-
-def _require(fine: bool, where: Path | str, field: str, value: Any, expected: str) -> None:
-    if not fine:
-        raise InputError(where, field, value, expected)
 
 
 def _check_models(where: Path | str, scenario: Scenario) -> None:
     gravity = scenario.gravity
     three = len(gravity) == 3 and all(map(math.isfinite, gravity))
-    _require(three, where, "gravity", gravity, "give three finite numbers, m/s^2")
-    _require(bool(scenario.models), where, "models", [], "give at least one model")
+    require(three, where, "gravity", gravity, "give three finite numbers, m/s^2")
+    require(bool(scenario.models), where, "models", [], "give at least one model")
     names = [model.name for model in scenario.models]
     for i, model in enumerate(scenario.models):
-        _require(bool(model.name), where, f"models[{i}].name", model.name, "give every model a name")
-        _require(model.name not in _TAKEN, where, f"models[{i}].name", model.name, "is the name of a block")
+        require(bool(model.name), where, f"models[{i}].name", model.name, "give every model a name")
+        require(model.name not in _TAKEN, where, f"models[{i}].name", model.name, "is the name of a block")
         translation = model.X_PC.translation
         finite = isinstance(translation, np.ndarray) and len(translation) == 3 and bool(np.isfinite(translation).all())
-        _require(finite, where, f"models[{i}].X_PC.translation", translation, "give three finite numbers, m")
-        _require(names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once")
-        _require(bool(model.file), where, f"models[{i}].file", model.file, "give a package:// URI or a path")
-        _require(model.segments >= 0, where, f"models[{i}].segments", model.segments, "give 1 or more, or 0")
+        require(finite, where, f"models[{i}].X_PC.translation", translation, "give three finite numbers, m")
+        require(names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once")
+        require(bool(model.file), where, f"models[{i}].file", model.file, "give a package:// URI or a path")
+        require(model.segments >= 0, where, f"models[{i}].segments", model.segments, "give 1 or more, or 0")
         _check_mesh(where, f"models[{i}].mesh", model.mesh)
 
 
 def _check_mesh(where: Path | str, field: str, mesh: MeshConfig) -> None:
     for name in ("scale", "mass"):
         value = getattr(mesh, name)
-        _require(_positive(value), where, f"{field}.{name}", value, "give a finite number above 0")
-    _require(_not_negative(mesh.friction), where, f"{field}.friction", mesh.friction, "give 0 or more")
+        require(positive(value), where, f"{field}.{name}", value, "give a finite number above 0")
+    require(not_negative(mesh.friction), where, f"{field}.friction", mesh.friction, "give 0 or more")
     channels = len(mesh.color) == 4 and all(0 <= channel <= 1 for channel in mesh.color)
-    _require(channels, where, f"{field}.color", mesh.color, "give red, green, blue and opacity, each 0 to 1")
+    require(channels, where, f"{field}.color", mesh.color, "give red, green, blue and opacity, each 0 to 1")
 
 
 def _check_pressure(where: Path | str, scenario: Scenario) -> None:
     pressure = scenario.pressure
     low, high = pressure.minimum, pressure.maximum
     deepest = f"give a pressure from {-_ATMOSPHERE:.0f} Pa (vacuum) up to the maximum"
-    _require(-_ATMOSPHERE <= low <= high, where, "pressure.minimum", low, deepest)
-    _require(math.isfinite(high), where, "pressure.maximum", high, "give a finite pressure in Pa")
-    _require(_not_negative(pressure.settle), where, "pressure.settle", pressure.settle, "give a time in s")
-    _require(pressure.hold_samples > 0, where, "pressure.hold_samples", pressure.hold_samples, "give 1 or more")
+    require(-_ATMOSPHERE <= low <= high, where, "pressure.minimum", low, deepest)
+    require(math.isfinite(high), where, "pressure.maximum", high, "give a finite pressure in Pa")
+    require(not_negative(pressure.settle), where, "pressure.settle", pressure.settle, "give a time in s")
+    require(pressure.hold_samples > 0, where, "pressure.hold_samples", pressure.hold_samples, "give 1 or more")
     lag = pressure.time_constant
-    _require(_not_negative(lag), where, "pressure.time_constant", lag, "give a time in s, 0 for no lag")
-    _require(bool(pressure.steps), where, "pressure.steps", {}, "give steps for 'all' or for a finger")
+    require(not_negative(lag), where, "pressure.time_constant", lag, "give a time in s, 0 for no lag")
+    require(bool(pressure.steps), where, "pressure.steps", {}, "give steps for 'all' or for a finger")
     for finger, steps in pressure.steps.items():
-        _require(bool(steps), where, f"pressure.steps.{finger}", steps, "give at least one pressure")
+        require(bool(steps), where, f"pressure.steps.{finger}", steps, "give at least one pressure")
         for i, step in enumerate(steps):
             limits = f"give a pressure within the limits, {low:g} to {high:g} Pa"
-            _require(low <= step <= high, where, f"pressure.steps.{finger}[{i}]", step, limits)
+            require(low <= step <= high, where, f"pressure.steps.{finger}[{i}]", step, limits)
 
 
 def _check_control(where: Path | str, scenario: Scenario) -> None:
     control, gains = scenario.control, scenario.control.gains
     for i, point in enumerate(control.set_points):
-        _require(_positive(point), where, f"control.set_points[{i}]", point, "give a distance above 0 m")
+        require(positive(point), where, f"control.set_points[{i}]", point, "give a distance above 0 m")
         repeated = i > 0 and point == control.set_points[i - 1]
-        _require(not repeated, where, f"control.set_points[{i}]", point, "is no step; give another than the one before")
-    lasting = _positive(control.hold) and control.hold >= scenario.sensor.period
-    _require(lasting, where, "control.hold", control.hold, "give a time above 0 s, of a sensor period at least")
+        require(not repeated, where, f"control.set_points[{i}]", point, "is no step; give another than the one before")
+    lasting = positive(control.hold) and control.hold >= scenario.sensor.period
+    require(lasting, where, "control.hold", control.hold, "give a time above 0 s, of a sensor period at least")
+    require(not_negative(control.torque_limit), where, "control.torque_limit", control.torque_limit, "give 0 or more")
+    _check_gains(where, "control.gains", gains)
+    _check_gains(where, "control.torque_gains", control.torque_gains)
+    integrates = control.torque_limit == 0 or control.torque_gains.ki > 0
+    require(
+        integrates, where, "control.torque_gains.ki", control.torque_gains.ki, "give a gain above 0 to hold the limit"
+    )
+
+
+def _check_gains(where: Path | str, field: str, gains: PidGains) -> None:
     for name in ("kp", "ki", "kd", "derivative_filter"):
         value = getattr(gains, name)
-        _require(_not_negative(value), where, f"control.gains.{name}", value, "give a finite number, 0 or more")
-    unwinds = gains.tracking_time > 0
-    _require(unwinds, where, "control.gains.tracking_time", gains.tracking_time, "give a time above 0 s")
+        require(not_negative(value), where, f"{field}.{name}", value, "give a finite number, 0 or more")
+    require(gains.tracking_time > 0, where, f"{field}.tracking_time", gains.tracking_time, "give a time above 0 s")
 
 
 def _check_sensor(where: Path | str, scenario: Scenario) -> None:
     sensor = scenario.sensor
-    _require(sensor.sections >= 1, where, "sensor.sections", sensor.sections, "give 1 or more")
-    _require(_positive(sensor.period), where, "sensor.period", sensor.period, "give a time above 0 s")
+    require(sensor.sections >= 1, where, "sensor.sections", sensor.sections, "give 1 or more")
+    require(positive(sensor.period), where, "sensor.period", sensor.period, "give a time above 0 s")
+    threshold = sensor.contact_threshold
+    require(not_negative(threshold), where, "sensor.contact_threshold", threshold, "give 0 or more, N m")
     if sensor.response:
         try:
             ResponseCurve(tuple(map(tuple, sensor.response)))
@@ -176,33 +187,25 @@ def _check_sensor(where: Path | str, scenario: Scenario) -> None:
 def _check_solver(where: Path | str, scenario: Scenario) -> None:
     plant, solver = scenario.plant_config, scenario.simulator_config
     step = plant.time_step
-    _require(_not_negative(step), where, "plant_config.time_step", step, "give a time in s, 0 for continuous")
+    require(not_negative(step), where, "plant_config.time_step", step, "give a time in s, 0 for continuous")
     for name, known_values in (
         ("contact_model", _CONTACT_MODELS),
         ("discrete_contact_approximation", _APPROXIMATIONS),
         ("contact_surface_representation", ("polygon", "triangle")),
     ):
         value = getattr(plant, name)
-        _require(value in known_values, where, f"plant_config.{name}", value, f"known: {', '.join(known_values)}")
+        require(value in known_values, where, f"plant_config.{name}", value, f"known: {', '.join(known_values)}")
     for name in ("penetration_allowance", "stiction_tolerance"):
         value = getattr(plant, name)
-        _require(_positive(value), where, f"plant_config.{name}", value, "give a finite number above 0")
+        require(positive(value), where, f"plant_config.{name}", value, "give a finite number above 0")
     start = solver.start_time
-    _require(start == 0, where, "simulator_config.start_time", start, "runs begin at 0")
+    require(start == 0, where, "simulator_config.start_time", start, "runs begin at 0")
     every = getattr(solver, "publish_every_time_step", False)
-    _require(not every, where, "simulator_config.publish_every_time_step", every, "logs keep the sensors' period")
+    require(not every, where, "simulator_config.publish_every_time_step", every, "logs keep the sensors' period")
     schemes = GetIntegrationSchemes()
     known = solver.integration_scheme in schemes
     expected = f"known: {', '.join(schemes)}"
-    _require(known, where, "simulator_config.integration_scheme", solver.integration_scheme, expected)
+    require(known, where, "simulator_config.integration_scheme", solver.integration_scheme, expected)
     for name in ("max_step_size", "accuracy"):
         value = getattr(solver, name)
-        _require(_positive(value), where, f"simulator_config.{name}", value, "give a finite number above 0")
-
-
-def _positive(value: float) -> bool:
-    return math.isfinite(value) and value > 0
-
-
-def _not_negative(value: float) -> bool:
-    return math.isfinite(value) and value >= 0
+        require(positive(value), where, f"simulator_config.{name}", value, "give a finite number above 0")

@@ -41,7 +41,22 @@ FINGER_SIGNALS = {
     "external_torque_error": Signal("N m", ("joint",)),
 }
 # Of the closed loop, named grip.{signal}.
-GRIP_SIGNALS = {"set_point": Signal("m"), "distance": Signal("m")}
+GRIP_SIGNALS = {"set_point": Signal("m"), "distance": Signal("m"), "torque": Signal("N m")}
+# Where contact is looked for: of every finger, and of two of them, named grip.{signal}.
+CONTACT_SIGNALS = {
+    "contact": Signal("1"),
+    "contact_residual": Signal("N m"),
+    "contact_time": Signal("s"),
+    "normal_force": Signal("N"),
+    "contact_center": Signal("m", ("xyz",)),
+}
+WIDTH_SIGNALS = {"object_width": Signal("m"), "true_object_width": Signal("m"), "object_width_error": Signal("m")}
+# Of a task, named task.{signal}.
+TASK_SIGNALS = {
+    "phase": Signal("1"),
+    "outcome": Signal("1"),
+    "desired_state": Signal("m, rad; m/s, rad/s", ("arm_state",)),
+}
 PLANT_STATE = Signal("m, rad; m/s, rad/s", ("state",))
 # Of every free object, named {object}.contact_force: torque and force on it, in the world.
 CONTACT_FORCE = Signal("N m, N", ("wrench",))

@@ -7,12 +7,14 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.meshcat_view import PERIOD
 from soft_gripper.diagrams.recording import Recording, read_logs
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.station import Station, make_station
 from soft_gripper.errors import SimulationDivergedError
 
+TASK_PAUSE = 0.5  # s of a task, between looks at whether it is over
 Progress = Callable[[float], None]
 
 
@@ -38,13 +40,24 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
     simulator.Initialize()
     if meshcat is not None:
         meshcat.StartRecording(frames_per_second=1 / PERIOD)
-    for step in range(station.scenario.steps):
-        _advance(simulator, station, (step + 1) * station.scenario.step_duration)
+    for time in _pauses(station.scenario):
+        _advance(simulator, station, time)
         if progress is not None:
             progress(simulator.get_context().get_time())
+        if station.task is not None and station.task.is_over(
+            station.task.GetMyContextFromRoot(simulator.get_context())
+        ):
+            break
     if meshcat is not None:
         meshcat.PublishRecording()
     return read_logs(station, simulator.get_context())
+
+
+def _pauses(scenario: Scenario) -> Array:
+    """When a run pauses to report, and to see whether its task is over, s."""
+    if scenario.task.phases:
+        return np.append(np.arange(TASK_PAUSE, scenario.duration, TASK_PAUSE), scenario.duration)
+    return scenario.step_duration * (np.arange(scenario.steps) + 1)
 
 
 def solver_config(scenario: Scenario) -> SimulatorConfig:

@@ -6,8 +6,10 @@ from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from soft_gripper.diagrams.arm_control import add_arm_at_home
+from soft_gripper.diagrams.contact_sensing import add_contact_sensing
 from soft_gripper.diagrams.drive import add_drive
-from soft_gripper.diagrams.grip_control import add_grip_control
+from soft_gripper.diagrams.grip_control import add_set_points
 from soft_gripper.diagrams.meshcat_view import add_meshcat_view
 from soft_gripper.diagrams.overlap_check import check_starts_apart
 from soft_gripper.diagrams.plant import PlantFinger, add_plant
@@ -15,6 +17,9 @@ from soft_gripper.diagrams.pressure_steps import add_pressure_steps
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.sensing import add_joint_angles, add_sensing, plant_signals
 from soft_gripper.diagrams.signal_logs import SignalLogs
+from soft_gripper.diagrams.task import add_task
+from soft_gripper.diagrams.way_check import check_ways
+from soft_gripper.task_machine import TaskMachine
 
 
 @dataclass(frozen=True)
@@ -27,13 +32,20 @@ class Station:
     logs: SignalLogs
     scenario: Scenario
 
+    @property
+    def task(self) -> TaskMachine | None:
+        """What leads through the task, if there is one."""
+        return self.diagram.GetSubsystemByName("task") if self.diagram.HasSubsystemNamed("task") else None
+
 
 def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     """Builds the diagram of a scenario.
 
         pressure_steps -> {model}.pressure_drive -> plant -> {finger}: FingerSensing -> logs
-        or grip_control ----^                                               |
-               ^------------------------------------------------------------+
+        or grip_control ----^                         ^                     |
+               ^------------------------------------- | --------------------+
+               +-- task, or steps of the set point    |
+                     +---> {arm}: desired state ------+
 
     Raises:
         InputError: if a part of the scenario cannot be built.
@@ -45,10 +57,16 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     for finger in fingers:
         pressure = signals[f"{finger.name}.pressure"]
         signals |= add_sensing(builder, scenario, plant, finger, angles[finger.name], pressure)
-    if scenario.control.set_points:
-        signals |= add_grip_control(builder, scenario, fingers, commands, signals)
+    if scenario.sensor.contact_threshold > 0:
+        signals |= add_contact_sensing(builder, scenario, plant, scene_graph, fingers, signals)
+    if scenario.task.phases:
+        signals |= add_task(builder, scenario, plant, fingers, commands, signals)
+    elif scenario.control.set_points:
+        signals |= add_set_points(builder, scenario, fingers, commands, signals)
     else:
         signals |= add_pressure_steps(builder, scenario, commands)
+    if scenario.arm.model and not scenario.task.phases:
+        add_arm_at_home(builder, scenario, plant)
     signals |= plant_signals(plant, scenario)
     if meshcat is not None:
         add_meshcat_view(builder, scenario, plant, scene_graph, fingers, signals, meshcat)
@@ -59,4 +77,7 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     diagram = builder.Build()
     diagram.set_name("station")
     check_starts_apart(diagram, scene_graph)
-    return Station(diagram, plant, tuple(fingers), logs, scenario)
+    station = Station(diagram, plant, tuple(fingers), logs, scenario)
+    if station.task is not None:
+        check_ways(diagram, plant, scene_graph, scenario, station.task.phases)
+    return station

@@ -2,6 +2,7 @@
 
 from io import BytesIO
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from pydrake.common import MemoryFile
@@ -13,9 +14,11 @@ from soft_gripper.diagrams.torque_colors import add_torque_bar
 # What is below the camera in Meshcat's tree moves with it: x to the right, y up, z toward the viewer.
 PATH = "/Cameras/default/rotated/<object>/legend"
 _SIZE = (4.6, 0.8)  # inches of the figure
+_PAPER = (1.0, 1.0, 1.0, 0.6)  # red, green, blue, opacity behind the scale
 _DISTANCE = 0.05  # m from the camera, so close that nothing comes between
 
-# A rectangle with the picture on it. An opacity below 1 lets Meshcat see the picture's own transparency.
+# A rectangle with the picture on it. It shines by itself: its colours are those of the scale in any light.
+# An opacity below 1 lets Meshcat see the picture's own transparency.
 _OBJ = """mtllib legend.mtl
 v -0.5 -0.5 0
 v 0.5 -0.5 0
@@ -30,7 +33,7 @@ usemtl picture
 f 1/1/1 2/2/1 3/3/1
 f 1/1/1 3/3/1 4/4/1
 """
-_MTL = "newmtl picture\nKd 1 1 1\nd 0.999\nmap_Kd legend.png\n"
+_MTL = "newmtl picture\nKd 0 0 0\nKe 1 1 1\nd 0.999\nmap_Kd legend.png\nmap_Ke legend.png\n"
 
 
 def draw_torque_legend(meshcat: Meshcat, limit: float, field_of_view: float) -> None:
@@ -49,9 +52,10 @@ def draw_torque_legend(meshcat: Meshcat, limit: float, field_of_view: float) -> 
 
 
 def _picture(limit: float) -> bytes:
-    figure = Figure(figsize=_SIZE, dpi=200, facecolor="none")
-    axes = figure.add_axes((0.06, 0.62, 0.88, 0.24))
-    add_torque_bar(figure, limit, "estimated external torque", cax=axes, orientation="horizontal")
     buffer = BytesIO()
-    figure.savefig(buffer, format="png")
+    with mpl.rc_context({"font.size": 9.3, "font.weight": "bold", "axes.labelweight": "bold"}):
+        figure = Figure(figsize=_SIZE, dpi=200, facecolor=_PAPER)
+        axes = figure.add_axes((0.06, 0.62, 0.88, 0.24))
+        add_torque_bar(figure, limit, "estimated external torque", cax=axes, orientation="horizontal")
+        figure.savefig(buffer, format="png")
     return buffer.getvalue()

@@ -29,7 +29,7 @@ class ContactMaterial:
 
     friction: float = 0.9  # Coulomb, static and dynamic alike
     hydroelastic_modulus: float = 2e5  # Pa
-    dissipation: float = 1.0  # s/m, Hunt and Crossley
+    dissipation: float = 3.0  # s/m, Hunt and Crossley
 
 
 @dataclass(frozen=True)

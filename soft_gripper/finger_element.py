@@ -8,7 +8,7 @@
             chamber_area="1e-4" chamber_eccentricity="8e-3"/>
       <tip  .../>
       <sensors spacing="0.018"/>
-      <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="1"/>
+      <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="3"/>
       <elastic_law angle="-0.3 0 0.1 0.3" base_torque="-0.4 0 0.1 0.4" tip_torque="-0.3 0 0.08 0.3"/>
     </finger>
 

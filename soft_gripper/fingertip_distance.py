@@ -8,11 +8,15 @@ from soft_gripper.arrays import Array
 
 
 def fingertip_distance(first_tip: Array, second_tip: Array, X_B1B2: RigidTransform) -> Array:
-    """Distance between fingertips given as (..., 3) planar poses x, z, heading, each in its own B; m, (...)."""
+    """Distance between fingertips given as (..., 3) planar poses x, z, heading, each in its own B; m, (...).
+
+    It is negative when the tips have passed each other, seen along the line between the bases.
+    """
     R, p = X_B1B2.rotation().matrix(), X_B1B2.translation()
     first = first_tip[..., :1] * [1.0, 0.0, 0.0] + first_tip[..., 1:2] * [0.0, 0.0, 1.0]
     second = second_tip[..., :1] * R[:, 0] + second_tip[..., 1:2] * R[:, 2] + p
-    return np.linalg.norm(second - first, axis=-1)
+    between = second - first
+    return np.copysign(np.linalg.norm(between, axis=-1), between @ p)
 
 
 class FingertipDistance(LeafSystem):

@@ -22,9 +22,9 @@ class PidGains:
 class SampledPidController(LeafSystem):
     """PID with output limits, back-calculation, and a filtered derivative on the measurement.
 
-    set_point (1) ----> +----------------------+
-                        | SampledPidController | ---> output  (1), within the limits
-    measurement (1) --> +----------------------+
+    set_point (1) ------> +----------------------+
+    measurement (1) ----> | SampledPidController | ---> output  (1), within the limits
+    applied (1) --------> +----------------------+
 
     With e the set point less the measurement y, at every sample of period T:
 
@@ -33,9 +33,14 @@ class SampledPidController(LeafSystem):
         u = v within the limits
         I <- I + T (ki e + (u - v) / tracking_time)
 
+    Where something follows that may choose another output, such as a selector, connect what it chose to
+    `applied`: it stands for u in the last line, so that a controller that is not heard stays ready to take over
+    (Astrom & Hagglund, Advanced PID Control, 2006, 5.4: selectors). Else leave `applied` unconnected.
+
     Give it a measurement that is sampled with the same period: the output follows its inputs at once, so that
     the loop gains no delay, and only the memory is sampled. The start is bumpless: I begins so that the
-    first output is `initial_output`. While an input is not finite the output is held, and so is the memory.
+    first output is `initial_output`. While set point or measurement is not finite the output is held, and so is the
+    memory; while `applied` is not, nothing unwinds.
     """
 
     def __init__(self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0):
@@ -44,33 +49,38 @@ class SampledPidController(LeafSystem):
         self._gains, self._period, self._limits = gains, period, (minimum, maximum)
         self._set_point = self.DeclareVectorInputPort("set_point", 1)
         self._measurement = self.DeclareVectorInputPort("measurement", 1)
+        self._applied = self.DeclareVectorInputPort("applied", 1)
         self.DeclareDiscreteState([0.0, 0.0, np.nan, initial_output])  # I, d, y, u
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-        self.DeclareVectorOutputPort("output", 1, self._calc_output)
+        followed = {self._set_point.ticket(), self._measurement.ticket(), self.xd_ticket()}
+        self.DeclareVectorOutputPort("output", 1, self._calc_output, followed)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self._step(context))
+        memory, unlimited = self._step(context)
+        applied = self._applied.Eval(context)[0] if self._applied.HasValue(context) else memory[3]
+        if np.isfinite(applied - unlimited):
+            memory[0] += self._period * (applied - unlimited) / self._gains.tracking_time
+        values.set_value(memory)
 
     def _calc_output(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self._step(context)[3]])
+        output.SetFromVector([self._step(context)[0][3]])
 
     def _read(self, context: Context) -> tuple[float, float]:
         measurement = float(self._measurement.Eval(context)[0])
         return measurement, float(self._set_point.Eval(context)[0]) - measurement
 
-    def _step(self, context: Context) -> Array:
-        """The memory after a sample of the present inputs: I, d, y, u."""
-        memory = context.get_discrete_state_vector().value()
+    def _step(self, context: Context) -> tuple[Array, float]:
+        """The memory after a sample of the present inputs, before back-calculation: I, d, y, u; and the output v."""
+        memory = context.get_discrete_state_vector().value().copy()
         integral, derivative, last, held = memory
         measurement, error = self._read(context)
         if not np.isfinite(error):
-            return memory
+            return memory, np.nan
         gains, period = self._gains, self._period
         if np.isnan(last):  # the first measurement
             integral, last = held - gains.kp * error, measurement
         smoothing = gains.derivative_filter + period
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
-        wanted = gains.kp * error + integral - derivative
-        given = min(max(wanted, self._limits[0]), self._limits[1])
-        integral += period * (gains.ki * error + (given - wanted) / gains.tracking_time)
-        return np.array([integral, derivative, measurement, given])
+        unlimited = gains.kp * error + integral - derivative
+        given = min(max(unlimited, self._limits[0]), self._limits[1])
+        return np.array([integral + period * gains.ki * error, derivative, measurement, given]), unlimited

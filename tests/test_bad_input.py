@@ -28,6 +28,24 @@ WRONG_FIELDS = [
     ("plant_config.contact_model=sticky", ["plant_config.contact_model", "sticky"]),
     ("simulator_config.integration_scheme=exact", ["integration_scheme", "exact", "cenic"]),
 ]
+WRONG_TASKS = [
+    ("arm.model=leg", ["arm.model", "leg", "gripper", "workbench", "box"]),
+    ("arm.home=[0, 0, 0]", ["arm", "home", "shoulder_pan_joint", "wrist_3_joint"]),
+    ("arm.home=[0, 0, 7, 0, 0, 0]", ["arm.home", "elbow_joint", "7", "3.14159"]),
+    ("models.1.parent=arm::tol0", ["models[1]", "parent", "arm::tol0", "tool0"]),
+    ("models.1.parent=world", ["arm", "carries nothing"]),
+    ("models.1.file=package://soft_gripper/objects/box.sdf", ["fingers", "two fingers"]),
+    ("models.3.X_PC.translation=[2, 0, 0.04]", ["task.phases[0]", "object", "reach"]),
+    ("task.object=bx", ["task.object", "bx", "box"]),
+    ("task.X_WGoal.translation=[0.45, 3, 0.04]", ["task.phases[4]", "goal", "reach"]),
+    ("task.phases.1.to=objct", ["task.phases[1].to", "objct", "object"]),
+    ("task.phases.1.spd=2", ["task.phases[1].spd", "2", "speed"]),
+    ("task.phases.1.height=-0.1", ["task.phases[1]", "descend", "workbench"]),
+    ("control.torque_limit=-1", ["control.torque_limit", "-1"]),
+    ("sensor.contact_threshold=-1", ["sensor.contact_threshold", "-1"]),
+]
+LIMP = """<robot name="limp"><link name="base_link"/><link name="tool0"/><joint name="shoulder" type="revolute">
+<parent link="base_link"/><child link="tool0"/></joint></robot>"""
 WRONG_SYNTAX = ["sensor.sections", "=3", "sensor.sections=[1,", "models.7.name=x", "models.first.name=x"]
 WRONG_FINGERS = [
     ('thickness="0.02"', 'thickness="-0.02"', ["base.thickness", "-0.02"]),
@@ -84,6 +102,18 @@ def test_wrong_field_of_a_scenario(override: str, parts: list[str]) -> None:
     line = complaint("run", "free_bending", *short(override))
     assert "free_bending" in line
     require(line, *parts)
+
+
+@pytest.mark.parametrize(("override", "parts"), WRONG_TASKS, ids=[override for override, _ in WRONG_TASKS])
+def test_wrong_arm_or_task(override: str, parts: list[str]) -> None:
+    """Refused before anything moves."""
+    require(complaint("run", "pick_and_place_box", "--set", override), *parts)
+
+
+def test_arm_without_limits() -> None:
+    Path("limp.urdf").write_text(LIMP)
+    line = complaint("run", "pick_and_place_box", "--set", f"models.0.file={Path('limp.urdf').resolve()}")
+    require(line, "limp.urdf", "shoulder", "limit", "missing", "effort", "velocity")
 
 
 @pytest.mark.parametrize("sections", [0, 99, "four"])

@@ -2,15 +2,22 @@
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.systems.analysis import Simulator
 
+from soft_gripper.diagrams.grip_control import GripControl
+from soft_gripper.diagrams.scenario import ControlConfig, Scenario
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.step_table import step_table
+from soft_gripper.pid_controller import PidGains
 
 HOLD = 4.0
 GAINS = "control.gains={kp: 7.0e4, ki: 6.7e6, kd: 400}"
+TORQUE_GAINS = "control.torque_gains={kp: 2.0e5, ki: 4.0e6}"
+X_B1B2 = RigidTransform(RollPitchYaw(0, 0, np.pi), [0.09, 0, 0])
 
 
 def run(name, *overrides):
@@ -50,7 +57,8 @@ def test_nothing_oscillates_three_seconds_after_a_step(shipped, signal, ripple):
 
 def test_signals_are_recorded_with_units(shipped):
     station, recording = shipped
-    assert [recording[f"grip.{name}"].attrs["units"] for name in ("set_point", "distance")] == ["m", "m"]
+    units = [recording[f"grip.{name}"].attrs["units"] for name in ("set_point", "distance", "torque")]
+    assert units == ["m", "m", "N m"]
     steps = [part(recording, "grip.set_point", step * HOLD, (step + 0.9) * HOLD) for step in range(9)]
     assert [set(step) for step in steps] == [{point} for point in station.scenario.control.set_points]
 
@@ -83,6 +91,81 @@ def test_a_gripped_object_brings_the_pressure_to_its_limit():
     swing = np.minimum(np.diff(distance).clip(min=0).sum(), -np.diff(distance).clip(max=0).sum())
     assert swing < 1e-4
     assert np.isfinite(recording["plant.state"].values).all()
+
+
+@pytest.mark.parametrize("limit", [0.03, 0.05])
+def test_a_grip_closes_until_it_feels_the_torque_limit(limit):
+    """The set point is inside the box: the limit is what ends the grip, in truth too, and long before the supply."""
+    overrides = ("control.set_points=[0.06, 0.02]", "control.hold=3", GAINS, TORQUE_GAINS)
+    station, recording = run("box_grasp", *overrides, f"control.torque_limit={limit}")
+    felt = recording["grip.torque"].values
+    of_fingers = [recording[f"{finger.name}.true_external_torque"].values[:, 0] for finger in station.fingers]
+    truth = -np.mean(of_fingers, axis=0)
+    assert felt.max() < 1.02 * limit
+    assert truth.max() < 1.02 * limit
+    assert felt[-1] == pytest.approx(limit, rel=0.01)
+    assert truth[-1] == pytest.approx(limit, rel=0.01)
+    assert recording["left_finger.pressure"].values.max() < 0.6 * station.scenario.pressure.maximum
+
+
+def test_a_torque_limit_out_of_reach_changes_nothing(shipped):
+    _, without = shipped
+    _, limited = run("tip_distance_steps", "control.torque_limit=1", TORQUE_GAINS)
+    for signal in ("grip.distance", "left_finger.pressure"):
+        np.testing.assert_allclose(limited[signal], without[signal], rtol=1e-9)
+
+
+def grip_control(**control):
+    """Alone, for fingers of 3 and 4 joints; and what it puts out at a set point, bends of the tips, and torques."""
+    scenario = Scenario(control=ControlConfig(gains=PidGains(kp=1e5), torque_gains=PidGains(kp=1e6), **control))
+    return GripControl(scenario, X_B1B2, (3, 4))
+
+
+def evaluate(control, set_point, bends, torques):
+    context = control.CreateDefaultContext()
+    control.GetInputPort("set_point").FixValue(context, [set_point])
+    for which, bend, torque in zip(("first", "second"), bends, torques, strict=True):
+        control.GetInputPort(f"{which}_tip_pose").FixValue(context, [bend, 0.1, 0.0])
+        control.GetInputPort(f"{which}_external_torque").FixValue(context, torque)
+    return {name: control.GetOutputPort(name).Eval(context)[0] for name in ("pressure", "distance", "torque")}
+
+
+def test_torque_is_what_opens_the_fingers_at_their_bases():
+    outputs = evaluate(grip_control(), 0.05, (0.01, 0.02), ([-0.03, 9, 9], [-0.01, 9, 9, 9]))
+    assert outputs["torque"] == pytest.approx(0.02)
+    assert outputs["distance"] == pytest.approx(0.06)
+
+
+def after_a_step(control, set_point, torque):
+    """The pressure when, after a first sample at rest, set point and torque are as given."""
+    simulator = Simulator(control)
+    context = simulator.get_mutable_context()
+    for which, joints in (("first", 3), ("second", 4)):
+        control.GetInputPort(f"{which}_tip_pose").FixValue(context, [0.0, 0.1, 0.0])
+        control.GetInputPort(f"{which}_external_torque").FixValue(context, np.zeros(joints))
+    control.GetInputPort("set_point").FixValue(context, [0.09])
+    simulator.AdvanceTo(0.005)
+    control.GetInputPort("set_point").FixValue(context, [set_point])
+    control.GetInputPort("first_external_torque").FixValue(context, [-2 * torque, 0.0, 0.0])
+    return control.GetOutputPort("pressure").Eval(context)[0]
+
+
+def test_the_lower_pressure_is_taken():
+    """Both answer in proportion: 1e5 Pa/m to the distance, 1e6 Pa/(N m) to the torque."""
+    alone, limited = grip_control(), grip_control(torque_limit=0.02)
+    assert after_a_step(alone, 0.07, 0.01) == pytest.approx(2e3)
+    assert after_a_step(limited, 0.07, 0.01) == pytest.approx(-10e3)
+    assert after_a_step(limited, 0.07, -0.01) == pytest.approx(2e3)
+    assert after_a_step(limited, 0.11, -0.01) == pytest.approx(-2e3)
+
+
+def test_ports():
+    for control in (grip_control(), grip_control(torque_limit=0.02)):
+        inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}
+        outputs = {control.get_output_port(i).get_name() for i in range(control.num_output_ports())}
+        of_fingers = {f"{which}_{name}" for which in ("first", "second") for name in ("tip_pose", "external_torque")}
+        assert inputs == {"set_point", *of_fingers}
+        assert outputs == {"pressure", "distance", "torque"}
 
 
 def test_one_finger_is_refused():

@@ -13,13 +13,15 @@ T = 0.01
 NAN = np.nan
 
 
-def outputs(gains, set_points, measurements, initial_output=0.0, limit=1e3):
-    """The output at every sample."""
+def outputs(gains, set_points, measurements, initial_output=0.0, limit=1e3, applied=()):
+    """The output at every sample; `applied` of every sample, if anything is to be connected there."""
     pid = SampledPidController(gains, T, -limit, limit, initial_output)
     simulator = Simulator(pid)
     context = simulator.get_mutable_context()
     given = []
     for sample, (set_point, measurement) in enumerate(np.broadcast(set_points, measurements)):
+        if len(applied):
+            pid.GetInputPort("applied").FixValue(context, [applied[sample]])
         pid.GetInputPort("set_point").FixValue(context, [set_point])
         pid.GetInputPort("measurement").FixValue(context, [measurement])
         if sample == 0:
@@ -87,6 +89,25 @@ def test_integral_at_a_limit_settles_where_back_calculation_balances_the_error()
     assert given[-1] == pytest.approx(0.5, abs=1e-9)
 
 
+def test_its_own_output_applied_changes_nothing():
+    gains = PidGains(2.0, 5.0, 0.3)
+    set_points, measurements = np.random.default_rng(2).uniform(-1, 1, (2, 50))
+    alone = outputs(gains, set_points, measurements, limit=1.0)
+    assert (abs(alone) == 1).any()
+    np.testing.assert_array_equal(outputs(gains, set_points, measurements, limit=1.0, applied=alone), alone)
+
+
+@pytest.mark.parametrize("error", [0.0, 0.3, -0.3])
+def test_follows_what_is_applied_instead(error):
+    """What it asks for settles where back-calculation balances the error: v - applied = tracking_time ki e."""
+    gains = PidGains(kp=3.0, ki=10.0, tracking_time=0.2)
+    given = outputs(gains, error, np.zeros(400), applied=np.full(400, 5.0))
+    assert given[-1] == pytest.approx(5 + 0.2 * 10 * error, abs=1e-6)
+    # First order, by 1 - T / tracking_time a sample.
+    left = np.abs(given - given[-1])
+    np.testing.assert_allclose(left[1:100] / left[:99], 1 - T / 0.2, rtol=1e-6)
+
+
 @pytest.mark.parametrize("gains", [PidGains(3.0, 2.0, 1.0), PidGains(-3.0, -2.0, -1.0)], ids=["direct", "reverse"])
 def test_start_is_bumpless(gains):
     given = outputs(gains, 0.7, np.full(3, 0.2), initial_output=4.0)
@@ -111,6 +132,12 @@ def test_without_a_measurement_the_output_is_held():
     np.testing.assert_array_equal(given[8:], without[3:])
 
 
+def test_what_is_applied_may_be_unknown_for_a_while():
+    applied = np.r_[[2.0] * 3, NAN, [2.0] * 96]
+    given = outputs(PidGains(2.0, 3.0, 0.1), 1.0, np.ones(100), applied=applied)
+    assert given[-1] == pytest.approx(2, rel=1e-3)
+
+
 def test_start_without_a_measurement_is_bumpless_once_there_is_one():
     given = outputs(PidGains(2.0, 0.0, 1.0), 1.0, [NAN, NAN, 0.5, 0.5], initial_output=4.0)
     np.testing.assert_allclose(given, 4.0)
@@ -119,5 +146,5 @@ def test_start_without_a_measurement_is_bumpless_once_there_is_one():
 def test_ports():
     pid = SampledPidController(PidGains(), T, 0, 1)
     names = [pid.get_input_port(i).get_name() for i in range(pid.num_input_ports())]
-    assert names == ["set_point", "measurement"]
+    assert names == ["set_point", "measurement", "applied"]
     assert (pid.num_output_ports(), pid.get_output_port().get_name()) == (1, "output")

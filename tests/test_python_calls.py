@@ -2,21 +2,22 @@
 
 import sys
 from collections import Counter
+from functools import cache
 
 import pytest
 from finger_plants import free_bending
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
+from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 
 BEGIN = 0.5025  # s, between two samples
+CONTACT = "sensor.contact_threshold=2.5e-3"
 
 
-def calls_per_second(time_step, period=0.01):
+def calls_per_second(scenario):
     """Calls of every function of soft_gripper in one simulated second."""
-    overrides = (f"plant_config.time_step={time_step}", f"sensor.period={period}")
-    scenario = free_bending([50e3], 2.0, *overrides)
     simulator = Simulator(make_station(scenario).diagram)
     ApplySimulatorConfig(solver_config(scenario), simulator)
     simulator.AdvanceTo(BEGIN)
@@ -35,9 +36,24 @@ def calls_per_second(time_step, period=0.01):
     return calls
 
 
+def bending(time_step, period=0.01):
+    """Calls in a station of two fingers and pressure steps."""
+    return calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={time_step}", f"sensor.period={period}"))
+
+
+@cache
+def handling(name, time_step):
+    """Calls in a station of an arm, a task, the grip control and all that is sensed, while the arm moves.
+
+    How many contacts there are belongs to the plant: functions that go through them are left out.
+    """
+    calls = calls_per_second(load_scenario(name, [f"plant_config.time_step={time_step}", CONTACT]))
+    return Counter({name: n for name, n in calls.items() if not name.startswith("soft_gripper.true_contact.")}), calls
+
+
 @pytest.fixture(scope="module")
 def baseline():
-    return calls_per_second(time_step=0.01)
+    return bending(time_step=0.01)
 
 
 def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
@@ -49,8 +65,39 @@ def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
 
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
 def test_steps_of_the_plant_call_no_python(baseline, time_step):
-    assert calls_per_second(time_step) == baseline
+    assert bending(time_step) == baseline
 
 
 def test_calls_scale_with_the_sensors(baseline):
-    assert calls_per_second(0.01, period=0.005) == Counter({name: 2 * n for name, n in baseline.items()})
+    assert bending(0.01, period=0.005) == Counter({name: 2 * n for name, n in baseline.items()})
+
+
+CALLBACKS = {  # calls in a second, with two fingers
+    "base_pose_sensor._sample": 200,
+    "base_pose_sensor._calc_pose": 200,
+    "contact_detector._calc_touch": 200,
+    "contact_detector._remember": 200,
+    "object_width._calc_width": 100,
+    "true_contact._collect": 100,
+    "fingertip_distance._calc_distance": 100,
+    "pid_controller._remember": 100,
+    "pid_controller._calc_output": 100,
+    "task_machine._update": 100,
+    "task_phases.step": 100,
+}
+
+
+def test_blocks_of_a_task_work_once_a_sample():
+    _, calls = handling("pick_and_place_box", 0.01)
+    assert {name: calls[f"soft_gripper.{name}"] for name in CALLBACKS} == CALLBACKS
+
+
+@pytest.mark.parametrize("time_step", [0.002, 0.0])
+@pytest.mark.parametrize(
+    "name",
+    ["pick_and_place_box", "pick_and_place_delicate", "tip_distance_steps"],
+)
+def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
+    own, calls = handling(name, time_step)
+    assert own == handling(name, 0.01)[0]
+    assert calls["soft_gripper.true_contact._collect"] == 100

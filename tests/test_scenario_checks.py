@@ -25,6 +25,7 @@ WRONG_TYPES = [
     ("gravity=[0, 0, down]", r"gravity\[2\] = 'down': give a number"),
     ("control.set_points=0.1", "control.set_points = 0.1: give a list"),
     ("control.gains=3", "control.gains = 3: give a mapping"),
+    ("control.torque_gains.kii=3", "control.torque_gains.kii = 3: no such key; did you mean 'ki'"),
     ("control.gains.kpp=3", "control.gains.kpp = 3: no such key; did you mean 'kp'"),
     ("pressure=", "pressure = None: give a mapping"),
     ("pressure.settle=soon", "pressure.settle = 'soon': give a number"),
@@ -63,7 +64,14 @@ OUT_OF_RANGE = {
     "control.gains.kd": ["-1", NAN, INFINITE],
     "control.gains.derivative_filter": ["-0.01", NAN, INFINITE],
     "control.gains.tracking_time": ["0", "-0.1", NAN],
+    "control.torque_limit": ["-0.01", NAN, INFINITE],
+    "control.torque_gains.kp": ["-1", NAN, INFINITE],
+    "control.torque_gains.ki": ["-1", NAN, INFINITE],
+    "control.torque_gains.kd": ["-1", NAN, INFINITE],
+    "control.torque_gains.derivative_filter": ["-0.01", NAN, INFINITE],
+    "control.torque_gains.tracking_time": ["0", "-0.1", NAN],
     "sensor.sections": ["0", "-1", "13"],
+    "sensor.contact_threshold": ["-0.01", NAN, INFINITE],
     "sensor.period": ["0", "-0.01", NAN, INFINITE],
     "sensor.response": ["[[1, 0]]", "[[1, 0], [2]]", "[[1, 0], [1, 1]]", f"[[1, 0], [2, {NAN}]]"],
     "plant_config.time_step": ["-0.01", NAN, INFINITE, "0.031"],
@@ -95,7 +103,9 @@ def test_unknown_keys_and_wrong_types(override, message):
 def test_out_of_range(override):
     field = override.partition("=")[0].replace("models.0", "models[0]")
     message = str(complaint(override).value)
-    assert field.rpartition(".")[2] in message.partition(" = ")[0]
+    owner, _, name = field.rpartition(".")
+    assert name in message.partition(" = ")[0]
+    assert "torque" not in owner or owner in message  # the gains of one PID, not of the other
 
 
 @pytest.mark.parametrize("name", ["plant", "scene_graph", "logs", "WorldModelInstance", "a::b"])
@@ -115,6 +125,7 @@ def test_names_that_are_taken_or_cannot_be(name):
         "pressure.steps.all=[-60000, 250000]",
         "sensor.sections=1",
         "sensor.sections=12",
+        "sensor.contact_threshold=1.0e-9",
         "plant_config.time_step=0",
         "models.0.segments=4",
         "gravity=[0, 0, 0]",

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 from pydrake.common.schema import Transform
 
-from soft_gripper.diagrams.scenario import ModelConfig, Scenario
+from soft_gripper.diagrams.scenario import ModelConfig, PhaseConfig, Scenario
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
+from soft_gripper.task_phases import Outcome
 
 FOLDER = Path(__file__).parent / "scenarios"
 DEFAULTS, EVERYTHING = str(FOLDER / "defaults.yaml"), str(FOLDER / "one_of_everything.yaml")
 # A scenario begins at 0 s; not every Drake knows the other field, and logs keep to the sensors' rate.
 NO_CHOICE = {"simulator_config.start_time", "simulator_config.publish_every_time_step"}
+NO_TASK = "task.phases=[]"
 
 
 def write(folder, text):
@@ -134,9 +136,10 @@ def changed(config, default):
 
 def test_one_of_everything_sets_every_field():
     scenario = load_scenario(EVERYTHING)
-    assert changed(scenario, Scenario()) == set(leaves(Scenario())) - NO_CHOICE
-    of_models = set.union(*(changed(model, ModelConfig()) for model in scenario.models))
-    assert of_models == set(leaves(ModelConfig()))
+    given_by_phases = {"control.set_points"}
+    assert changed(scenario, Scenario()) == set(leaves(Scenario())) - NO_CHOICE - given_by_phases
+    for parts, default in ((scenario.models, ModelConfig()), (scenario.task.phases, PhaseConfig())):
+        assert set.union(*(changed(part, default) for part in parts)) == set(leaves(default))
 
 
 def test_defaults_run():
@@ -149,9 +152,9 @@ def test_defaults_run():
 @pytest.mark.parametrize(
     "overrides",
     [
-        ["control.set_points=[]"],
+        [NO_TASK],
         [
-            "control.set_points=[]",
+            NO_TASK,
             "sensor.one_sided=false",
             "plant_config.time_step=0",
             "simulator_config.integration_scheme=cenic",
@@ -172,9 +175,25 @@ def test_one_of_everything_runs(overrides):
 
 
 def test_one_of_everything_runs_in_closed_loop():
-    scenario = load_scenario(EVERYTHING)
+    scenario = load_scenario(EVERYTHING, [NO_TASK, "control.set_points=[0.085, 0.095]"])
     recording = simulate(scenario)
     assert recording["time"][-1] == pytest.approx(len(scenario.control.set_points) * scenario.control.hold)
     left, right = (recording[f"{side}_finger.pressure_command"] for side in ("left", "right"))
     np.testing.assert_array_equal(left, right)
     assert np.abs(left).max() > 0
+
+
+def test_one_of_everything_runs_as_a_task():
+    """There is nothing between the fingers: the second phase fails and is given up."""
+    scenario = load_scenario(EVERYTHING)
+    recording = simulate(scenario)
+    assert recording["time"][-1] == pytest.approx(scenario.task.time_limit)
+    phases = recording["task.phase"].values
+    assert list(dict.fromkeys(phases[phases < len(scenario.task.phases)])) == [0, 1]
+    assert recording["task.outcome"][-1] == Outcome.NOTHING_GRASPED
+    assert recording["grip.set_point"].values[-1] == scenario.task.phases[0].distance
+
+
+def test_a_task_ends_with_its_time():
+    scenario = load_scenario(EVERYTHING, ["task.time_limit=0.3"])
+    assert simulate(scenario)["time"][-1] == pytest.approx(0.3)

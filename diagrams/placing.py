@@ -1,0 +1,52 @@
+"""Models put in their places: welded to a frame, or free where they begin."""
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+
+from soft_gripper.diagrams.model_files import load_model
+from soft_gripper.diagrams.scenario import ModelConfig
+from soft_gripper.errors import InputError
+from soft_gripper.finger import Finger
+
+
+def add_model(
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool
+) -> tuple[ModelInstanceIndex, tuple[Finger, ...]]:
+    """Loads a model and puts it in its place; returns it and the fingers in it.
+
+    Raises:
+        InputError: if its file or a frame that it names is wrong.
+    """
+    model, fingers = load_model(plant, config, where, is_arm)
+    X_PC = config.X_PC.GetDeterministicValue()
+    if config.free:
+        plant.SetDefaultFloatingBaseBodyPose(plant.get_body(plant.GetBodyIndices(model)[0]), X_PC)
+    else:
+        plant.WeldFrames(find_frame(plant, config.parent, where, "parent"), own_frame(plant, config, where), X_PC)
+    return model, fingers
+
+
+def own_frame(plant: MultibodyPlant, config: ModelConfig, where: str) -> Frame:
+    """The frame of a model by which it is welded to its parent."""
+    if config.child:
+        return find_frame(plant, f"{config.name}::{config.child}", where, "child")
+    model = plant.GetModelInstanceByName(config.name)
+    return plant.get_body(plant.GetBodyIndices(model)[0]).body_frame()
+
+
+def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Frame:
+    """The frame called "world" or "model::frame".
+
+    Raises:
+        InputError: if there is none, naming those of the model.
+    """
+    if name == "world":
+        return plant.world_frame()
+    model, _, frame = name.rpartition("::")
+    if not plant.HasModelInstanceNamed(model):
+        raise InputError(where, field, name, f"no such frame: no model '{model}' stands before this one")
+    instance = plant.GetModelInstanceByName(model)
+    if not plant.HasFrameNamed(frame, instance):
+        known = ", ".join(plant.get_frame(index).name() for index in plant.GetFrameIndices(instance))
+        raise InputError(where, field, name, f"no such frame; known: {known}")
+    return plant.GetFrameByName(frame, instance)

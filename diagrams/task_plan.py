@@ -1,0 +1,109 @@
+"""The phases of a task, planned before anything moves: where the arm goes, how fast, and what follows a failure."""
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.trajectories import Trajectory
+
+from soft_gripper.arm_kinematics import solve_posture, tool_pose
+from soft_gripper.arm_motion import ArmLimits, LimitError, UnreachableError, joint_path, straight_path, timed
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.arm import Arm
+from soft_gripper.diagrams.scenario import PhaseConfig, Scenario
+from soft_gripper.errors import InputError
+from soft_gripper.task_phases import Phase
+
+RESCUE = ("rescue: open", "rescue: rise", "rescue: home")
+
+
+def plan_phases(scenario: Scenario, arm: Arm) -> tuple[Phase, ...]:
+    """The phases of the task, and behind them a rescue for each that can fail: fingers open, straight up, home.
+
+    Raises:
+        InputError: naming the phase whose goal the arm cannot reach, or not in the way that is asked for.
+    """
+    planner, configs = MotionPlanner(scenario, arm), scenario.task.phases
+    watched = [i for i, config in enumerate(configs) if config.holds or config.until]
+    end = len(configs) + len(RESCUE) * len(watched)
+    phases: list[Phase] = []
+    posture, distance = arm.home, 0.0
+    for i, config in enumerate(configs):
+        motion = planner.motion(f"task.phases[{i}]", config, posture)
+        posture, distance = end_of(motion), config.distance or distance
+        follower = i + 1 if i + 1 < len(configs) else end
+        rescue = len(configs) + len(RESCUE) * watched.index(i) if i in watched else None
+        phases.append(Phase(config.name, motion, distance, follower, config.until, config.rest, config.holds, rescue))
+    for i in watched:
+        motions = planner.rescue(configs[i], end_of(phases[i].motion))
+        for name, motion in zip(RESCUE, motions, strict=True):
+            follower = end if name == RESCUE[-1] else len(phases) + 1
+            until = "released" if name == RESCUE[0] else ""
+            phases.append(Phase(name, motion, phases[0].distance, follower, until))
+    return tuple(phases)
+
+
+def end_of(motion: Trajectory) -> Array:
+    """The posture in which a motion ends, (n) rad or m."""
+    return motion.value(motion.end_time())[:, 0]
+
+
+class MotionPlanner:
+    """Plans single motions of the arm of a scenario."""
+
+    def __init__(self, scenario: Scenario, arm: Arm):
+        self._arm, self._task = arm, scenario.task
+        try:
+            self._limits = ArmLimits.of_plant(arm.plant, scenario.arm.acceleration)
+        except LimitError as error:
+            raise InputError("arm", "model", arm.name, str(error)) from None
+        self._objects = {model.name: model.X_PC.GetDeterministicValue() for model in scenario.models if model.free}
+
+    def motion(self, where: str, config: PhaseConfig, start: Array) -> Trajectory:
+        """What the arm does in a phase that begins in the posture `start`.
+
+        Raises:
+            InputError: if it cannot.
+        """
+        if config.posture:
+            return self._timed(where, joint_path(start, np.array(config.posture)), config.speed)
+        if config.to == "home":
+            return self._timed(where, joint_path(start, self._arm.home), config.speed)
+        if config.to:
+            return self._to_pose(where, config, self._goal(config), start)
+        return self._timed(where, joint_path(start, start), config.speed)
+
+    def rescue(self, config: PhaseConfig, start: Array) -> tuple[Trajectory, Trajectory, Trajectory]:
+        """What is done from the end of a phase that failed: stay, rise as high as the task goes, and home."""
+        rise = max(phase.height for phase in self._task.phases) - config.height
+        stay = self._timed("rescue", joint_path(start, start), 1.0)
+        X_WTool = RigidTransform([0.0, 0.0, max(rise, 0.0)]) @ tool_pose(self._arm.plant, self._arm.tool, start)
+        up = self._to_pose("rescue", PhaseConfig(to="above", straight=True), X_WTool, start) if rise > 0 else stay
+        return stay, up, self._timed("rescue", joint_path(end_of(up), self._arm.home), 1.0)
+
+    def _goal(self, config: PhaseConfig) -> RigidTransform:
+        """Where the gripper is to be, in the world."""
+        task = self._task
+        X_WO = self._objects[task.object] if config.to == "object" else task.X_WGoal.GetDeterministicValue()
+        return RigidTransform([0.0, 0.0, config.height]) @ X_WO @ task.X_OG.GetDeterministicValue()
+
+    def _to_pose(self, where: str, config: PhaseConfig, X_WTool: RigidTransform, start: Array) -> Trajectory:
+        plant, tool = self._arm.plant, self._arm.tool
+        try:
+            if config.straight:
+                path = straight_path(plant, tool, start, X_WTool)
+            else:
+                path = joint_path(start, self._posture(X_WTool, start))
+        except UnreachableError as error:
+            raise InputError(where, "to", config.to, f"is out of the arm's reach: {error}") from None
+        return self._timed(where, path, config.speed)
+
+    def _posture(self, X_WTool: RigidTransform, start: Array) -> Array:
+        posture = solve_posture(self._arm.plant, self._arm.tool, X_WTool, start)
+        if posture is None:
+            raise UnreachableError(f"no posture puts the gripper at {X_WTool.translation().round(3).tolist()} m")
+        return posture
+
+    def _timed(self, where: str, path: Trajectory, speed: float) -> Trajectory:
+        try:
+            return timed(self._arm.plant, path, self._limits, speed)
+        except LimitError as error:
+            raise InputError(where, "motion", self._arm.name, f"is more than the arm can do: {error}") from None

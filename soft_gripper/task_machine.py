@@ -1,0 +1,75 @@
+"""TaskMachine: leads arm and fingers through the phases of a task."""
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from soft_gripper.arrays import Array
+from soft_gripper.task_phases import Feeling, Phase, Progress, Rules
+
+_PROGRESS, _DESIRED, _SET_POINT, _PHASE, _OUTCOME = range(5)  # groups of the discrete state
+
+
+class TaskMachine(LeafSystem):
+    """A state machine whose transitions depend on what is estimated of the fingers, and on nothing else.
+
+                        +-------------+ ---> desired_state  (2 n) positions and velocities of the arm's joints
+    distance (1) m ---> | TaskMachine | ---> set_point      (1) m, between the fingertips
+    torque (1) N m ---> |             | ---> phase          (1) number of the phase; the number of phases: over
+                        +-------------+ ---> outcome        (1) an Outcome
+
+    `distance` and `torque` come from a GripControl. A thing is grasped when the tips have come to rest and the
+    torque is above the threshold, released when they have and it is below. It is lost when the torque stays
+    below in a phase that holds it: the fingers open, the motion at hand is ended, and the phase `rescue` follows.
+    The desired state looks one sample ahead.
+    """
+
+    def __init__(self, rules: Rules, period: float):
+        """Follows the phases of `rules`; samples every `period` s."""
+        super().__init__()
+        self._rules, self._period = rules, period
+        self._distance = self.DeclareVectorInputPort("distance", 1)
+        self._torque = self.DeclareVectorInputPort("torque", 1)
+        self.DeclareDiscreteState(np.array(Progress(), dtype=float))
+        first = rules.phases[0]
+        for name, value in (
+            ("desired_state", _desired_state(first, 0.0)),
+            ("set_point", np.array([first.distance])),
+            ("phase", np.zeros(1)),
+            ("outcome", np.zeros(1)),
+        ):
+            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(value))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """Of the task, rescues too."""
+        return self._rules.phases
+
+    def progress(self, context: Context) -> Progress:
+        """How far the task has come, from the context of this block."""
+        phase, outcome, *others = context.get_discrete_state(_PROGRESS).value()
+        return Progress(int(phase), int(outcome), *others)
+
+    def is_over(self, context: Context) -> bool:
+        """Whether no phase is left, from the context of this block."""
+        return self.progress(context).phase == len(self.phases)
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        time = context.get_time()
+        feeling = Feeling(time, self._distance.Eval(context)[0], self._torque.Eval(context)[0])
+        progress = self._rules.step(self.progress(context), feeling)
+        values.set_value(_PROGRESS, np.array(progress, dtype=float))
+        if progress.phase < len(self.phases):
+            desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
+            values.set_value(_DESIRED, desired)
+            values.set_value(_SET_POINT, [self._rules.distance(progress)])
+        values.set_value(_PHASE, [progress.phase])
+        values.set_value(_OUTCOME, [progress.outcome])
+
+
+def _desired_state(phase: Phase, since: float) -> Array:
+    """Positions and velocities of the joints `since` s after the phase began; they rest when its motion is over."""
+    if since >= phase.duration:
+        positions = phase.motion.value(phase.duration)[:, 0]
+        return np.concatenate([positions, np.zeros_like(positions)])
+    return np.concatenate([phase.motion.value(since)[:, 0], phase.motion.EvalDerivative(since, 1)[:, 0]])

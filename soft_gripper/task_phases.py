@@ -1,0 +1,133 @@
+"""The phases of a task, and the rules by which one follows the other: pure functions of what the fingers feel."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.trajectories import Trajectory
+
+QUIET_BAND = 5e-4  # m, within which the distance between the tips stays ...
+QUIET_TIME = 0.2  # s, ... for so long, when the fingers are at rest
+PATIENCE = 0.1  # s, for which a grip may be missed
+CLOSER = 8e-3  # m, by which the tips may come nearer to each other than when they grasped
+
+
+class Outcome(IntEnum):
+    """How a task stands. After a failure the fingers open and the arm goes home."""
+
+    RUNNING = 0
+    DONE = 1
+    NOTHING_GRASPED = 2
+    OBJECT_LOST = 3
+    NOT_RELEASED = 4
+
+
+@dataclass(frozen=True)
+class Phase:
+    """The arm moves; then what ends the phase is awaited."""
+
+    name: str
+    motion: Trajectory  # (n) positions of the arm's joints against the time since the phase began, s
+    distance: float  # m, set point between the fingertips
+    follower: int  # number of the phase that follows; the number of phases: none
+    until: str = ""  # "grasped", "released", or empty: `rest` is over
+    rest: float = 0.0  # s, after the motion
+    holds: bool = False  # the object is in the fingers
+    rescue: int | None = None  # number of the phase that follows a failure; None: nothing can fail
+
+    @property
+    def duration(self) -> float:
+        """Of the motion, s."""
+        return float(self.motion.end_time())
+
+
+class Feeling(NamedTuple):
+    """One sample of what is estimated."""
+
+    time: float  # s
+    distance: float  # m, between the fingertips
+    torque: float  # N m, that opens the fingers
+
+
+class Progress(NamedTuple):
+    """How far a task has come: all that is remembered from sample to sample."""
+
+    phase: int = 0  # the number of phases: the task is over
+    outcome: int = Outcome.RUNNING
+    began: float = 0.0  # s, the phase
+    around: float = np.inf  # m, the distance that the tips have stayed near to ...
+    since: float = 0.0  # s, ... since then
+    felt: float = 0.0  # s, when the grip was felt last
+    grasped: float = -np.inf  # m, distance at the end of the last phase that grasped
+
+
+@dataclass(frozen=True)
+class Rules:
+    """When a phase ends, and which follows."""
+
+    phases: tuple[Phase, ...]
+    threshold: float  # N m, torque of a grip
+    timeout: float  # s, after the motion, that an end is awaited for
+
+    def step(self, progress: Progress, feeling: Feeling) -> Progress:
+        """The progress after one more sample."""
+        if progress.phase == len(self.phases):
+            return progress
+        phase, progress = self.phases[progress.phase], self._feel(progress, feeling)
+        if progress.outcome == Outcome.RUNNING:
+            progress = progress._replace(outcome=self._judge(phase, progress, feeling))
+        follower = self._follower(phase, progress, feeling)
+        if follower is None:
+            return progress
+        if follower == len(self.phases) and progress.outcome == Outcome.RUNNING:
+            progress = progress._replace(outcome=Outcome.DONE)
+        grasped = feeling.distance if phase.until == "grasped" else progress.grasped
+        began = feeling.time
+        return Progress(follower, progress.outcome, began, since=began, felt=began, grasped=grasped)
+
+    def distance(self, progress: Progress) -> float:
+        """The set point between the fingertips, m; a failure opens the fingers at once."""
+        phase = self.phases[min(progress.phase, len(self.phases) - 1)]
+        if progress.outcome > Outcome.DONE and phase.rescue is not None:
+            return self.phases[phase.rescue].distance
+        return phase.distance
+
+    def _feel(self, progress: Progress, feeling: Feeling) -> Progress:
+        """Notes unrest and grip; what is not finite is unrest, and no grip."""
+        if not abs(feeling.distance - progress.around) <= QUIET_BAND:
+            progress = progress._replace(around=feeling.distance, since=feeling.time)
+        held = feeling.torque > self.threshold and feeling.distance > progress.grasped - CLOSER
+        return progress._replace(felt=feeling.time) if held else progress
+
+    def _judge(self, phase: Phase, progress: Progress, feeling: Feeling) -> Outcome:
+        """Whether the phase has failed."""
+        if phase.holds and feeling.time - progress.felt > PATIENCE:
+            return Outcome.OBJECT_LOST
+        waited = feeling.time - progress.began - phase.duration
+        if phase.until == "grasped" and waited >= 0:
+            empty = self._is_quiet(progress, feeling) and not feeling.torque > self.threshold
+            return Outcome.NOTHING_GRASPED if empty or waited > self.timeout else Outcome.RUNNING
+        if phase.until == "released" and waited > self.timeout:
+            return Outcome.NOT_RELEASED
+        return Outcome.RUNNING
+
+    def _follower(self, phase: Phase, progress: Progress, feeling: Feeling) -> int | None:
+        """The phase that begins now, if any."""
+        waited = feeling.time - progress.began - phase.duration
+        if waited < 0:
+            return None
+        if progress.outcome != Outcome.RUNNING and phase.rescue is not None:
+            return phase.rescue
+        ended = waited >= phase.rest if not phase.until else self._reached(phase, progress, feeling)
+        given_up = phase.rescue is None and waited > max(self.timeout, phase.rest)
+        return phase.follower if ended or given_up else None
+
+    def _reached(self, phase: Phase, progress: Progress, feeling: Feeling) -> bool:
+        """Whether the fingers are at rest, with something between them or with nothing at all that they feel."""
+        if phase.until == "grasped":
+            return self._is_quiet(progress, feeling) and feeling.torque > self.threshold
+        return self._is_quiet(progress, feeling) and abs(feeling.torque) < self.threshold
+
+    def _is_quiet(self, progress: Progress, feeling: Feeling) -> bool:
+        return feeling.time - progress.since >= QUIET_TIME
