@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import ClippingRange, ColorRenderCamera, RenderCameraCore
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RigidTransform
 from pydrake.systems.sensors import CameraInfo
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.viewpoint import nearest_eye, upright_view
 
 ANGLE_OF_VIEW = np.radians(20.0)  # vertical
-DIRECTION = np.array([0.2, 1.0, -0.22])  # onto the x-z plane, a little from the left and above
+DIRECTION = np.array([0.2, 1.0, -0.22])  # of fingers alone: onto the x-z plane, a little from the left and above
 MARGIN = 0.08  # of the picture, left free around what it shows
 ASPECTS = (0.9, 2.0)  # narrowest and widest, where the width is left open
 
@@ -40,21 +41,14 @@ class Camera:
         return pixels
 
 
-def framing_camera(p_W: Array, height: int, width: int | None = None) -> Camera:
+def framing_camera(p_W: Array, height: int, width: int | None = None, direction: Array = DIRECTION) -> Camera:
     """The nearest upright camera that sees all points, (M, 3) m; without `width`, the picture is as wide as they are.
 
-    Along the axes of C a camera at c sees a point p if |p_x - c_x| <= slope (p_z - c_z), and y likewise.
+    It looks in `direction`, (3) in the world, of any length.
     """
-    z = DIRECTION / np.linalg.norm(DIRECTION)
-    x = np.cross(z, [0.0, 0.0, 1.0]) / np.hypot(z[0], z[1])
-    R_WC = RotationMatrix(np.column_stack([x, np.cross(z, x), z]))
-    along = p_W @ R_WC.matrix()
+    R_WC = upright_view(direction)
     if width is None:
-        across, down, _ = np.ptp(along, axis=0)
+        across, down, _ = np.ptp(p_W @ R_WC.matrix(), axis=0)
         width = round(height * np.clip(across / down, *ASPECTS))
     slope = np.tan(ANGLE_OF_VIEW / 2) * (1 - MARGIN) * np.array([width / height, 1.0])
-    most = np.max(along[:, :2] - slope * along[:, 2:], axis=0)
-    least = np.min(along[:, :2] + slope * along[:, 2:], axis=0)
-    nearest = np.min((least - most) / (2 * slope))
-    center = np.array([*(most + least) / 2, nearest])
-    return Camera(RigidTransform(R_WC, R_WC.matrix() @ center), width, height)
+    return Camera(RigidTransform(R_WC, nearest_eye(p_W, R_WC, -slope, slope)), width, height)

@@ -3,29 +3,40 @@
 from io import BytesIO
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.torque_colors import add_torque_bar
+from soft_gripper.pictures.close_up import CloseUp
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.torque_bar import recorded_limit
+from soft_gripper.task_phases import Outcome
 
 FRAME_RATE = 10  # frames a second of simulated time
 FOOTER = 60  # pixels, below the scene
+_CLOSE_UP = 0.4  # of the width
+_GAP = 4  # pixels, between scene and close-up
+_FRAMED_TIMES = 20  # of a recording, that the close-up is chosen for
 
 
 class Film:
-    """What a recording of a scenario shows at its own pace; the scene is `width` x `height` pixels."""
+    """What a recording of a scenario shows at its own pace; the scene is `width` x `height` pixels.
+
+    A gripper on an arm is small in the scene: beside it there is a close-up, which takes a part of the width.
+    """
 
     def __init__(self, scenario: Scenario, recording: Recording, width: int, height: int):
-        self.duration = scenario.duration  # s
+        self.duration = float(recording.data["time"][-1])  # s
         self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
         self.size = (width, height + FOOTER)  # pixels
-        limit = recorded_limit(recording)
-        self._recording = recording
-        self._renderer = SceneRenderer(scenario, recording, height, width, limit)
+        limit, close_up = recorded_limit(recording), round(_CLOSE_UP * width) if scenario.arm.model else 0
+        self._scenario, self._recording = scenario, recording
+        self._renderer = SceneRenderer(scenario, recording, height, width - close_up, limit)
+        framed = np.linspace(0, self.duration, _FRAMED_TIMES)
+        self._close_up = CloseUp(self._renderer, framed, height, close_up - _GAP) if close_up else None
         self._scale = _draw_scale(limit, width // 2)
 
     def frame(self, time: float) -> Image.Image:
@@ -33,6 +44,9 @@ class Film:
         width, height = self.size
         frame = Image.new("RGB", self.size, "white")
         frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))
+        if self._close_up is not None:
+            picture = self._renderer.render(time, self._close_up.camera(time))
+            frame.paste(Image.fromarray(picture), (self._renderer.camera.width + _GAP, 0))
         frame.paste(self._scale, (width - self._scale.width, height - FOOTER))
         font = ImageFont.load_default(0.025 * width)
         place = (0.03 * width, height - FOOTER / 2)
@@ -40,11 +54,21 @@ class Film:
         return frame
 
     def _caption(self, time: float) -> str:
-        """The time and the pressures in the fingers; one that is the same in all stands once."""
+        """The time, the pressures in the fingers, and how the task stands; what is the same in all stands once."""
         now = self._recording.data.sel(time=time, method="nearest")
         signals = [signal for name, signal in now.data_vars.items() if str(name).endswith(".pressure")]
         pressures = dict.fromkeys(f"{round(signal.item() / 1e3)} kPa" for signal in signals)
-        return f"{time:4.1f} s     {', '.join(pressures)}"
+        task = [self._phase(now)] if self._scenario.task.phases else []
+        return "     ".join([f"{time:4.1f} s", ", ".join(pressures), *task])
+
+    def _phase(self, now: xr.Dataset) -> str:
+        """The phase of the task; behind the last, and after a failure, the outcome."""
+        phases, number = self._scenario.task.phases, int(now["task.phase"])
+        return phases[number].name if number < len(phases) else _words(Outcome(int(now["task.outcome"])))
+
+
+def _words(outcome: Outcome) -> str:
+    return outcome.name.lower().replace("_", " ")
 
 
 def _draw_scale(limit: float, width: int) -> Image.Image:

@@ -4,15 +4,21 @@ import base64
 import gzip
 import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
+from pydrake.multibody.tree import ModelInstanceIndex
 
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.estimate_visualizer import ARCS, CURVE
+from soft_gripper.diagrams.meshcat_view import FIELD_OF_VIEW
 from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.viewpoint import upright_view
 
 
 @pytest.fixture(scope="module")
@@ -70,3 +76,46 @@ def messages_of(page: str) -> set[tuple[bytes, bytes]]:
         for data in payloads_of(page)
     )
     return {(match[1], match[2]) for match in found if match}
+
+
+class WatchedMeshcat(Meshcat):
+    """Remembers where its camera was put."""
+
+    def SetCameraPose(self, camera_in_world: Array, target_in_world: Array) -> None:  # noqa: N802
+        self.eye, self.target = np.array(camera_in_world), np.array(target_in_world)
+        super().SetCameraPose(camera_in_world, target_in_world)
+
+
+@pytest.mark.parametrize("name", ["box_grasp", "pick_and_place_box", "arm_motion"])
+def test_the_camera_sees_arm_gripper_and_goal_above_the_legend(name: str) -> None:
+    meshcat, scenario = WatchedMeshcat(), load_scenario(name)
+    station = make_station(scenario, meshcat)
+    plant, context = station.plant, station.plant.CreateDefaultContext()
+    view = upright_view(meshcat.target - meshcat.eye).matrix()
+    postures = [phase.posture for phase in scenario.task.phases if phase.posture] or [scenario.arm.home]
+    points = [[0.45, 0.18, 0.03], [0.45, -0.18, 0.03]] if scenario.task.object else []
+    for posture in postures:
+        if scenario.arm.model:
+            plant.SetPositions(context, plant.GetModelInstanceByName(scenario.arm.model), posture)
+        models = map(ModelInstanceIndex, range(2, plant.num_model_instances()))
+        bodies = (plant.get_body(i) for m in models if plant.num_positions(m) for i in plant.GetBodyIndices(m))
+        points += [plant.EvalBodyPoseInWorld(context, body).translation() for body in bodies]
+    right, down, ahead = ((np.array(points) - meshcat.eye) @ view).T
+    edge = np.tan(FIELD_OF_VIEW / 2)
+    assert np.all(ahead > 0)
+    assert np.max(np.abs(right / ahead)) < 1.5 * edge
+    assert -0.98 * edge < np.min(down / ahead)
+    assert 0.0 < np.max(down / ahead) < 0.75 * edge
+
+
+def test_the_light_of_an_arm_comes_from_the_side_of_the_camera() -> None:
+    meshcat = WatchedMeshcat()
+    lights: dict[str, Any] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            WatchedMeshcat, "SetProperty", lambda self, path, name, *value: lights.update({path + name: value[0]})
+        )
+        make_station(load_scenario("pick_and_place_box"), meshcat)
+    toward = meshcat.eye - meshcat.target
+    position = np.array(lights["/Lights/FillLight/<object>position"])
+    assert position @ toward / np.linalg.norm(position) / np.linalg.norm(toward) > 0.8

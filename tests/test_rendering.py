@@ -4,57 +4,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
-from pydrake.systems.framework import DiagramBuilder
+from scenes import Scene
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.plant import add_plant
-from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.torque_colors import color
-from soft_gripper.finger_links import joint_name
+from soft_gripper.diagrams.viewpoint import upright_view
 from soft_gripper.pictures.camera import MARGIN, framing_camera
+from soft_gripper.pictures.close_up import CloseUp
 from soft_gripper.pictures.rendering import Picture, SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure, scenes_figure
+from soft_gripper.pictures.studio import SUN
 
 BOX, IRREGULAR, SKIN = (0.25, 0.47, 0.70), (0.45, 0.62, 0.36), (0.93, 0.55, 0.36)  # as the model files say
-NO_TORQUE = np.zeros(12)  # N m
-
-
-class Scene:
-    """The plant of a scenario: states of it to take pictures of, and where in them Drake says that things are."""
-
-    def __init__(self, name: str):
-        self.scenario = load_scenario(name)
-        self.plant, _, fingers = add_plant(DiagramBuilder(), self.scenario)
-        self.fingers = [finger.name for finger in fingers]
-        self.context = self.plant.CreateDefaultContext()
-
-    def bend(self, finger: str, angle: float) -> None:
-        for i in range(12):
-            self.plant.GetJointByName(joint_name(finger, i)).set_angle(self.context, angle)
-
-    def move(self, body: str, shift: Array) -> None:
-        free = self.plant.GetBodyByName(body)
-        X_WB = free.EvalPoseInWorld(self.context)
-        X_WB.set_translation(X_WB.translation() + shift)
-        self.plant.SetFreeBodyPose(self.context, free, X_WB)
-
-    def point(self, frame: str, p_F: Any = (0.0, 0.0, 0.0)) -> Array:
-        p_W: Array = self.plant.GetFrameByName(frame).CalcPoseInWorld(self.context) @ np.array(p_F)
-        return p_W
-
-    def state(self) -> Array:
-        return np.array(self.plant.GetPositionsAndVelocities(self.context))
-
-    def recording(self, *states: Array, torques: Array = NO_TORQUE) -> Recording:
-        """A state a second, and the same torques all the time."""
-        variables = {f"{finger}.true_external_torque": ("joint", torques) for finger in self.fingers}
-        data = xr.Dataset({"plant.state": (("time", "state"), np.array(states))} | variables)
-        return Recording(data.assign_coords(time=np.arange(len(states), dtype=float)))
-
-    def renderer(self, *states: Array, torques: Array = NO_TORQUE, limit: float | None = None) -> SceneRenderer:
-        return SceneRenderer(self.scenario, self.recording(*states, torques=torques), 120, 160, limit)
 
 
 @pytest.fixture
@@ -120,6 +82,47 @@ def test_a_mesh_without_normals_is_seen() -> None:
     scene = Scene("irregular_grasp")
     renderer = scene.renderer(scene.state())
     assert shows(pixel(renderer, renderer.render(0.0), scene.point("irregular", (0.0, 0.0, -0.02))), IRREGULAR)
+
+
+def test_an_arm_is_lit_where_it_is_seen_and_things_in_the_air_cast_shadows() -> None:
+    scene = Scene("pick_and_place_box")
+    scene.scenario.models[3].mesh.color = [*BOX, 1.0]
+    standing = scene.state()
+    scene.move("box", np.array([0.0, 0.0, 0.1]))
+    renderer = scene.renderer(standing, scene.state())
+    before, after = (renderer.render(time) for time in (0.0, 1.0))
+    box, view = scene.point("box"), upright_view(renderer.direction * [1, 1, 0]).matrix()
+    right, ahead = view[:, 0], view[:, 2]
+    assert pixel(renderer, after, box - 0.03 * ahead).max() > 0.5  # the side that is seen
+    assert shows(pixel(renderer, after, box - 0.03 * ahead), BOX)
+    shadow = box - box[2] / SUN[2] * (SUN[0] * right + SUN[1] * ahead + SUN[2] * np.array([0.0, 0.0, 1.0]))
+    lit, shaded = (pixel(renderer, picture, shadow) for picture in (before, after))
+    assert shows(lit, shaded)
+    assert lit.mean() - shaded.mean() > 0.05
+    aside = shadow + 0.1 * right
+    np.testing.assert_allclose(pixel(renderer, before, aside), pixel(renderer, after, aside), atol=0.01)
+
+
+@pytest.mark.parametrize("level", [False, True])
+def test_a_close_up_goes_with_the_gripper(level: bool) -> None:
+    scene = Scene("pick_and_place_box")
+    states, palms, tips = [], [], []
+    for posture in ([0.0, -1.57, 1.57, -1.57, -1.57, 0.0], [0.7, -1.2, 1.6, -2.0, -1.57, 1.0]):
+        scene.pose_arm(posture)
+        states.append(scene.state())
+        palms.append(scene.point("palm", (0.0, 0.0, 0.03)))
+        tips.append([scene.point(f"{finger}_link_12", (0, 0, 0.005)) for finger in scene.fingers])
+    close_up = CloseUp(scene.renderer(*states), [0.0, 1.0], 120, 90, level)
+    first, second = (close_up.camera(time) for time in (0.0, 1.0))
+    for camera, gripper in zip((first, second), tips, strict=True):
+        inside = camera.project(np.array(gripper)) / [camera.width, camera.height]
+        assert np.all((inside > 0) & (inside < 1))
+    shift = palms[1] - palms[0]
+    assert abs(shift[2]) > 0.05
+    moved = second.X_WC.translation() - first.X_WC.translation()
+    np.testing.assert_allclose(moved, shift * [1, 1, 0 if level else 1], atol=1e-12)
+    if not level:
+        np.testing.assert_allclose(first.project(palms[0]), second.project(palms[1]), atol=1e-6)
 
 
 @pytest.mark.parametrize("width", [60, 160, None])

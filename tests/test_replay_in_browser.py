@@ -12,6 +12,7 @@ from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.torque_colors import color
 
 END = 0.8  # s
 CONTROLS, LEGEND = 30, -80  # rows of a screenshot above the scene, and below it
@@ -94,6 +95,16 @@ def test_the_legend_is_in_view_at_all_times(look: Look) -> None:
         assert count(legend, stronger=2, weaker=0) > 300
         assert count(legend, stronger=0, weaker=2) > 300
         assert np.sum(legend.max(axis=-1) < 90) > 100, "the numbers"
+
+
+def test_the_legend_has_the_colors_of_the_scale_in_any_light(driver: Any, look: Look) -> None:
+    lights = "viewer.scene_tree.find(['Lights']).object.visible = {}"
+    for lit in ("false", "true"):
+        driver.execute_script(lights.format(lit))
+        legend = look(0.0)[LEGEND:].reshape(-1, 3)
+        for torque in (-0.95, 0.95):
+            distance = np.abs(legend - 255 * color(np.array(torque), 1.0)).max(axis=-1)
+            assert np.sum(distance < 30) > 50
 
 
 def test_arcs_appear_when_they_are_ticked(driver: Any, look: Look) -> None:
