@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from soft_gripper.commands.options import Subparsers
+from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.scenario_file import load_scenario
-from soft_gripper.errors import InputError
 from soft_gripper.evaluation.claims import Claim
 from soft_gripper.evaluation.evaluate import SCENARIOS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.pose_table import PoseRow
@@ -30,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    jobs = _jobs(options.jobs)
+    jobs = whole_number("evaluate", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
     out = writable_folder(options.out)
     names = unfinished(out) if options.resume else list(SCENARIOS)
     duration = sum(load_scenario(name).duration for name in names)
@@ -44,14 +43,6 @@ def _run(options: argparse.Namespace) -> None:
     _print_errors(evaluation.poses)
     _print_claims(evaluation.claims)
     print(f"\nWritten to {out}: report.html, metrics.csv, forces.csv, the figures, and a folder a scenario")
-
-
-def _jobs(text: str | None) -> int:
-    if text is None:
-        return os.cpu_count() or 1
-    if not text.isdecimal() or int(text) < 1:
-        raise InputError("evaluate", "--jobs", text, "give a whole number of at least 1")
-    return int(text)
 
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:

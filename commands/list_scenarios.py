@@ -13,5 +13,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    for name in scenario_names():
-        print(f"{name:<20} {load_scenario(name).description}")
+    names = scenario_names()
+    width = max(map(len, names))
+    for name in names:
+        print(f"{name:<{width}}  {load_scenario(name).description}")

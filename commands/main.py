@@ -4,10 +4,10 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from soft_gripper.commands import evaluate, expand, list_scenarios, run, show, tune
+from soft_gripper.commands import evaluate, expand, grasp_trials, list_scenarios, run, show, tune
 from soft_gripper.errors import InputError, SimulationDivergedError
 
-COMMANDS = (run, evaluate, tune, list_scenarios, show, expand)
+COMMANDS = (run, evaluate, grasp_trials, tune, list_scenarios, show, expand)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

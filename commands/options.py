@@ -40,3 +40,14 @@ def chosen_station(options: argparse.Namespace) -> Station:
     if not station.fingers:
         raise InputError(options.scenario, "models", [m.file for m in scenario.models], "there is no <finger> in them")
     return station
+
+
+def whole_number(command: str, option: str, text: str, least: int) -> int:
+    """The number that an option gives.
+
+    Raises:
+        InputError: unless it is a whole number of at least `least`.
+    """
+    if not text.isdecimal() or int(text) < least:
+        raise InputError(command, option, text, f"give a whole number of at least {least}")
+    return int(text)

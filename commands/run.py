@@ -8,16 +8,18 @@ from pydrake.geometry import Meshcat
 
 from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.tables import print_poses, print_steps
+from soft_gripper.commands.tables import print_phases, print_poses, print_steps
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import Station, make_station
 from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.phase_table import outcome, phase_table
 from soft_gripper.evaluation.pose_table import pose_table
 from soft_gripper.evaluation.step_table import step_table
 from soft_gripper.files import whole_file, writable_folder
+from soft_gripper.pictures.phases_figure import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 
 
@@ -47,7 +49,7 @@ def _run(options: argparse.Namespace) -> None:
     if meshcat is not None and options.html is not None:
         write_replay(meshcat, options.html)
     if options.video is not None:
-        with progress_bar("film", scenario.duration) as progress:
+        with progress_bar("film", float(recording.data["time"][-1])) as progress:
             write_video(options.video, scenario, recording, progress)
     print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
     if options.meshcat:
@@ -69,7 +71,13 @@ def _write(out: Path, name: str, station: Station, recording: Recording) -> None
     recording.save(out / "recording.nc")
     with whole_file(out / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario), encoding="utf-8")
-    if station.scenario.control.set_points:
+    if station.task is not None:
+        phases = phase_table(station, recording)
+        write_csv(out / "phases.csv", phases)
+        with whole_file(out / "phases.png") as partial:
+            phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
+        print_phases(phases, outcome(recording))
+    elif station.scenario.control.set_points:
         steps = step_table(station, recording)
         write_csv(out / "steps.csv", steps)
         print_steps(steps)

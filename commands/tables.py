@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 
+from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pose_table import PoseRow
 from soft_gripper.evaluation.step_table import StepRow
+from soft_gripper.task_phases import Outcome
 
 
 def print_poses(rows: Sequence[PoseRow]) -> None:
@@ -24,3 +26,14 @@ def print_steps(rows: Sequence[StepRow]) -> None:
             f"{row.step:>4} {row.from_mm:>10.1f} {row.to_mm:>10.1f} {row.overshoot_percent:>14.2f}"
             f" {row.settling_s:>13.2f} {row.steady_error_estimated_mm:>29.4f} {row.steady_error_true_mm:>8.3f}"
         )
+
+
+def print_phases(rows: Sequence[PhaseRow], outcome: Outcome) -> None:
+    """A line for every phase of a task, and how it ended."""
+    print("\nphase           began [s]  lasted [s]  at its end: distance [mm]  torque [mN m]  pressure [kPa]")
+    for row in rows:
+        print(
+            f"{row.phase:<15} {row.began_s:>9.2f} {row.lasted_s:>11.2f} {row.distance_mm:>26.1f}"
+            f" {row.torque_mnm:>14.1f} {row.pressure_kpa:>15.1f}"
+        )
+    print(f"\nOutcome: {outcome.name.lower().replace('_', ' ')}")

@@ -4,7 +4,7 @@ import argparse
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import Subparsers, chosen_station
+from soft_gripper.commands.options import Subparsers, chosen_station, whole_number
 from soft_gripper.commands.tables import print_steps
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.tuning import follow, tune
@@ -24,7 +24,7 @@ def _run(options: argparse.Namespace) -> None:
     scenario = chosen_station(options).scenario
     if not scenario.control.set_points:
         raise InputError(options.scenario, "control.set_points", [], "give set points to be followed")
-    evaluations = _evaluations(options.evaluations)
+    evaluations = whole_number("tune", "--evaluations", options.evaluations, 5)
     with tqdm(total=evaluations, desc="simulations") as bar:
 
         def report(gains: PidGains, cost: float) -> None:
@@ -34,9 +34,3 @@ def _run(options: argparse.Namespace) -> None:
         gains = tune(scenario, evaluations, report)
     print_steps(follow(scenario, gains))
     print(f"\ngains: {{ kp: {gains.kp:.4g}, ki: {gains.ki:.4g}, kd: {gains.kd:.4g} }}  # Pa/m, Pa/(m s), Pa s/m")
-
-
-def _evaluations(text: str) -> int:
-    if not text.isdecimal() or int(text) < 5:
-        raise InputError("tune", "--evaluations", text, "give a whole number of at least 5")
-    return int(text)

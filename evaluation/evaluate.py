@@ -1,12 +1,8 @@
 """The evaluation: scenarios side by side in processes, then the tables, figures and claims of them all."""
 
-import logging
-import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import Future
 from dataclasses import dataclass
-from multiprocessing import active_children, get_context
-from multiprocessing.queues import Queue
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +18,7 @@ from soft_gripper.evaluation.figures import contact_figure, free_bending_figure,
 from soft_gripper.evaluation.force_figure import force_figure
 from soft_gripper.evaluation.force_table import ForceRow
 from soft_gripper.evaluation.pose_table import PoseRow
+from soft_gripper.evaluation.processes import call_in_processes, tell
 from soft_gripper.evaluation.report import write_report
 from soft_gripper.evaluation.scenario_run import is_finished, run_scenario
 from soft_gripper.files import remove_partial
@@ -41,7 +38,6 @@ CAPTIONS = {
     "force_estimate": "External torque along the first finger at the last step, and its mean error against pressure.",
 }
 Advance = Callable[[float], Any]
-_times: "Queue[float]"  # of a worker: where it reports the simulated time that it has added
 
 
 @dataclass(frozen=True)
@@ -67,38 +63,17 @@ def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) 
     Raises:
         InputError, SimulationDivergedError: if a scenario fails; the others are finished first.
     """
-    context = get_context("spawn")
-    times: Queue[float] = context.Queue()
     longest_first = sorted(names, key=lambda name: -len(load_scenario(name).models))
-    with ProcessPoolExecutor(jobs, context, _begin_worker, (times,)) as pool:
-        # Workers are born deaf to Ctrl-C, which is for the parent to handle.
-        hearing = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        pending: set[Future[None]] = {pool.submit(_work, name, out / name) for name in longest_first}
-        signal.signal(signal.SIGINT, hearing)
-        finished: set[Future[None]] = set()
-        try:
-            while pending:
-                done, pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
-                finished |= done
-                while not times.empty():
-                    advance(times.get())
-        except KeyboardInterrupt:
-            for worker in active_children():
-                worker.terminate()
-                worker.join()
-            for name in names:
-                remove_partial(out / name)
-            raise
+    finished: list[Future[None]] = []
+    calls = [(name, out / name) for name in longest_first]
+    try:
+        call_in_processes(_work, calls, jobs, lambda _, future: finished.append(future), advance)
+    except KeyboardInterrupt:
+        for name in names:
+            remove_partial(out / name)
+        raise
     for future in finished:
         future.result()
-
-
-def _begin_worker(times: "Queue[float]") -> None:
-    """Keeps the way to report progress, and stays deaf to Ctrl-C."""
-    global _times
-    _times = times
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    logging.getLogger("drake").setLevel(logging.WARNING)  # nobody is to open these Meshcats
 
 
 def _work(name: str, folder: Path) -> None:
@@ -106,7 +81,7 @@ def _work(name: str, folder: Path) -> None:
 
     def report(time: float) -> None:
         nonlocal last
-        _times.put(time - last)
+        tell(time - last)
         last = time
 
     run_scenario(name, folder, report)

@@ -1,0 +1,125 @@
+"""soft-gripper grasp-trials: pick and place over random objects."""
+
+import argparse
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from soft_gripper.commands.options import Subparsers, whole_number
+from soft_gripper.commands.progress import progress_bar
+from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.trial import Trial, TrialRow
+from soft_gripper.evaluation.trials import (
+    FIGURE,
+    SCENARIOS,
+    TABLES,
+    check_scenario_for_trials,
+    judge,
+    record_trial,
+    run_trials,
+)
+from soft_gripper.files import whole_file, writable_folder
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("grasp-trials", help="pick and place over random poses, masses, frictions and sizes")
+    parser.add_argument("--trials", metavar="N", default="20", help="of every scenario (default: %(default)s)")
+    parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
+    parser.add_argument(
+        "--scenario", metavar="NAME", action="append", help=f"may be repeated (default: {', '.join(SCENARIOS)})"
+    )
+    parser.add_argument("--trial", metavar="K", help="run this trial alone, and keep its scenario and recording")
+    parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
+    folder = Path("results/grasp_trials")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    seed = whole_number("grasp-trials", "--seed", options.seed, 0)
+    files = _different(options.scenario or SCENARIOS)
+    number = whole_number("grasp-trials", "--trials", options.trials, 1)
+    jobs = whole_number("grasp-trials", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
+    for file in files:
+        check_scenario_for_trials(file)
+    out = writable_folder(options.out)
+    if trial is not None:
+        for file in files:
+            _run_alone(file, seed, trial, out)
+    else:
+        _run_all(files, number, seed, out, jobs)
+
+
+def _run_all(files: Sequence[str], number: int, seed: int, out: Path, jobs: int) -> None:
+    rows: list[TrialRow] = []
+    with tqdm(total=number * len(files), desc="trials", dynamic_ncols=True) as bar:
+
+        def report(trial: Trial) -> None:
+            rows.append(trial.row)
+            bar.set_postfix_str(f"{sum(not row.success for row in rows)} failed")
+            bar.update()
+
+        try:
+            trials = run_trials(files, number, seed, out, jobs, report)
+        except KeyboardInterrupt:
+            bar.close()
+            print(f"\n{len(rows)} of {number * len(files)} trials ended; they are in {out / TABLES[0]}")
+            raise
+    for file in files:
+        _print_summary(file, seed, [trial.row for trial in trials if trial.row.scenario == Path(file).stem])
+    print(f"\nWritten to {out}: {', '.join(TABLES)}, {FIGURE}.png, {FIGURE}.svg")
+
+
+def _run_alone(file: str, seed: int, trial: int, out: Path) -> None:
+    """Runs one trial here, and keeps what it takes to look into it."""
+    name = Path(file).stem
+    with progress_bar(f"{name} {trial}", load_scenario(file).duration) as progress:
+        station, recording = record_trial(file, seed, trial, progress)
+    folder = writable_folder(out / f"{name}_{trial}")
+    recording.save(folder / "recording.nc")
+    with whole_file(folder / "scenario.yaml") as partial:
+        partial.write_text(dump_scenario(station.scenario), encoding="utf-8")
+    found = judge(file, seed, trial, station, recording)
+    for column, value in (asdict(found.row) | asdict(found.details)).items():
+        print(f"{column:<20} {value:.3f}" if isinstance(value, float) else f"{column:<20} {value}")
+    print(f"\nWritten to {folder}; to watch it: soft-gripper run {folder / 'scenario.yaml'} --meshcat")
+
+
+def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
+    """How the trials of a scenario went, and every failure with its cause."""
+    placed = [row.placed_error_mm for row in rows]
+    print(f"\n{rows[0].scenario}: {sum(row.success for row in rows)} of {len(rows)} succeeded")
+    print(f"  placed error     mean {_over(np.mean, placed):.2f} mm, at most {_over(np.max, placed):.2f} mm")
+    for label, column, unit in (
+        ("slip", "slip_mm", "mm"),
+        ("peak force", "peak_force_n", "N"),
+        ("detection delay", "detection_delay_ms", "ms"),
+        ("size error", "size_error_mm", "mm"),
+    ):
+        print(f"  {label:<16} at most {_over(np.max, [getattr(row, column) for row in rows]):.2f} {unit}")
+    for row in rows:
+        if not row.success:
+            print(f"  trial {row.trial}: {row.cause}")
+            print(f"    again: soft-gripper grasp-trials --scenario {file} --seed {seed} --trial {row.trial}")
+
+
+def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
+    """An average or an extreme of what was measured; NaN if nothing was."""
+    measured = [value for value in values if not np.isnan(value)]
+    return average(measured) if measured else float("nan")
+
+
+def _different(files: Sequence[str]) -> Sequence[str]:
+    """The scenarios, which the tables tell apart by their names alone."""
+    names = [Path(file).stem for file in files]
+    for file, name in zip(files, names, strict=True):
+        if names.count(name) > 1:
+            raise InputError("grasp-trials", "--scenario", file, "give scenarios of different names")
+    return files
