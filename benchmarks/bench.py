@@ -29,7 +29,14 @@ from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import Station, make_station
 
 # Scenario, and how many times faster than real time it runs at least.
-SPEED_BARS = (("free_bending", 15.0), ("box_grasp", 8.0), ("irregular_grasp", 5.0))
+SPEED_BARS = (
+    ("free_bending", 15.0),
+    ("box_grasp", 8.0),
+    ("irregular_grasp", 5.0),
+    ("pick_and_place_box", 2.0),
+    ("pick_and_place_irregular", 2.0),
+    ("pick_and_place_delicate", 2.0),
+)
 BLOCKS_SCENARIO = ("free_bending", ["pressure.steps.all=[60.0e3, 150.0e3, -30.0e3, 90.0e3]"])
 BLOCKS_BAR = 0.5  # ms a sample at most, all blocks of both fingers together
 REPEATS = 5
@@ -47,11 +54,17 @@ def main() -> int:
 
 def _print_speed(name: str, bar: float) -> bool:
     station = make_station(load_scenario(name))
-    times = [cpu_time(lambda: run_station(station)) for _ in range(REPEATS)]
-    speeds = station.scenario.duration / np.array(times)
+    speeds = np.array([_speed(station) for _ in range(REPEATS)])
     holds = bool(np.median(speeds) >= bar)
     _print_row(name, speeds, f"{'at least' if holds else 'MISSES'} {bar:g}")
     return holds
+
+
+def _speed(station: Station) -> float:
+    """Simulated over computing time of a whole run."""
+    start = process_time()
+    recording = run_station(station)
+    return float(recording.data["time"][-1]) / (process_time() - start)
 
 
 def _print_blocks(station: Station) -> bool:
