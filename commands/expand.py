@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from soft_gripper.commands.options import Subparsers
-from soft_gripper.diagrams.model_files import model_path
+from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
 from soft_gripper.files import whole_file
 from soft_gripper.urdf import expand_urdf

@@ -10,10 +10,10 @@ from soft_gripper.commands.options import Subparsers, add_scenario_options, chos
 from soft_gripper.commands.progress import progress_bar
 from soft_gripper.commands.tables import print_phases, print_poses, print_steps
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.phase_table import outcome, phase_table
 from soft_gripper.evaluation.pose_table import pose_table

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
-from soft_gripper.diagrams.block_diagram import save_block_diagram
 from soft_gripper.diagrams.scenario_file import dump_scenario
+from soft_gripper.diagrams.view.block_diagram import save_block_diagram
 
 
 def add_parser(subparsers: Subparsers) -> None:

@@ -3,7 +3,7 @@
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 
-from soft_gripper.diagrams.model_files import load_model
+from soft_gripper.diagrams.loading.model_files import load_model
 from soft_gripper.diagrams.scenario import ModelConfig
 from soft_gripper.errors import InputError
 from soft_gripper.finger import Finger

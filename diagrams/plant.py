@@ -10,7 +10,7 @@ from pydrake.multibody.tree import BodyIndex, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.arm import take_home
+from soft_gripper.diagrams.manipulation.arm import take_home
 from soft_gripper.diagrams.placing import add_model
 from soft_gripper.diagrams.pressure_steps import COMMON
 from soft_gripper.diagrams.scenario import Scenario

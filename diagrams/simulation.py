@@ -8,10 +8,10 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.meshcat_view import PERIOD
 from soft_gripper.diagrams.recording import Recording, read_logs
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.errors import SimulationDivergedError
 
 TASK_PAUSE = 0.5  # s of a task, between looks at whether it is over

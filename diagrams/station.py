@@ -6,19 +6,19 @@ from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from soft_gripper.diagrams.arm_control import add_arm_at_home
 from soft_gripper.diagrams.contact_sensing import add_contact_sensing
 from soft_gripper.diagrams.drive import add_drive
 from soft_gripper.diagrams.grip_control import add_set_points
-from soft_gripper.diagrams.meshcat_view import add_meshcat_view
+from soft_gripper.diagrams.manipulation.arm_control import add_arm_at_home
+from soft_gripper.diagrams.manipulation.task import add_task
+from soft_gripper.diagrams.manipulation.way_check import check_ways
 from soft_gripper.diagrams.overlap_check import check_starts_apart
 from soft_gripper.diagrams.plant import PlantFinger, add_plant
 from soft_gripper.diagrams.pressure_steps import add_pressure_steps
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.sensing import add_joint_angles, add_sensing, plant_signals
 from soft_gripper.diagrams.signal_logs import SignalLogs
-from soft_gripper.diagrams.task import add_task
-from soft_gripper.diagrams.way_check import check_ways
+from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 from soft_gripper.task_machine import TaskMachine
 
 

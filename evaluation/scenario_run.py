@@ -6,11 +6,11 @@ from PIL import Image
 from pydrake.geometry import Meshcat
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.force_table import force_table

@@ -8,9 +8,9 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.mesh_cache import read_scene
-from soft_gripper.diagrams.mesh_object import MESH_SUFFIXES
-from soft_gripper.diagrams.model_files import model_path
+from soft_gripper.diagrams.loading.mesh_cache import read_scene
+from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES
+from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.scenario import ModelConfig, Scenario
 from soft_gripper.errors import InputError
 

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.sensors import CameraInfo
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.viewpoint import nearest_eye, upright_view
+from soft_gripper.diagrams.view.viewpoint import nearest_eye, upright_view
 
 ANGLE_OF_VIEW = np.radians(20.0)  # vertical
 DIRECTION = np.array([0.2, 1.0, -0.22])  # of fingers alone: onto the x-z plane, a little from the left and above

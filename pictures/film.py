@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.torque_colors import add_torque_bar
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar
 from soft_gripper.pictures.close_up import CloseUp
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.torque_bar import recorded_limit

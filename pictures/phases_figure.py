@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from soft_gripper.diagrams.phase_spans import Span, phase_spans
+from soft_gripper.diagrams.manipulation.phase_spans import Span, phase_spans
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.torque_colors import add_torque_bar
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar
 from soft_gripper.pictures.close_up import CloseUp
 from soft_gripper.pictures.grip_plots import draw_grip_plots
 from soft_gripper.pictures.rendering import SceneRenderer

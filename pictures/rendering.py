@@ -10,8 +10,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.plant import PlantFinger
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.torque_colors import color
-from soft_gripper.diagrams.viewpoint import viewing_direction
+from soft_gripper.diagrams.view.torque_colors import color
+from soft_gripper.diagrams.view.viewpoint import viewing_direction
 from soft_gripper.finger_links import link_name
 from soft_gripper.pictures.camera import DIRECTION, Camera, framing_camera
 from soft_gripper.pictures.replayed_scene import ReplayedScene

@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.plant import add_plant
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.viewpoint import box_corners
+from soft_gripper.diagrams.view.viewpoint import box_corners
 from soft_gripper.pictures.meshes import give_normals
 
 

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from soft_gripper.arcs import Arcs
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.estimate_shapes import arcs_of_table
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.torque_colors import add_torque_bar, color
+from soft_gripper.diagrams.view.estimate_shapes import arcs_of_table
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
 from soft_gripper.kinematics import Chain, as_planar, forward_kinematics
 from soft_gripper.pictures.finger_shapes import draw_arcs, draw_base, draw_segments, draw_tube, in_mm
 from soft_gripper.pictures.torque_bar import torque_limit

@@ -7,7 +7,7 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.arm import arm_joints, carried_models, make_arm
+from soft_gripper.diagrams.manipulation.arm import arm_joints, carried_models, make_arm
 from soft_gripper.diagrams.plant import add_plant
 from soft_gripper.diagrams.scenario import ArmConfig, ModelConfig, Scenario
 from soft_gripper.errors import InputError

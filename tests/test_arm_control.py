@@ -11,8 +11,8 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.arm import make_arm
-from soft_gripper.diagrams.arm_control import add_arm_control
+from soft_gripper.diagrams.manipulation.arm import make_arm
+from soft_gripper.diagrams.manipulation.arm_control import add_arm_control
 from soft_gripper.diagrams.plant import add_plant
 from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import make_station

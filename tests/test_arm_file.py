@@ -21,7 +21,7 @@ from arm_urdfs import (
 )
 from pydrake.geometry import Role
 
-from soft_gripper.diagrams.arm_file import arm_urdf
+from soft_gripper.diagrams.loading.arm_file import arm_urdf
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
 

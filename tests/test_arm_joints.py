@@ -7,7 +7,7 @@ import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.diagrams.arm_joints import actuate, check_limits, movable_joints
+from soft_gripper.diagrams.loading.arm_joints import actuate, check_limits, movable_joints
 from soft_gripper.errors import InputError
 
 FILE = Path("arm.urdf")

@@ -8,7 +8,7 @@ from pydrake.geometry import ClippingRange, ColorRenderCamera, Convex, Mesh, Ren
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
-from soft_gripper.diagrams.arm_file import arm_urdf
+from soft_gripper.diagrams.loading.arm_file import arm_urdf
 
 
 @pytest.fixture(autouse=True)

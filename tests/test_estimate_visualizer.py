@@ -15,8 +15,8 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from soft_gripper.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
-from soft_gripper.diagrams.torque_colors import color
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.finger import Finger
 from soft_gripper.sensor_layout import SensorLayout, extension_ratios
 

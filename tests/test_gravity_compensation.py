@@ -10,7 +10,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.arm import make_arm
+from soft_gripper.diagrams.manipulation.arm import make_arm
 from soft_gripper.diagrams.plant import add_plant
 from soft_gripper.gravity_compensation import GravityCompensation
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydrake.multibody.tree import RotationalInertia
 
-from soft_gripper.diagrams.link_inertia import give_inertia, possible_inertia
+from soft_gripper.diagrams.loading.link_inertia import give_inertia, possible_inertia
 from soft_gripper.errors import InputError
 
 FILE = Path("arm.urdf")

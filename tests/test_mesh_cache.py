@@ -10,8 +10,8 @@ from pydrake.geometry import Mesh
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from soft_gripper.diagrams import mesh_cache
-from soft_gripper.diagrams.mesh_cache import cache_folder, converted
+from soft_gripper.diagrams.loading import mesh_cache
+from soft_gripper.diagrams.loading.mesh_cache import cache_folder, converted
 from soft_gripper.errors import InputError
 
 SIZE = np.array([0.1, 0.2, 0.3])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from soft_gripper.diagrams.mesh_names import is_known_package, mesh_file
+from soft_gripper.diagrams.loading.mesh_names import is_known_package, mesh_file
 from soft_gripper.errors import InputError
 
 NAME = "package://acme_arm/meshes/link.stl"

@@ -10,7 +10,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import UnitInertia
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.mesh_object import mesh_to_sdf
+from soft_gripper.diagrams.loading.mesh_object import mesh_to_sdf
 from soft_gripper.diagrams.scenario import MeshConfig
 from soft_gripper.errors import InputError
 

@@ -12,13 +12,13 @@ from pydrake.geometry import Meshcat
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.estimate_visualizer import ARCS, CURVE
-from soft_gripper.diagrams.meshcat_view import FIELD_OF_VIEW
-from soft_gripper.diagrams.replay import write_replay
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.viewpoint import upright_view
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE
+from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW
+from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.diagrams.view.viewpoint import upright_view
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 import trimesh
 from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.diagrams.model_files import load_model, model_path
+from soft_gripper.diagrams.loading.model_files import load_model, model_path
 from soft_gripper.diagrams.scenario import MeshConfig, ModelConfig
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY

@@ -8,8 +8,8 @@ from scenes import Scene
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scenario_file import load_scenario
-from soft_gripper.diagrams.torque_colors import color
-from soft_gripper.diagrams.viewpoint import upright_view
+from soft_gripper.diagrams.view.torque_colors import color
+from soft_gripper.diagrams.view.viewpoint import upright_view
 from soft_gripper.pictures.camera import MARGIN, framing_camera
 from soft_gripper.pictures.close_up import CloseUp
 from soft_gripper.pictures.rendering import Picture, SceneRenderer

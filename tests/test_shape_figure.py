@@ -13,7 +13,7 @@ from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.sensing import sensor_layout
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import Station, make_station
-from soft_gripper.diagrams.torque_colors import color
+from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.finger_links import link_name
 from soft_gripper.pictures.shape_figure import shape_figure
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from soft_gripper.diagrams.torque_colors import add_torque_bar, color, round_limit
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color, round_limit
 
 LIMIT = 0.2
 # What eyes without one kind of cone see of linear red, green and blue (Vienot, Brettel and Mollon 1999).

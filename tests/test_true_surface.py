@@ -9,7 +9,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.model_files import load_model
+from soft_gripper.diagrams.loading.model_files import load_model
 from soft_gripper.diagrams.scenario import ModelConfig
 from soft_gripper.diagrams.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station

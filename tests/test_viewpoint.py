@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.plant import add_plant
 from soft_gripper.diagrams.scenario_file import load_scenario
-from soft_gripper.diagrams.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
+from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
 
 ALONE = np.array([0.2, 1.0, -0.2])
 

@@ -10,8 +10,8 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Diagram
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.arm import carried_models
-from soft_gripper.diagrams.collision_check import first_collision
+from soft_gripper.diagrams.manipulation.arm import carried_models
+from soft_gripper.diagrams.manipulation.collision_check import first_collision
 from soft_gripper.diagrams.placing import own_frame
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.errors import InputError

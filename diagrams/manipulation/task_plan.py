@@ -7,7 +7,7 @@ from pydrake.trajectories import Trajectory
 from soft_gripper.arm_kinematics import solve_posture, tool_pose
 from soft_gripper.arm_motion import ArmLimits, LimitError, UnreachableError, joint_path, straight_path, timed
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.arm import Arm
+from soft_gripper.diagrams.manipulation.arm import Arm
 from soft_gripper.diagrams.scenario import PhaseConfig, Scenario
 from soft_gripper.errors import InputError
 from soft_gripper.task_phases import Phase

@@ -12,8 +12,8 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from soft_gripper.arcs import Arcs
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, unit_circle
-from soft_gripper.diagrams.torque_colors import color
+from soft_gripper.diagrams.view.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, unit_circle
+from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.sensor_layout import SensorLayout
 
 CURVE, ARCS = "/drake/estimate/curve", "/drake/estimate/arcs"

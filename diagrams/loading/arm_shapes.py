@@ -3,8 +3,8 @@
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from soft_gripper.diagrams.mesh_cache import converted
-from soft_gripper.diagrams.mesh_names import is_known_package, mesh_file
+from soft_gripper.diagrams.loading.mesh_cache import converted
+from soft_gripper.diagrams.loading.mesh_names import is_known_package, mesh_file
 from soft_gripper.errors import InputError
 from soft_gripper.finger_links import DRAKE
 

@@ -9,13 +9,13 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.estimate_visualizer import DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.plant import PlantFinger
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.sensing import sensor_layout
-from soft_gripper.diagrams.torque_colors import round_limit
-from soft_gripper.diagrams.torque_legend import draw_torque_legend
-from soft_gripper.diagrams.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
+from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.torque_colors import round_limit
+from soft_gripper.diagrams.view.torque_legend import draw_torque_legend
+from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.finger_links import link_name
 
 PERIOD = 1 / 20  # s between frames

@@ -6,8 +6,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from soft_gripper.diagrams.arm_file import arm_urdf
-from soft_gripper.diagrams.mesh_object import MESH_SUFFIXES, mesh_to_sdf
+from soft_gripper.diagrams.loading.arm_file import arm_urdf
+from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.diagrams.scenario import ModelConfig
 from soft_gripper.errors import InputError
 from soft_gripper.finger import Finger

@@ -9,7 +9,7 @@ from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh, Meshcat
 from pydrake.math import RigidTransform
 
-from soft_gripper.diagrams.torque_colors import add_torque_bar
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar
 
 # What is below the camera in Meshcat's tree moves with it: x to the right, y up, z toward the viewer.
 PATH = "/Cameras/default/rotated/<object>/legend"

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from soft_gripper.diagrams.mesh_cache import keep_by_content, read_scene
+from soft_gripper.diagrams.loading.mesh_cache import keep_by_content, read_scene
 from soft_gripper.diagrams.scenario import MeshConfig
 from soft_gripper.errors import InputError
 from soft_gripper.finger_links import DRAKE

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 
-from soft_gripper.diagrams.arm import make_arm
-from soft_gripper.diagrams.arm_control import add_arm_control
 from soft_gripper.diagrams.grip_control import add_grip_control
+from soft_gripper.diagrams.manipulation.arm import make_arm
+from soft_gripper.diagrams.manipulation.arm_control import add_arm_control
+from soft_gripper.diagrams.manipulation.task_plan import plan_phases
 from soft_gripper.diagrams.plant import PlantFinger
 from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.task_plan import plan_phases
 from soft_gripper.task_machine import TaskMachine
 from soft_gripper.task_phases import Rules
 

@@ -3,9 +3,9 @@
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from soft_gripper.diagrams.arm_joints import actuate, check_limits, movable_joints
-from soft_gripper.diagrams.arm_shapes import give_colors, give_meshes
-from soft_gripper.diagrams.link_inertia import give_inertia
+from soft_gripper.diagrams.loading.arm_joints import actuate, check_limits, movable_joints
+from soft_gripper.diagrams.loading.arm_shapes import give_colors, give_meshes
+from soft_gripper.diagrams.loading.link_inertia import give_inertia
 from soft_gripper.errors import InputError
 from soft_gripper.finger_links import DRAKE
 from soft_gripper.urdf import expand_urdf

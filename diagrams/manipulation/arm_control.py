@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.arm import Arm, arm_joints, make_arm
+from soft_gripper.diagrams.manipulation.arm import Arm, arm_joints, make_arm
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.errors import InputError
 from soft_gripper.gravity_compensation import GravityCompensation

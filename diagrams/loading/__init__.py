@@ -1,0 +1,1 @@
+"""Models from files: what is put right on the way into the plant."""

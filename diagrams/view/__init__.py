@@ -1,0 +1,1 @@
+"""What is seen: Meshcat, replays, colours, block diagrams."""
