@@ -20,7 +20,7 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         action="append",
         default=[],
-        help="change a field, such as pressure.settle=2",
+        help="change a field, such as pressure.settle=2 or models.3.mesh.mass=0.1; may be repeated",
     )
 
 

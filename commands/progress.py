@@ -15,3 +15,5 @@ def progress_bar(name: str, duration: float) -> Iterator[Progress]:
     """Shows how far a run of `duration` s has come; give what it yields to `simulate`."""
     with tqdm(total=duration, desc=name, bar_format=BAR, dynamic_ncols=True) as bar:
         yield lambda time: bar.update(time - bar.n)
+        bar.total = bar.n  # a task may be over before its time limit
+        bar.refresh()

@@ -21,6 +21,7 @@ from soft_gripper.evaluation.step_table import step_table
 from soft_gripper.files import whole_file, writable_folder
 from soft_gripper.pictures.phases_figure import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
+from soft_gripper.task_phases import Outcome
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -34,7 +35,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.set_defaults(command=_run)
 
 
-def _run(options: argparse.Namespace) -> None:
+def _run(options: argparse.Namespace) -> int:
     name, station = Path(options.scenario).stem, chosen_station(options)
     scenario = station.scenario
     out = _output_folder(options, name)
@@ -45,15 +46,18 @@ def _run(options: argparse.Namespace) -> None:
         station = make_station(scenario, meshcat)
     with progress_bar(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    _write(out, name, station, recording)
+    written = _write(out, name, station, recording)
     if meshcat is not None and options.html is not None:
         write_replay(meshcat, options.html)
+        written.append(str(options.html))
     if options.video is not None:
         with progress_bar("film", float(recording.data["time"][-1])) as progress:
             write_video(options.video, scenario, recording, progress)
-    print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
+        written.append(str(options.video))
+    print(f"\nWritten to {out}: {', '.join(written)}")
     if options.meshcat:
         input("The replay is in Meshcat. Press Enter to end. ")
+    return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
 
 
 def _output_folder(options: argparse.Namespace, name: str) -> Path:
@@ -66,8 +70,9 @@ def _output_folder(options: argparse.Namespace, name: str) -> Path:
     return writable_folder(options.out or Path("results") / name)
 
 
-def _write(out: Path, name: str, station: Station, recording: Recording) -> None:
-    """Writes what was recorded, with the table that fits the scenario, and prints the table."""
+def _write(out: Path, name: str, station: Station, recording: Recording) -> list[str]:
+    """Writes what was recorded, with the table that fits the scenario, and prints the table; returns the files."""
+    files = ["recording.nc", "scenario.yaml"]
     recording.save(out / "recording.nc")
     with whole_file(out / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario), encoding="utf-8")
@@ -76,12 +81,14 @@ def _write(out: Path, name: str, station: Station, recording: Recording) -> None
         write_csv(out / "phases.csv", phases)
         with whole_file(out / "phases.png") as partial:
             phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
-        print_phases(phases, outcome(recording))
-    elif station.scenario.control.set_points:
+        print_phases(phases, outcome(recording), station.scenario.task)
+        return [*files, "phases.csv", "phases.png"]
+    if station.scenario.control.set_points:
         steps = step_table(station, recording)
         write_csv(out / "steps.csv", steps)
         print_steps(steps)
-    else:
-        poses = pose_table(name, station, recording, [station.scenario.sensor.sections])
-        write_csv(out / "metrics.csv", poses)
-        print_poses(poses)
+        return [*files, "steps.csv"]
+    poses = pose_table(name, station, recording, [station.scenario.sensor.sections])
+    write_csv(out / "metrics.csv", poses)
+    print_poses(poses)
+    return [*files, "metrics.csv"]

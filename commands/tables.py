@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from soft_gripper.diagrams.scenario import TaskConfig
 from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pose_table import PoseRow
 from soft_gripper.evaluation.step_table import StepRow
@@ -28,7 +29,7 @@ def print_steps(rows: Sequence[StepRow]) -> None:
         )
 
 
-def print_phases(rows: Sequence[PhaseRow], outcome: Outcome) -> None:
+def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
     """A line for every phase of a task, and how it ended."""
     print("\nphase           began [s]  lasted [s]  at its end: distance [mm]  torque [mN m]  pressure [kPa]")
     for row in rows:
@@ -36,4 +37,5 @@ def print_phases(rows: Sequence[PhaseRow], outcome: Outcome) -> None:
             f"{row.phase:<15} {row.began_s:>9.2f} {row.lasted_s:>11.2f} {row.distance_mm:>26.1f}"
             f" {row.torque_mnm:>14.1f} {row.pressure_kpa:>15.1f}"
         )
-    print(f"\nOutcome: {outcome.name.lower().replace('_', ' ')}")
+    late = f", not over after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
+    print(f"\nOutcome, as the fingers tell it: {outcome.words}{late}")

@@ -29,7 +29,9 @@ def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
     deep += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > ALLOWED_RIGID]
     for pair in deep:
         one, other = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
-        raise InputError("models", "X_PC", one, f"begins inside '{other}'; move one of them away")
+        raise InputError(
+            "models", "X_PC", one, f"begins inside '{other}'; move one of them away, or leave links out with `without`"
+        )
 
 
 def _depth(inspector: SceneGraphInspector, surface: ContactSurface) -> float:

@@ -10,7 +10,7 @@ from pydrake.multibody.tree import BodyIndex, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.manipulation.arm import take_home
+from soft_gripper.diagrams.arm_home import take_home
 from soft_gripper.diagrams.placing import add_model
 from soft_gripper.diagrams.pressure_steps import COMMON
 from soft_gripper.diagrams.scenario import Scenario
@@ -25,6 +25,7 @@ class PlantFinger:
 
     finger: Finger
     model: ModelInstanceIndex
+    model_name: str
     base: BodyIndex  # body whose frame is B
     X_WB: RigidTransform  # base frame in the world, as the simulation begins
 
@@ -58,7 +59,7 @@ def add_plant(builder: DiagramBuilder, scenario: Scenario) -> tuple[MultibodyPla
 def _plant_finger(plant: MultibodyPlant, finger: Finger, model: ModelInstanceIndex) -> PlantFinger:
     base = plant.GetBodyByName(link_name(finger.name, 0), model)
     X_WB = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), base)
-    return PlantFinger(finger, model, base.index(), X_WB)
+    return PlantFinger(finger, model, plant.GetModelInstanceName(model), base.index(), X_WB)
 
 
 def _check_fingers(scenario: Scenario, fingers: list[PlantFinger]) -> None:

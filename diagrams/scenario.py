@@ -48,9 +48,9 @@ class PressureConfig:
 
 @dataclass
 class ControlConfig:
-    """Closed loop in the place of pressure steps: the distance between the tips of two fingers is held."""
+    """Closed loop in the place of pressure steps: set points of the tips' distance are given here or by a task."""
 
-    set_points: list[float] = field(default_factory=list)  # m, one after the other; empty: open loop
+    set_points: list[float] = field(default_factory=list)  # m, one after the other; empty: open loop, or a task
     hold: float = 4.0  # s at every set point
     gains: PidGains = field(default_factory=PidGains)  # from the distance, m, to the pressure, Pa
     torque_limit: float = 0.0  # N m, at the base of the fingers, that a grip does not exceed; 0: none
@@ -80,7 +80,7 @@ class PhaseConfig:
     speed: float = 1.0  # part of the arm's velocity limits
     distance: float = 0.0  # m, set point between the fingertips from here on; 0: as before
     until: str = ""  # what ends the phase after the motion: "grasped", "released", or empty: `rest` is over
-    rest: float = 0.0  # s
+    rest: float = 0.0  # s, after the motion, where nothing is awaited
     holds: bool = False  # the object is in the fingers: its loss is watched for
 
 

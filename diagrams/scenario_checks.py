@@ -17,7 +17,11 @@ from soft_gripper.pid_controller import PidGains
 from soft_gripper.response_curve import ResponseCurve
 
 _ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
-_TAKEN = ("plant", "scene_graph", "logs")  # names of blocks
+# Names of blocks and of groups of signals.
+_TAKEN = (
+    *("plant", "scene_graph", "logs", "task", "grip", "grip_control", "true_contact", "object_width"),
+    *("minus_true_width", "object_width_error", "estimate_visualizer"),
+)
 _CONTACT_MODELS = ("hydroelastic_with_fallback", "hydroelastic", "point")
 _APPROXIMATIONS = ("lagged", "similar", "sap", "tamsi")
 _PRIMITIVES = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
@@ -116,6 +120,8 @@ def _check_models(where: Path | str, scenario: Scenario) -> None:
         require(finite, where, f"models[{i}].X_PC.translation", translation, "give three finite numbers, m")
         require(names.count(model.name) == 1, where, f"models[{i}].name", model.name, "stands more than once")
         require(bool(model.file), where, f"models[{i}].file", model.file, "give a package:// URI or a path")
+        apart = not model.free or (model.parent == "world" and not model.child)
+        require(apart, where, f"models[{i}].free", True, "leave parent and child out: it is welded to nothing")
         require(model.segments >= 0, where, f"models[{i}].segments", model.segments, "give 1 or more, or 0")
         _check_mesh(where, f"models[{i}].mesh", model.mesh)
 

@@ -1,13 +1,13 @@
 """simulate: a scenario -> a recording of every named signal."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from copy import copy
 
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
-from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording, read_logs
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.station import Station, make_station
@@ -24,7 +24,7 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
     Args:
         scenario: what to run.
         meshcat: shows the run, and records it for `Meshcat.StaticHtml`.
-        progress: called with the simulated time, s, after every step of pressure.
+        progress: called with the simulated time, s, after every step, and now and then in a task.
 
     Raises:
         InputError: if the scenario cannot be built.
@@ -53,11 +53,11 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
     return read_logs(station, simulator.get_context())
 
 
-def _pauses(scenario: Scenario) -> Array:
+def _pauses(scenario: Scenario) -> Iterator[float]:
     """When a run pauses to report, and to see whether its task is over, s."""
-    if scenario.task.phases:
-        return np.append(np.arange(TASK_PAUSE, scenario.duration, TASK_PAUSE), scenario.duration)
-    return scenario.step_duration * (np.arange(scenario.steps) + 1)
+    pause = TASK_PAUSE if scenario.task.phases else scenario.step_duration
+    yield from (pause * number for number in range(1, math.ceil(scenario.duration / pause - 1e-9)))
+    yield scenario.duration
 
 
 def solver_config(scenario: Scenario) -> SimulatorConfig:

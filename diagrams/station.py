@@ -31,11 +31,7 @@ class Station:
     fingers: tuple[PlantFinger, ...]
     logs: SignalLogs
     scenario: Scenario
-
-    @property
-    def task(self) -> TaskMachine | None:
-        """What leads through the task, if there is one."""
-        return self.diagram.GetSubsystemByName("task") if self.diagram.HasSubsystemNamed("task") else None
+    task: TaskMachine | None  # what leads through the task, if there is one
 
 
 def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
@@ -46,6 +42,7 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
                ^------------------------------------- | --------------------+
                +-- task, or steps of the set point    |
                      +---> {arm}: desired state ------+
+        FingerSensing -> {finger}.contact_detector, object_width; plant -> true_contact: all to the logs
 
     Raises:
         InputError: if a part of the scenario cannot be built.
@@ -66,7 +63,7 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     else:
         signals |= add_pressure_steps(builder, scenario, commands)
     if scenario.arm.model and not scenario.task.phases:
-        add_arm_at_home(builder, scenario, plant)
+        add_arm_at_home(builder, scenario, plant, fingers)
     signals |= plant_signals(plant, scenario)
     if meshcat is not None:
         add_meshcat_view(builder, scenario, plant, scene_graph, fingers, signals, meshcat)
@@ -77,7 +74,7 @@ def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     diagram = builder.Build()
     diagram.set_name("station")
     check_starts_apart(diagram, scene_graph)
-    station = Station(diagram, plant, tuple(fingers), logs, scenario)
-    if station.task is not None:
-        check_ways(diagram, plant, scene_graph, scenario, station.task.phases)
-    return station
+    task = diagram.GetSubsystemByName("task") if scenario.task.phases else None
+    if task is not None:
+        check_ways(diagram, plant, scene_graph, scenario, fingers, task.phases)
+    return Station(diagram, plant, tuple(fingers), logs, scenario, task)

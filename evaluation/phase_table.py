@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from soft_gripper.diagrams.manipulation.phase_spans import phase_spans
+from soft_gripper.diagrams.phase_spans import phase_spans
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import Station
 from soft_gripper.task_phases import Outcome

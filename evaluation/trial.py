@@ -99,10 +99,12 @@ def failure(run: TrialRun) -> str:
     if run.outcome == Outcome.RUNNING:
         return f"not over {run.when(-1)}"
     if run.outcome != Outcome.DONE:
-        told = Outcome(run.outcome).name.lower().replace("_", " ")
+        told = Outcome(run.outcome).words
         return f"{told} {run.when(int(np.argmax(run.outcomes != Outcome.RUNNING)))}"
     if run.false_alarm:
         return run.false_alarm
+    if np.isinf(run.detection_delay):
+        return "contact that was not told"
     if limit > 0 and run.peak_force > limit:
         return f"force of {run.peak_force:.2f} N, above {limit:g} N"
     if not 1e3 * run.slip <= FIRM:

@@ -36,6 +36,8 @@ def check_scenario_for_trials(file: str) -> None:
     scenario = load_scenario(file)
     if not scenario.task.phases:
         raise InputError(file, "task.phases", [], "give a task to be tried")
+    if not any(phase.holds for phase in scenario.task.phases):
+        raise InputError(file, "task.phases", "...", "give at least one that holds the object")
     threshold = scenario.sensor.contact_threshold
     if threshold == 0:
         raise InputError(file, "sensor.contact_threshold", threshold, "give a torque, so that contact is looked for")

@@ -39,7 +39,7 @@ def trials_figure(trials: Sequence[Trial], force_limits: Mapping[str, float]) ->
             for axes, measure in zip(row[1:], MEASURES, strict=True):
                 _draw_measure(axes, found, measure, limits.get(measure, 0.0))
             row[0].set_title(scenario.replace("_", " ").capitalize(), loc="left")
-            row[1].set_ylabel("trials up to here")
+            row[1].set_ylabel("trials, cumulative")
         for axes, label in zip(panels[-1], ("x from the goal [mm]", *MEASURES.values()), strict=True):
             axes.set_xlabel(label)
         for axes in panels[-1][1:]:

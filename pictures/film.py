@@ -68,7 +68,7 @@ class Film:
 
 
 def _words(outcome: Outcome) -> str:
-    return outcome.name.lower().replace("_", " ")
+    return outcome.words
 
 
 def _draw_scale(limit: float, width: int) -> Image.Image:

@@ -5,7 +5,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from soft_gripper.diagrams.manipulation.phase_spans import Span
+from soft_gripper.diagrams.phase_spans import Span
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from soft_gripper.diagrams.manipulation.phase_spans import Span, phase_spans
+from soft_gripper.diagrams.phase_spans import Span, phase_spans
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar

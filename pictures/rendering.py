@@ -21,6 +21,7 @@ Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
 
 _RENDERER = "vtk"
 _OVERSAMPLING = 2  # rendered so much larger and then reduced, against jagged edges
+_FARTHEST = 2.0  # m, from the middle of all, that is framed
 _FRAMED_TIMES = 30  # of a recording, that the camera is chosen for
 
 
@@ -43,6 +44,8 @@ class SceneRenderer:
         self._torque_limit = torque_limit
         times = scene.times[np.linspace(0, len(scene.times) - 1, _FRAMED_TIMES).astype(int)]
         corners = np.concatenate([scene.moving_corners(time) for time in times])
+        # What has fallen far away would leave nothing else to be seen.
+        corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
         self.direction = viewing_direction(scenario, scene.plant, scene.fingers, DIRECTION)
         self.camera = framing_camera(corners, height, width, self.direction)
         engine = make_workshop(self.direction, corners) if scenario.arm.model else make_studio()

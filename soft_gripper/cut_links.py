@@ -14,13 +14,15 @@ def cut_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
     Raises:
         InputError: if there is no such link, or it is what all others hang on.
     """
+    if not names:
+        return
     parents = {_end(joint, "child"): _end(joint, "parent") for joint in robot.findall("joint")}
     links = [link.get("name", "") for link in robot.findall("link")]
     for name in names:
         if name not in links:
             raise InputError(path, "without", name, f"no such link; known: {', '.join(links)}")
         if name not in parents:
-            raise InputError(path, "without", name, "is the link that all others hang on")
+            raise InputError(path, "without", name, "hangs on nothing; only what a joint carries can be left out")
     cut = {link for link in links if _hangs_on(link, names, parents)}
     joints = {joint.get("name") for joint in robot.findall("joint") if _end(joint, "child") in cut}
     for element in list(robot):
@@ -38,8 +40,8 @@ def _end(joint: ET.Element, which: str) -> str:
 
 
 def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
-    while link not in names and link in parents:
-        link = parents[link]
+    for _ in parents:  # no longer than the longest chain, should the joints form a ring
+        link = link if link in names else parents.get(link, link)
     return link in names
 
 
@@ -49,5 +51,7 @@ def _is_of(element: ET.Element, links: set[str], joints: set[str | None]) -> boo
         return element.get("name") in joints
     if element.tag == "link":
         return element.get("name") in links
+    if element.tag == "finger":
+        return _end(element, "parent") in links
     spoken_of = {joint.get("name") for joint in element.findall("joint")}
     return element.get("reference") in links | joints or element.get("link") in links or bool(spoken_of & joints)

@@ -18,8 +18,9 @@ class TaskMachine(LeafSystem):
                         +-------------+ ---> outcome        (1) an Outcome
 
     `distance` and `torque` come from a GripControl. A thing is grasped when the tips have come to rest and the
-    torque is above the threshold, released when they have and it is below. It is lost when the torque stays
-    below in a phase that holds it: the fingers open, the motion at hand is ended, and the phase `rescue` follows.
+    torque is above the threshold, released when they have and it is below, either way. It is lost when, in a phase
+    that holds it, the torque stays below or the tips come too near to each other: the fingers open, the motion at
+    hand is ended, and the phase `rescue` follows.
     The desired state looks one sample ahead.
     """
 

@@ -22,6 +22,11 @@ class Outcome(IntEnum):
     OBJECT_LOST = 3
     NOT_RELEASED = 4
 
+    @property
+    def words(self) -> str:
+        """The name as one says it."""
+        return self.name.lower().replace("_", " ")
+
 
 @dataclass(frozen=True)
 class Phase:

@@ -1,11 +1,19 @@
 """The command line, called in process as a user calls it."""
 
 import io
+import sys
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 
 from soft_gripper.commands import main
 
+# The command line in a process of its own, which hears Ctrl-C even where the tests run in the background and do not.
+LISTENING = [
+    sys.executable,
+    "-c",
+    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    "from soft_gripper.commands import main; sys.exit(main())",
+]
 SHORT = ("pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5")
 
 

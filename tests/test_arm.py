@@ -7,7 +7,8 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.manipulation.arm import arm_joints, carried_models, make_arm
+from soft_gripper.diagrams.arm_home import arm_joints
+from soft_gripper.diagrams.manipulation.arm import carried_models, make_arm
 from soft_gripper.diagrams.plant import add_plant
 from soft_gripper.diagrams.scenario import ArmConfig, ModelConfig, Scenario
 from soft_gripper.errors import InputError
@@ -137,7 +138,7 @@ def test_an_arm_without_a_gripper_is_refused():
     scenario.models = scenario.models[:1]
     line = complaint(scenario)
     assert "model = 'arm'" in line
-    assert "carries nothing; weld a gripper to it: parent: arm::..." in line
+    assert "does not carry the gripper; weld that to it: parent: arm::..." in line
 
 
 def test_a_home_for_other_joints_is_refused():

@@ -3,11 +3,11 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
+from command_line import LISTENING
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
@@ -20,7 +20,7 @@ from soft_gripper.evaluation.scenario_run import is_finished, run_scenario
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5"]
 FILES = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "replay.html"}
-COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())", "evaluate"]
+COMMAND = [*LISTENING, "evaluate"]
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.manipulation.phase_spans import phase_spans
+from soft_gripper.diagrams.phase_spans import phase_spans
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.task_phases import Phase
 

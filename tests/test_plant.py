@@ -67,7 +67,7 @@ def test_a_free_model_begins_where_it_is_put(tmp_path):
     ("model", "complaint"),
     [
         (f"file: '{FINGER}', parent: 'b::mount'", r"models\[0\]: parent = 'b::mount': no such frame"),
-        (f"file: '{FINGER}', parent: mount", r"models\[0\]: parent = 'mount': no such frame"),
+        (f"file: '{FINGER}', parent: mount", r"models\[0\]: parent = 'mount': write \"model::frame\""),
         (f"file: '{FINGER}', child: palm", r"models\[0\]: child = 'a::palm': no such frame"),
         ("file: package://soft_griper/a.urdf", "no package 'soft_griper'; known: .*soft_gripper"),
         ("file: package://soft_gripper/grippers/none.urdf", r"grippers/none\.urdf"),

@@ -79,7 +79,7 @@ def test_the_models_to_choose_from_are_named():
 
 @pytest.mark.parametrize("override", ["arm.model=''", "arm.home=[0, 0, 0, 0, 0, 9]"])
 def test_a_task_needs_an_arm_that_can_be_where_it_begins(override):
-    assert complaint(override, MOTION).match("a task needs an arm|give a position within its limits")
+    assert complaint(override, MOTION).match("name the arm that begins|give a position within its limits")
 
 
 def test_values_of_a_task_without_phases_do_not_matter():

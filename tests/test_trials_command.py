@@ -4,14 +4,13 @@ import csv
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import soft_gripper
+from command_line import LISTENING, soft_gripper
 from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
@@ -22,7 +21,7 @@ from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.trials import run_trial
 from soft_gripper.evaluation.variation import draw, random_numbers
 
-COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())", "grasp-trials"]
+COMMAND = [*LISTENING, "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
 BRIEF = "task.time_limit=0.5"
 
@@ -126,7 +125,7 @@ def test_mistakes_are_told_in_a_line(arguments, complaint, tmp_path):
     [
         ("sensor.contact_threshold=0", "sensor.contact_threshold = 0.0: give a torque, so that contact is looked for"),
         ("models.3.file=package://soft_gripper/objects/box.sdf", "task.object = 'box': give the model of a bare mesh"),
-        ("models.3.X_PC.translation=[2, 0, 0.03001]", "task.phases[0]: to = 'object'"),
+        ("models.3.X_PC.translation=[2, 0, 0.03001]", "task.phases[0] 'approach': to = 'object'"),
     ],
     ids=["no contact", "no mesh", "out of reach"],
 )

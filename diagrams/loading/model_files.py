@@ -28,12 +28,15 @@ def load_model(
     path = model_path(config.file)
     if not path.is_file():
         raise InputError(where, "file", config.file, f"there is no file {path}")
+    is_urdf = path.suffix.lower() in (".urdf", ".xacro")
+    if config.without and not is_urdf:
+        raise InputError(where, "without", config.without, "links can be left out of URDF files only")
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
     fingers: tuple[Finger, ...] = ()
     try:
-        if path.suffix.lower() in (".urdf", ".xacro"):
+        if is_urdf:
             expanded = expand_urdf(path, config.segments or None, config.name, config.without)
             fingers = expanded.fingers
             text = arm_urdf(path, expanded.text) if is_arm else expanded.text

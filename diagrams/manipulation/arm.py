@@ -1,13 +1,16 @@
-"""The arm: its home posture, and a plant of its own for planning and for its weight."""
+"""The arm: a plant of its own for planning and for its weight."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from pydrake.common.schema import Transform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, SpatialInertia
+from pydrake.multibody.tree import Frame, ModelInstanceIndex, SpatialInertia
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.placing import add_model, find_frame, own_frame
+from soft_gripper.diagrams.plant import PlantFinger
 from soft_gripper.diagrams.scenario import ModelConfig, Scenario
 from soft_gripper.errors import InputError
 
@@ -23,24 +26,20 @@ class Arm:
     home: Array  # (n) rad or m
 
 
-def make_arm(scenario: Scenario, plant: MultibodyPlant) -> Arm:
+def make_arm(scenario: Scenario, plant: MultibodyPlant, fingers: Sequence[PlantFinger] = ()) -> Arm:
     """The arm of a scenario, as it stands in the finalized `plant`.
 
     Raises:
-        InputError: if it carries no gripper.
+        InputError: if it does not carry the fingers.
     """
     index = [model.name for model in scenario.models].index(scenario.arm.model)
-    config = scenario.models[index]
-    carried = carried_models(scenario)
-    if not carried:
-        raise InputError(
-            "arm", "model", config.name, f"carries nothing; weld a gripper to it: parent: {config.name}::..."
-        )
+    config, gripper = scenario.models[index], gripper_model(scenario, fingers)
     alone = MultibodyPlant(0.0)
     alone.mutable_gravity_field().set_gravity_vector(scenario.gravity)
-    add_model(alone, config, f"models[{index}]", is_arm=True)
-    gripper = carried[0]
-    body = alone.AddRigidBody("payload", alone.AddModelInstance("carried"), _inertia(plant, carried))
+    X_WBase = own_frame(plant, config, f"models[{index}]").CalcPoseInWorld(plant.CreateDefaultContext())
+    add_model(alone, replace(config, parent="world", X_PC=Transform(X_WBase)), f"models[{index}]", is_arm=True)
+    inertia = _inertia(plant, gripper, carried_models(scenario))
+    body = alone.AddRigidBody("payload", alone.AddModelInstance("carried"), inertia)
     parent = find_frame(alone, gripper.parent, "models", "parent")
     alone.WeldFrames(parent, body.body_frame(), gripper.X_PC.GetDeterministicValue())
     alone.Finalize()
@@ -49,7 +48,7 @@ def make_arm(scenario: Scenario, plant: MultibodyPlant) -> Arm:
 
 
 def carried_models(scenario: Scenario) -> list[ModelConfig]:
-    """The models that the arm carries, itself not among them; the first is welded to the arm."""
+    """The models that the arm carries, itself not among them."""
     names = [scenario.arm.model]
     for model in scenario.models:
         if model.parent.rpartition("::")[0] in names and not model.free:
@@ -57,43 +56,26 @@ def carried_models(scenario: Scenario) -> list[ModelConfig]:
     return [model for model in scenario.models if model.name in names[1:]]
 
 
-def _inertia(plant: MultibodyPlant, carried: list[ModelConfig]) -> SpatialInertia:
+def gripper_model(scenario: Scenario, fingers: Sequence[PlantFinger]) -> ModelConfig:
+    """The model, welded to the arm, that is or carries the fingers; without fingers, the first that is carried.
+
+    Raises:
+        InputError: if the fingers do not hang on the arm, or on several models that are welded to it.
+    """
+    models = {model.name: model for model in scenario.models}
+    tips = {finger.model_name for finger in fingers} or {model.name for model in carried_models(scenario)[:1]}
+    welded = set()
+    for name in tips:
+        while name in models and models[name].parent.rpartition("::")[0] != scenario.arm.model:
+            name = models[name].parent.rpartition("::")[0]
+        welded.add(name)
+    if len(welded) != 1 or not welded <= set(models):
+        arm = scenario.arm.model
+        raise InputError("arm", "model", arm, f"does not carry the gripper; weld that to it: parent: {arm}::...")
+    return models[welded.pop()]
+
+
+def _inertia(plant: MultibodyPlant, gripper: ModelConfig, carried: Sequence[ModelConfig]) -> SpatialInertia:
     """All that is carried as one body, about and in the frame by which the gripper is welded."""
     bodies = [index for model in carried for index in plant.GetBodyIndices(plant.GetModelInstanceByName(model.name))]
-    frame = own_frame(plant, carried[0], "models")
-    return plant.CalcSpatialInertia(plant.CreateDefaultContext(), frame, bodies)
-
-
-def take_home(plant: MultibodyPlant, scenario: Scenario) -> None:
-    """Makes the home posture of the arm, if there is one, its default.
-
-    Raises:
-        InputError: if there is no such model, or the posture does not fit its joints.
-    """
-    arm = scenario.arm
-    if not arm.model:
-        return
-    if not plant.HasModelInstanceNamed(arm.model):
-        raise InputError("arm", "model", arm.model, "is none of the models")
-    joints = arm_joints(plant, plant.GetModelInstanceByName(arm.model))
-    if len(arm.home) != len(joints):
-        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(j.name() for j in joints)}")
-    for joint, position in zip(joints, arm.home, strict=True):
-        (low,), (high,) = joint.position_lower_limits(), joint.position_upper_limits()
-        if not low <= position <= high:
-            expected = f"give a position within its limits, {low:g} to {high:g}"
-            raise InputError("arm.home", joint.name(), position, expected)
-        joint.set_default_positions([position])
-
-
-def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
-    """The movable joints of a model, each of one degree of freedom, in the order of its positions.
-
-    Raises:
-        InputError: if a joint has more than one degree of freedom.
-    """
-    joints = [plant.get_joint(index) for index in plant.GetJointIndices(model)]
-    for joint in joints:
-        if joint.num_positions() > 1:
-            raise InputError("arm", "joint", joint.name(), "has several degrees of freedom; an arm's joints have one")
-    return sorted((j for j in joints if j.num_positions()), key=lambda joint: joint.position_start())
+    return plant.CalcSpatialInertia(plant.CreateDefaultContext(), own_frame(plant, gripper, "models"), bodies)

@@ -1,5 +1,7 @@
 """Joint control of the arm: implicit PDs in its actuators, and the torque that carries its weight."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
@@ -7,15 +9,19 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.manipulation.arm import Arm, arm_joints, make_arm
+from soft_gripper.diagrams.arm_home import arm_joints
+from soft_gripper.diagrams.manipulation.arm import Arm, make_arm
+from soft_gripper.diagrams.plant import PlantFinger
 from soft_gripper.diagrams.scenario import Scenario
 from soft_gripper.errors import InputError
 from soft_gripper.gravity_compensation import GravityCompensation
 
 
-def add_arm_at_home(builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant) -> None:
+def add_arm_at_home(
+    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, fingers: Sequence[PlantFinger]
+) -> None:
     """Adds the control of an arm that stays in its home posture."""
-    desired = add_arm_control(builder, scenario, plant, make_arm(scenario, plant))
+    desired = add_arm_control(builder, scenario, plant, make_arm(scenario, plant, fingers))
     home = ConstantVectorSource([*scenario.arm.home, *np.zeros(len(scenario.arm.home))])
     builder.AddNamedSystem(f"{scenario.arm.model}.home", home)
     builder.Connect(home.get_output_port(), desired)
@@ -49,7 +55,7 @@ def _check_actuators(plant: MultibodyPlant, arm: Arm) -> None:
     driven = [plant.get_joint_actuator(i).joint().name() for i in plant.GetJointActuatorIndices(arm.model)]
     for joint in arm_joints(plant, arm.model):
         if joint.name() not in driven:
-            expected = "has no actuator; give it a <transmission> and an effort limit"
+            expected = "has no actuator; give it an effort limit above 0, in a URDF also a <transmission>"
             raise InputError(f"arm '{arm.name}'", "joint", joint.name(), expected)
 
 

@@ -28,7 +28,7 @@ def add_task(
     Raises:
         InputError: if a phase leads where the arm cannot go.
     """
-    arm = make_arm(scenario, plant)
+    arm = make_arm(scenario, plant, fingers)
     rules = Rules(plan_phases(scenario, arm), scenario.task.grip_threshold, scenario.task.timeout)
     machine = builder.AddNamedSystem("task", TaskMachine(rules, scenario.sensor.period))
     desired_state = add_arm_control(builder, scenario, plant, arm)

@@ -27,13 +27,13 @@ def plan_phases(scenario: Scenario, arm: Arm) -> tuple[Phase, ...]:
     phases: list[Phase] = []
     posture, distance = arm.home, 0.0
     for i, config in enumerate(configs):
-        motion = planner.motion(f"task.phases[{i}]", config, posture)
+        motion = planner.motion(f"task.phases[{i}] '{config.name}'", config, posture)
         posture, distance = end_of(motion), config.distance or distance
         follower = i + 1 if i + 1 < len(configs) else end
         rescue = len(configs) + len(RESCUE) * watched.index(i) if i in watched else None
         phases.append(Phase(config.name, motion, distance, follower, config.until, config.rest, config.holds, rescue))
     for i in watched:
-        motions = planner.rescue(configs[i], end_of(phases[i].motion))
+        motions = planner.rescue(f"task.phases[{i}] '{configs[i].name}', its rescue", end_of(phases[i].motion))
         for name, motion in zip(RESCUE, motions, strict=True):
             follower = end if name == RESCUE[-1] else len(phases) + 1
             until = "released" if name == RESCUE[0] else ""
@@ -64,6 +64,8 @@ class MotionPlanner:
             InputError: if it cannot.
         """
         if config.posture:
+            if len(config.posture) != len(start):
+                raise InputError(where, "posture", config.posture, f"give {len(start)} numbers, one a joint of the arm")
             return self._timed(where, joint_path(start, np.array(config.posture)), config.speed)
         if config.to == "home":
             return self._timed(where, joint_path(start, self._arm.home), config.speed)
@@ -71,13 +73,20 @@ class MotionPlanner:
             return self._to_pose(where, config, self._goal(config), start)
         return self._timed(where, joint_path(start, start), config.speed)
 
-    def rescue(self, config: PhaseConfig, start: Array) -> tuple[Trajectory, Trajectory, Trajectory]:
-        """What is done from the end of a phase that failed: stay, rise as high as the task goes, and home."""
-        rise = max(phase.height for phase in self._task.phases) - config.height
-        stay = self._timed("rescue", joint_path(start, start), 1.0)
-        X_WTool = RigidTransform([0.0, 0.0, max(rise, 0.0)]) @ tool_pose(self._arm.plant, self._arm.tool, start)
-        up = self._to_pose("rescue", PhaseConfig(to="above", straight=True), X_WTool, start) if rise > 0 else stay
-        return stay, up, self._timed("rescue", joint_path(end_of(up), self._arm.home), 1.0)
+    def rescue(self, where: str, start: Array) -> tuple[Trajectory, Trajectory, Trajectory]:
+        """What is done from the end of a phase that failed: stay, rise as high as the task goes, and home.
+
+        Raises:
+            InputError: if the arm cannot.
+        """
+        X_WTool = tool_pose(self._arm.plant, self._arm.tool, start)
+        goals = [self._goal(phase) for phase in self._task.phases if phase.to in ("object", "goal")]
+        rise = max((X_WGoal.translation()[2] for X_WGoal in goals), default=-np.inf) - X_WTool.translation()[2]
+        stay = up = self._timed(where, joint_path(start, start), 1.0)
+        if rise > 0:
+            above = RigidTransform([0.0, 0.0, rise]) @ X_WTool
+            up = self._to_pose(where, PhaseConfig(to="straight up", straight=True), above, start)
+        return stay, up, self._timed(where, joint_path(end_of(up), self._arm.home), 1.0)
 
     def _goal(self, config: PhaseConfig) -> RigidTransform:
         """Where the gripper is to be, in the world."""

@@ -10,19 +10,15 @@ from soft_gripper.errors import InputError, SimulationDivergedError
 COMMANDS = (run, evaluate, grasp_trials, tune, list_scenarios, show, expand)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command; the exit code is 0, 2 for a mistake in the input, or 130 when interrupted."""
+def dispatch(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command; the exit code is 0, 1 if a task failed, or 2 for a mistake in the input."""
     parser = argparse.ArgumentParser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add_parser(subparsers)
     options = parser.parse_args(arguments)
     try:
-        options.command(options)
+        return int(options.command(options) or 0)
     except (InputError, SimulationDivergedError) as error:
         print(f"soft-gripper: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        print("soft-gripper: interrupted; files already written are whole", file=sys.stderr)
-        return 130
-    return 0
