@@ -72,7 +72,8 @@ def test_takes_no_name_but_its_own(wheel: Path) -> None:
 
 
 def test_its_code_is_what_runs(fresh_venv: Path, tmp_path: Path) -> None:
-    code = "import sys, soft_gripper.commands.dispatch; print(*(m.__file__ for n, m in sys.modules.items() if 'soft_g' in n))"
+    files = "(module.__file__ for name, module in sys.modules.items() if 'soft_g' in name)"
+    code = f"import sys, soft_gripper.commands.dispatch; print(*{files})"
     files = run(fresh_venv / "python", "-c", code, cwd=tmp_path).split()
     assert len(files) > 10
     assert [file for file in files if not file.startswith(str(fresh_venv.parent))] == []
