@@ -8,7 +8,7 @@ from pydrake.geometry import Meshcat
 
 from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.tables import print_phases, print_poses, print_steps
+from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import run_station
@@ -18,6 +18,7 @@ from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.phase_table import outcome, phase_table
 from soft_gripper.evaluation.pose_table import pose_table
 from soft_gripper.evaluation.step_table import step_table
+from soft_gripper.evaluation.trial import trial_row
 from soft_gripper.files import whole_file, writable_folder
 from soft_gripper.pictures.phases_figure import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
@@ -82,6 +83,8 @@ def _write(out: Path, name: str, station: Station, recording: Recording) -> list
         with whole_file(out / "phases.png") as partial:
             phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
         print_phases(phases, outcome(recording), station.scenario.task)
+        if station.scenario.sensor.contact_threshold > 0 and any(phase.holds for phase in station.task.phases):
+            print_truth(trial_row(name, 0, station, recording))
         return [*files, "phases.csv", "phases.png"]
     if station.scenario.control.set_points:
         steps = step_table(station, recording)

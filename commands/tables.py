@@ -6,6 +6,7 @@ from soft_gripper.diagrams.scenario import TaskConfig
 from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pose_table import PoseRow
 from soft_gripper.evaluation.step_table import StepRow
+from soft_gripper.evaluation.trial import TrialRow
 from soft_gripper.task_phases import Outcome
 
 
@@ -27,6 +28,14 @@ def print_steps(rows: Sequence[StepRow]) -> None:
             f"{row.step:>4} {row.from_mm:>10.1f} {row.to_mm:>10.1f} {row.overshoot_percent:>14.2f}"
             f" {row.settling_s:>13.2f} {row.steady_error_estimated_mm:>29.4f} {row.steady_error_true_mm:>8.3f}"
         )
+
+
+def print_truth(row: TrialRow) -> None:
+    """What truly became of the object of a task."""
+    print(
+        f"In truth: {row.placed_error_mm:.1f} mm from the goal, slip in the fingers {row.slip_mm:.1f} mm,"
+        f" normal force of a finger up to {row.peak_force_n:.2f} N"
+    )
 
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
