@@ -124,9 +124,10 @@ class Rules:
             return None
         if progress.outcome != Outcome.RUNNING and phase.rescue is not None:
             return phase.rescue
-        ended = waited >= phase.rest if not phase.until else self._reached(phase, progress, feeling)
-        given_up = phase.rescue is None and waited > max(self.timeout, phase.rest)
-        return phase.follower if ended or given_up else None
+        if not phase.until:
+            return phase.follower if waited >= phase.rest else None
+        given_up = phase.rescue is None and waited > self.timeout
+        return phase.follower if given_up or self._reached(phase, progress, feeling) else None
 
     def _reached(self, phase: Phase, progress: Progress, feeling: Feeling) -> bool:
         """Whether the fingers are at rest, with something between them or with nothing at all that they feel."""

@@ -263,3 +263,22 @@ def test_what_is_felt_in_phases_without_an_object_is_of_no_account():
     script = Script().feel(NAN, NAN)
     assert (script.progress.phase, script.outcome) == (CLOSE, Outcome.RUNNING)
     assert script.began[CLOSE] == pytest.approx(0.7, abs=LATE)
+
+
+HOOKED = -0.1  # N m, of fingers that hold each other
+
+
+def test_fingers_that_hold_each_other_have_released_nothing():
+    script = until_release().feel(GRIP, HOOKED)
+    assert script.outcome == Outcome.NOT_RELEASED
+
+
+def test_a_rescue_gives_up_waiting_and_goes_on():
+    """Nothing rescues a rescue: the arm goes home though the fingers do not let go."""
+    rescue = (Phase("let go", motion(0.1), OPEN, 1, until="released"), Phase("home", motion(0.4), AT_HOME, 2))
+    rules, progress, began = Rules(rescue, THRESHOLD, TIMEOUT), Progress(outcome=Outcome.OBJECT_LOST), None
+    for time in np.arange(0.0, 5.0, T):
+        progress = rules.step(progress, Feeling(time, GRIP, HOOKED))
+        began = time if began is None and progress.phase == 1 else began
+    assert began == pytest.approx(0.1 + TIMEOUT, abs=LATE)
+    assert (progress.phase, progress.outcome) == (2, Outcome.OBJECT_LOST)
