@@ -23,10 +23,11 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 
-from soft_gripper.diagrams.plant import add_plant
-from soft_gripper.diagrams.scenario_file import load_scenario
+from soft_gripper.diagrams.scene.plant import add_plant
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station, solver_config
-from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
 
 # Scenario, and how many times faster than real time it runs at least.
 SPEED_BARS = (
@@ -68,8 +69,8 @@ def _speed(station: Station) -> float:
 
 
 def _print_blocks(station: Station) -> bool:
-    builder = DiagramBuilder()
-    add_plant(builder, station.scenario)
+    builder, scenario = DiagramBuilder(), station.scenario
+    add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     plant = builder.Build()
     repeats = [(_run(plant, station), _run(station.diagram, station), cost_of_blocks(station)) for _ in range(REPEATS)]
     bare, closed = np.array([repeat[:2] for repeat in repeats]).T

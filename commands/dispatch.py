@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from importlib.metadata import version
 
 from soft_gripper.commands import evaluate, expand, grasp_trials, list_scenarios, run, show, tune
 from soft_gripper.errors import InputError, SimulationDivergedError
@@ -13,6 +14,7 @@ COMMANDS = (run, evaluate, grasp_trials, tune, list_scenarios, show, expand)
 def dispatch(arguments: Sequence[str] | None = None) -> int:
     """Runs one command; the exit code is 0, 1 if a task failed, or 2 for a mistake in the input."""
     parser = argparse.ArgumentParser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
+    parser.add_argument("--version", action="version", version=f"soft-gripper {version('soft-gripper')}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add_parser(subparsers)

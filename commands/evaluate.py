@@ -10,11 +10,11 @@ from tqdm import tqdm
 
 from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import BAR
-from soft_gripper.diagrams.scenario_file import load_scenario
-from soft_gripper.evaluation.claims import Claim
-from soft_gripper.evaluation.evaluate import SCENARIOS, run_scenarios, summarize, unfinished
-from soft_gripper.evaluation.pose_table import PoseRow
-from soft_gripper.evaluation.scenario_run import SECTIONS
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.evaluation.paper.claims import Claim
+from soft_gripper.evaluation.paper.evaluate import SCENARIOS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.files import writable_folder
 
 
@@ -34,7 +34,7 @@ def _run(options: argparse.Namespace) -> None:
     names = unfinished(out) if options.resume else list(SCENARIOS)
     duration = sum(load_scenario(name).duration for name in names)
     try:
-        with tqdm(total=duration, desc=f"scenarios: {len(names)}", bar_format=BAR) as bar:
+        with tqdm(total=duration, desc=f"scenarios: {len(names)}", bar_format=BAR, disable=None) as bar:
             run_scenarios(names, out, jobs, bar.update)
     except KeyboardInterrupt:
         print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")

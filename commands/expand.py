@@ -7,8 +7,8 @@ from pathlib import Path
 from soft_gripper.commands.options import Subparsers
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
-from soft_gripper.files import whole_file
-from soft_gripper.urdf import expand_urdf
+from soft_gripper.files import atomic_file
+from soft_gripper.fingers.urdf import expand_urdf
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -32,7 +32,7 @@ def _run(options: argparse.Namespace) -> None:
     if options.out is None:
         print(expanded.text, end="")
         return
-    with whole_file(options.out) as partial:
+    with atomic_file(options.out) as partial:
         partial.write_text(expanded.text, encoding="utf-8")
 
 

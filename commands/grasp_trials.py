@@ -11,10 +11,10 @@ from tqdm import tqdm
 
 from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.diagrams.scenario_file import dump_scenario, load_scenario
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.trial import Trial, TrialRow
-from soft_gripper.evaluation.trials import (
+from soft_gripper.evaluation.trials.trial import Trial, TrialRow
+from soft_gripper.evaluation.trials.trials import (
     FIGURE,
     SCENARIOS,
     TABLES,
@@ -23,7 +23,7 @@ from soft_gripper.evaluation.trials import (
     record_trial,
     run_trials,
 )
-from soft_gripper.files import whole_file, writable_folder
+from soft_gripper.files import atomic_file, writable_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -59,7 +59,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _run_all(files: Sequence[str], number: int, seed: int, out: Path, jobs: int) -> None:
     rows: list[TrialRow] = []
-    with tqdm(total=number * len(files), desc="trials", dynamic_ncols=True) as bar:
+    with tqdm(total=number * len(files), desc="trials", dynamic_ncols=True, disable=None) as bar:
 
         def report(trial: Trial) -> None:
             rows.append(trial.row)
@@ -70,7 +70,8 @@ def _run_all(files: Sequence[str], number: int, seed: int, out: Path, jobs: int)
             trials = run_trials(files, number, seed, out, jobs, report)
         except KeyboardInterrupt:
             bar.close()
-            print(f"\n{len(rows)} of {number * len(files)} trials ended; they are in {out / TABLES[0]}")
+            where = f"; they are in {out / TABLES[0]}" if rows else ""
+            print(f"\n{len(rows)} of {number * len(files)} trials ended{where}")
             raise
     for file in files:
         _print_summary(file, seed, [trial.row for trial in trials if trial.row.scenario == Path(file).stem])
@@ -84,8 +85,8 @@ def _run_alone(file: str, seed: int, trial: int, out: Path) -> None:
         station, recording = record_trial(file, seed, trial, progress)
     folder = writable_folder(out / f"{name}_{trial}")
     recording.save(folder / "recording.nc")
-    with whole_file(folder / "scenario.yaml") as partial:
-        partial.write_text(dump_scenario(station.scenario), encoding="utf-8")
+    with atomic_file(folder / "scenario.yaml") as partial:
+        partial.write_text(dump_scenario(station.scenario, folder), encoding="utf-8")
     found = judge(file, seed, trial, station, recording)
     for column, value in (asdict(found.row) | asdict(found.details)).items():
         print(f"{column:<20} {value:.3f}" if isinstance(value, float) else f"{column:<20} {value}")
@@ -117,7 +118,7 @@ def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) 
 
 
 def _different(files: Sequence[str]) -> Sequence[str]:
-    """The scenarios, which the tables tell apart by their names alone."""
+    """The scenarios, which the tables distinguish by their names alone."""
     names = [Path(file).stem for file in files]
     for file, name in zip(files, names, strict=True):
         if names.count(name) > 1:

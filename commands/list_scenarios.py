@@ -3,7 +3,7 @@
 import argparse
 
 from soft_gripper.commands.options import Subparsers
-from soft_gripper.diagrams.scenario_file import load_scenario, scenario_names
+from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
 
 
 def add_parser(subparsers: Subparsers) -> None:

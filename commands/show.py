@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
-from soft_gripper.diagrams.scenario_file import dump_scenario
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.view.block_diagram import save_block_diagram
 
 

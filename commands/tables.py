@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from soft_gripper.diagrams.scenario import TaskConfig
+from soft_gripper.diagrams.schema.scenario import TaskConfig
+from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.evaluation.phase_table import PhaseRow
-from soft_gripper.evaluation.pose_table import PoseRow
 from soft_gripper.evaluation.step_table import StepRow
-from soft_gripper.evaluation.trial import TrialRow
-from soft_gripper.task_phases import Outcome
+from soft_gripper.evaluation.trials.trial import TrialRow
+from soft_gripper.manipulation.task_phases import Outcome
 
 
 def print_poses(rows: Sequence[PoseRow]) -> None:
@@ -21,7 +21,7 @@ def print_poses(rows: Sequence[PoseRow]) -> None:
 
 
 def print_steps(rows: Sequence[StepRow]) -> None:
-    """A line for every step of the fingertip distance."""
+    """A line for every step of the opening."""
     print("\nstep  from [mm]    to [mm]  overshoot [%]  settling [s]  steady error [mm]: estimated     true")
     for row in rows:
         print(
@@ -40,11 +40,11 @@ def print_truth(row: TrialRow) -> None:
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
     """A line for every phase of a task, and how it ended."""
-    print("\nphase           began [s]  lasted [s]  at its end: distance [mm]  torque [mN m]  pressure [kPa]")
+    print("\nphase           began [s]  lasted [s]  at its end:  opening [mm]  torque [mN m]  pressure [kPa]")
     for row in rows:
         print(
-            f"{row.phase:<15} {row.began_s:>9.2f} {row.lasted_s:>11.2f} {row.distance_mm:>26.1f}"
+            f"{row.phase:<15} {row.began_s:>9.2f} {row.lasted_s:>11.2f} {row.opening_mm:>26.1f}"
             f" {row.torque_mnm:>14.1f} {row.pressure_kpa:>15.1f}"
         )
     late = f", not over after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
-    print(f"\nOutcome, as the fingers tell it: {outcome.words}{late}")
+    print(f"\nOutcome, as estimated: {outcome.words}{late}")

@@ -6,9 +6,9 @@ from tqdm import tqdm
 
 from soft_gripper.commands.options import Subparsers, chosen_station, whole_number
 from soft_gripper.commands.tables import print_steps
+from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.tuning import follow, tune
-from soft_gripper.pid_controller import PidGains
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -22,10 +22,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     scenario = chosen_station(options).scenario
-    if not scenario.control.set_points:
-        raise InputError(options.scenario, "control.set_points", [], "give set points to be followed")
+    if scenario.control.set_points is None:
+        raise InputError(options.scenario, "control.set_points", None, "give set points to be followed")
     evaluations = whole_number("tune", "--evaluations", options.evaluations, 5)
-    with tqdm(total=evaluations, desc="simulations") as bar:
+    with tqdm(total=evaluations, desc="simulations", disable=None) as bar:
 
         def report(gains: PidGains, cost: float) -> None:
             bar.set_postfix_str(f"kp {gains.kp:.3g} ki {gains.ki:.3g} kd {gains.kd:.3g}: {cost:.3f} s")

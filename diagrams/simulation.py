@@ -8,11 +8,12 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
-from soft_gripper.diagrams.recording import Recording, read_logs
-from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
-from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.errors import InputError, SimulationDivergedError
 
 TASK_PAUSE = 0.5  # s of a task, between looks at whether it is over
 Progress = Callable[[float], None]
@@ -27,7 +28,7 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
         progress: called with the simulated time, s, after every step, and now and then in a task.
 
     Raises:
-        InputError: if the scenario cannot be built.
+        InputError: if the scenario cannot be built, or leaves commands open.
         SimulationDivergedError: if the state leaves the finite numbers.
     """
     return run_station(make_station(scenario, meshcat), meshcat, progress)
@@ -35,9 +36,10 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
 
 def run_station(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
     """Runs the scenario of a station with a fresh context; see `simulate`."""
-    simulator = Simulator(station.diagram)
-    ApplySimulatorConfig(solver_config(station.scenario), simulator)
-    simulator.Initialize()
+    if station.parts.inputs:
+        expected = f"connect or fix {', '.join(station.parts.inputs)}, and step a Simulator of your own"
+        raise InputError("scenario", "external", station.scenario.external, expected)
+    simulator = make_simulator(station)
     if meshcat is not None:
         meshcat.StartRecording(frames_per_second=1 / PERIOD)
     for time in _pauses(station.scenario):
@@ -50,12 +52,19 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
             break
     if meshcat is not None:
         meshcat.PublishRecording()
-    return read_logs(station, simulator.get_context())
+    return station.recording(simulator.get_context())
+
+
+def make_simulator(station: Station) -> Simulator:
+    """A Simulator of a station with the solver of its scenario; Simulator(diagram) alone would take Drake's default."""
+    simulator = Simulator(station.diagram)
+    ApplySimulatorConfig(solver_config(station.scenario), simulator)
+    return simulator
 
 
 def _pauses(scenario: Scenario) -> Iterator[float]:
     """When a run pauses to report, and to see whether its task is over, s."""
-    pause = TASK_PAUSE if scenario.task.phases else scenario.step_duration
+    pause = TASK_PAUSE if scenario.task is not None else scenario.step_duration
     yield from (pause * number for number in range(1, math.ceil(scenario.duration / pause - 1e-9)))
     yield scenario.duration
 

@@ -1,80 +1,88 @@
-"""make_station: a scenario -> the whole diagram. It reads as a table of contents."""
-
-from dataclasses import dataclass
+"""add_station: a scenario -> its blocks in a diagram. It reads as a table of contents."""
 
 from pydrake.geometry import Meshcat
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.contact_sensing import add_contact_sensing
-from soft_gripper.diagrams.drive import add_drive
-from soft_gripper.diagrams.grip_control import add_set_points
-from soft_gripper.diagrams.manipulation.arm_control import add_arm_at_home
-from soft_gripper.diagrams.manipulation.task import add_task
-from soft_gripper.diagrams.manipulation.way_check import check_ways
-from soft_gripper.diagrams.overlap_check import check_starts_apart
-from soft_gripper.diagrams.plant import PlantFinger, add_plant
-from soft_gripper.diagrams.pressure_steps import add_pressure_steps
-from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.sensing import add_joint_angles, add_sensing, plant_signals
-from soft_gripper.diagrams.signal_logs import SignalLogs
+from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
+from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.scene.plant import add_plant
+from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
-from soft_gripper.task_machine import TaskMachine
+from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
+from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_contact_width, add_sensing
 
 
-@dataclass(frozen=True)
-class Station:
-    """A diagram whose output ports are the named signals, `{finger}.{signal}`, each with a log."""
-
-    diagram: Diagram
-    plant: MultibodyPlant
-    fingers: tuple[PlantFinger, ...]
-    logs: SignalLogs
-    scenario: Scenario
-    task: TaskMachine | None  # what leads through the task, if there is one
-
-
-def make_station(scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
-    """Builds the diagram of a scenario.
-
-        pressure_steps -> {model}.pressure_drive -> plant -> {finger}: FingerSensing -> logs
-        or grip_control ----^                         ^                     |
-               ^------------------------------------- | --------------------+
-               +-- task, or steps of the set point    |
-                     +---> {arm}: desired state ------+
-        FingerSensing -> {finger}.contact_detector, object_width; plant -> true_contact: all to the logs
+def make_station(
+    scenario: Scenario,
+    meshcat: Meshcat | None = None,
+    *,
+    make_sensor: MakeSensor | None = None,
+    make_estimator: MakeEstimator | None = None,
+) -> Station:
+    """Builds a diagram of a scenario alone; see `add_station`.
 
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
     builder = DiagramBuilder()
-    plant, scene_graph, fingers = add_plant(builder, scenario)
-    angles = {finger.name: add_joint_angles(builder, plant, finger) for finger in fingers}
-    commands, signals = add_drive(builder, scenario, plant, fingers, angles)
-    for finger in fingers:
-        pressure = signals[f"{finger.name}.pressure"]
-        signals |= add_sensing(builder, scenario, plant, finger, angles[finger.name], pressure)
-    if scenario.sensor.contact_threshold > 0:
-        signals |= add_contact_sensing(builder, scenario, plant, scene_graph, fingers, signals)
-    if scenario.task.phases:
-        signals |= add_task(builder, scenario, plant, fingers, commands, signals)
-    elif scenario.control.set_points:
-        signals |= add_set_points(builder, scenario, fingers, commands, signals)
-    else:
-        signals |= add_pressure_steps(builder, scenario, commands)
-    if scenario.arm.model and not scenario.task.phases:
-        add_arm_at_home(builder, scenario, plant, fingers)
-    signals |= plant_signals(plant, scenario)
-    if meshcat is not None:
-        add_meshcat_view(builder, scenario, plant, scene_graph, fingers, signals, meshcat)
-    logs = builder.AddNamedSystem("logs", SignalLogs(signals, scenario.sensor.period))
-    for name, port in signals.items():
-        builder.Connect(port, logs.GetInputPort(name))
-        builder.ExportOutput(port, name)
+    station = add_station(builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator)
+    logs = add_logs(builder, station.signals, scenario.sensor.period)
+    for name, command in station.inputs.items():
+        builder.ExportInput(command, name)
+    for name, signal in station.signals.items():
+        builder.ExportOutput(signal, name)
     diagram = builder.Build()
     diagram.set_name("station")
-    check_starts_apart(diagram, scene_graph)
-    task = diagram.GetSubsystemByName("task") if scenario.task.phases else None
-    if task is not None:
-        check_ways(diagram, plant, scene_graph, scenario, fingers, task.phases)
-    return Station(diagram, plant, tuple(fingers), logs, scenario, task)
+    station.check(diagram)
+    return Station(diagram, station, logs)
+
+
+def add_station(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    meshcat: Meshcat | None = None,
+    *,
+    make_sensor: MakeSensor | None = None,
+    make_estimator: MakeEstimator | None = None,
+) -> StationParts:
+    """Adds the blocks of a scenario to a diagram; to be followed by the user's own, `add_logs` and `Build`.
+
+    ::
+
+        pressure_steps -> {model}.pressure_drive -> plant -> {finger}.sensors -> {finger}.estimation -> signals
+        or grip_control ----^                         ^ |                           |    |
+               ^------------------------------------- | | --------------------------+    v
+               +-- task, steps or an input            | +--------------------> {finger}.scoring -> signals
+                     +---> {arm}: desired state ------+
+
+    Args:
+        builder: of any diagram.
+        scenario: what is simulated, driven, sensed and estimated.
+        meshcat: shows the scene and the estimates.
+        make_sensor, make_estimator: blocks of the user's in the place of those that the scenario names.
+
+    Raises:
+        InputError: if a part of the scenario cannot be built.
+    """
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers))
+    drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
+    station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
+    sensing = SensingConfig(scenario.sensor, scenario.estimator, scenario.believed, make_sensor, make_estimator)
+    station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing)
+    if scenario.estimator.contact_threshold is not None and scene.fingers:
+        station.signals |= add_contact_width(builder, scene.fingers, scene.scene_graph, station.signals, sensing)
+    set_point = add_pressure_commands(builder, station, drive)
+    if scenario.arm is not None:
+        add_arm(builder, station, set_point)
+    free = [model.name for model in scenario.models if model.free]
+    arm = None if scenario.arm is None else scenario.arm.model
+    station.signals |= add_plant_signals(builder, scene.plant, free, arm)
+    if meshcat is not None:
+        add_meshcat_view(
+            builder, scene, station.signals, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task
+        )
+    return station

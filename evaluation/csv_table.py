@@ -6,14 +6,14 @@ from dataclasses import astuple, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from soft_gripper.files import whole_file
+from soft_gripper.files import atomic_file
 
 Row = TypeVar("Row")
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
     """Writes rows of one dataclass under the names of its fields."""
-    with whole_file(path) as partial, partial.open("w", newline="") as file:
+    with atomic_file(path) as partial, partial.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(field.name for field in fields(rows[0]))
         writer.writerows([_text(value) for value in astuple(row)] for row in rows)

@@ -1,4 +1,4 @@
-"""Calls spread over processes: what they tell on the way, what comes of them, and Ctrl-C."""
+"""Calls spread over processes: what they report on the way, what comes of them, and Ctrl-C."""
 
 import logging
 import signal
@@ -9,7 +9,7 @@ from multiprocessing.queues import Queue
 from typing import Any
 
 Call = tuple[Any, ...]
-_told: "Queue[Any]"  # of a worker: where it tells the parent
+_reports: "Queue[Any]"  # of a worker, to the parent
 
 
 def call_in_processes(
@@ -17,54 +17,54 @@ def call_in_processes(
     calls: Sequence[Call],
     jobs: int,
     ended: Callable[[Call, Future[Any]], None],
-    hear: Callable[[Any], Any] = lambda news: None,
+    receive: Callable[[Any], Any] = lambda report: None,
 ) -> None:
     """Makes all calls of `work`, a function of a module, in `jobs` processes, and returns when the last has ended.
 
     An exception here, Ctrl-C above all, ends the processes at once. One in a call is `ended`'s to find.
 
     Args:
-        work: may `tell` the parent how it gets on.
+        work: may `report` to the parent how it gets on.
         calls: the arguments of each call.
         jobs: number of processes.
         ended: called here, as each call ends, with its arguments and what came of it.
-        hear: called here with what is told.
+        receive: called here with every report.
     """
     context = get_context("spawn")
-    told: Queue[Any] = context.Queue()
-    with ProcessPoolExecutor(jobs, context, _begin_worker, (told,)) as pool:
-        # Workers are born deaf to Ctrl-C, which is for the parent to handle.
-        hearing = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    reports: Queue[Any] = context.Queue()
+    with ProcessPoolExecutor(jobs, context, _begin_worker, (reports,)) as pool:
+        # Workers start with Ctrl-C ignored, which is for the parent to handle.
+        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         call_of = {pool.submit(work, *call): call for call in calls}
-        signal.signal(signal.SIGINT, hearing)
+        signal.signal(signal.SIGINT, handler)
         pending = set(call_of)
         try:
             while pending:
                 done, pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
                 for future in done:
                     ended(call_of[future], future)
-                _hear_all(told, hear)
+                _drain(reports, receive)
         except BaseException:
             for worker in active_children():
                 worker.terminate()
                 worker.join()
             raise
-    _hear_all(told, hear)
+    _drain(reports, receive)
 
 
-def _hear_all(told: "Queue[Any]", hear: Callable[[Any], Any]) -> None:
-    while not told.empty():
-        hear(told.get())
+def _drain(reports: "Queue[Any]", receive: Callable[[Any], Any]) -> None:
+    while not reports.empty():
+        receive(reports.get())
 
 
-def tell(news: Any) -> None:
-    """Tells the parent of this process something."""
-    _told.put(news)
+def report(message: Any) -> None:
+    """Reports something to the parent of this process."""
+    _reports.put(message)
 
 
-def _begin_worker(told: "Queue[Any]") -> None:
-    """Keeps the way to the parent, and stays deaf to Ctrl-C."""
-    global _told
-    _told = told
+def _begin_worker(reports: "Queue[Any]") -> None:
+    """Keeps the queue to the parent, and ignores Ctrl-C."""
+    global _reports
+    _reports = reports
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("drake").setLevel(logging.WARNING)  # nobody is to open these Meshcats

@@ -5,22 +5,22 @@ from collections.abc import Mapping
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.evaluation.figures import STYLE
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.evaluation.figure_style import STYLE
 
 
 def step_figure(recordings: Mapping[str, Recording]) -> Figure:
-    """The distance between the fingertips (above) and the pressure (below) against time, a line a recording."""
+    """The opening of the gripper (above) and the pressure (below) against time, a line a recording."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 4.8), layout="constrained")
         distance, pressure = figure.subplots(2, sharex=True, height_ratios=[2, 1])
         for (label, recording), color in zip(recordings.items(), ("#b2182b", "#2166ac", "#5aae61"), strict=False):
             time = recording.data["time"]
-            distance.plot(time, 1e3 * recording["grip.distance"], color=color, lw=1.3, label=label)
+            distance.plot(time, 1e3 * recording["grip.opening"], color=color, lw=1.3, label=label)
             finger = next(str(name) for name in recording.data if str(name).endswith(".pressure"))
             pressure.plot(time, recording[finger] / 1e3, color=color, lw=1.3)
         distance.step(time, 1e3 * recording["grip.set_point"], color="black", lw=0.9, ls="--", label="set point")
-        distance.set_ylabel("fingertip distance [mm]")
+        distance.set_ylabel("opening [mm]")
         distance.legend(frameon=False, ncols=4)
         pressure.set(ylabel="pressure [kPa]", xlabel="time [s]")
     return figure

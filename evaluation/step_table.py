@@ -5,19 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.plant import PlantFinger
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.station import Station
-from soft_gripper.fingertip_distance import fingertip_distance
-from soft_gripper.kinematics import as_points, forward_kinematics
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimation.gripper_opening import Gripper
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.fingers.plant_finger import PlantFinger
 
-BAND = 0.02  # of the step, within which the distance has settled
+BAND = 0.02  # of the step, within which the opening has settled
 STEADY = 0.5  # s at the end of a step, over which the steady error is averaged
 
 
 @dataclass(frozen=True)
 class StepRow:
-    """One step of the distance between the fingertips; overshoot and settling of the estimated distance."""
+    """One step of the opening of the gripper; overshoot and settling of the estimated opening."""
 
     step: int
     from_mm: float
@@ -31,39 +31,37 @@ class StepRow:
 def step_table(station: Station, recording: Recording) -> list[StepRow]:
     """A row for every set point of the scenario's closed loop."""
     time = recording.data["time"].values
-    estimated, true = recording["grip.distance"].values, true_distance(station, recording)
+    estimated, true = recording["grip.opening"].values, true_opening(station, recording)
     hold = station.scenario.control.hold
     rows = []
     begin = float(estimated[0])
-    for step, end in enumerate(station.scenario.control.set_points):
+    for step, end in enumerate(station.scenario.control.set_points or []):
         during = (time > step * hold + 1e-9) & (time <= (step + 1) * hold + 1e-9)
         since = time[during] - step * hold
         last = since > hold - STEADY
-        distance = estimated[during]
+        opening = estimated[during]
         steady = (float((signal[during][last] - end).mean()) * 1e3 for signal in (estimated, true))
-        overshoot, settling = _follow(since, distance, begin, end)
+        overshoot, settling = _follow(since, opening, begin, end)
         rows.append(StepRow(step, 1e3 * begin, 1e3 * end, overshoot, settling, *steady))
-        begin = float(distance[-1])
+        begin = float(opening[-1])
     return rows
 
 
-def _follow(since: Array, distance: Array, begin: float, end: float) -> tuple[float, float]:
-    """Overshoot, percent of the step, and when, s, the distance stays within the band; NaN if it does not."""
+def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[float, float]:
+    """Overshoot, percent of the step, and when, s, the opening stays within the band; NaN if it does not."""
     size = end - begin
-    overshoot = max(0.0, float(((distance - end) / size).max())) * 100
-    outside = np.flatnonzero(np.abs(distance - end) > BAND * abs(size))
+    overshoot = max(0.0, float(((opening - end) / size).max())) * 100
+    outside = np.flatnonzero(np.abs(opening - end) > BAND * abs(size))
     if len(outside) == 0:
         return overshoot, 0.0
     settled = outside[-1] + 1 < len(since)
     return overshoot, float(since[outside[-1] + 1]) if settled else float("nan")
 
 
-def true_distance(station: Station, recording: Recording) -> Array:
-    """True distance between the fingertips at every sample, m."""
-    first, second = station.fingers
-    return fingertip_distance(
-        _true_tip(recording, first), _true_tip(recording, second), first.X_WB.inverse() @ second.X_WB
-    )
+def true_opening(station: Station, recording: Recording) -> Array:
+    """True opening of the gripper at every sample, m."""
+    tips = np.stack([_true_tip(recording, finger) for finger in station.fingers], axis=1)
+    return Gripper.of_bases([finger.X_WB for finger in station.fingers]).opening(tips)
 
 
 def _true_tip(recording: Recording, finger: PlantFinger) -> Array:

@@ -7,26 +7,26 @@ import numpy as np
 from scipy.optimize import minimize
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.control.pid_controller import PidGains
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.evaluation.step_table import StepRow, step_table, true_distance
-from soft_gripper.pid_controller import PidGains
+from soft_gripper.evaluation.step_table import StepRow, step_table, true_opening
 
 ALLOWED_OVERSHOOT = 2.0  # percent
 TEST_PRESSURE = 30e3  # Pa
-NEVER = 10.0  # s, what a step that does not settle costs
+UNSETTLED_COST = 10.0  # s, what a step that does not settle costs
 Report = Callable[[PidGains, float], None]
 
 
 def step_response(scenario: Scenario) -> tuple[float, float]:
-    """Gain, m/Pa, and rise time (63 %), s, of the fingertip distance when the pressure steps from 0."""
+    """Gain, m/Pa, and rise time (63 %), s, of the opening when the pressure steps from 0."""
     pressure = min(TEST_PRESSURE, scenario.pressure.maximum)
-    control = replace(scenario.control, set_points=[])
+    control = replace(scenario.control, set_points=None)
     steps = replace(scenario.pressure, steps={"all": [pressure]}, settle=2.0, hold_samples=1)
     station = make_station(replace(scenario, control=control, pressure=steps))
     recording = run_station(station)
-    change = true_distance(station, recording)
+    change = true_opening(station, recording)
     change = change - change[0]
     risen = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
     return float(change[-1]) / pressure, float(recording.data["time"].values[risen])
@@ -38,7 +38,7 @@ def gains_from_step_response(gain: float, rise_time: float) -> PidGains:
 
 
 def tune(scenario: Scenario, evaluations: int = 60, report: Report | None = None) -> PidGains:
-    """Gains that bring the distance to its set points soonest, with hardly any overshoot.
+    """Gains that bring the opening to its set points soonest, with hardly any overshoot.
 
     Args:
         scenario: a closed-loop scenario; its set points are what is followed.
@@ -70,5 +70,5 @@ def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:
 def step_cost(rows: list[StepRow]) -> float:
     """Mean settling time, s, and a tenth of a second for every percent of overshoot beyond the allowed."""
     excess = (max(0.0, row.overshoot_percent - ALLOWED_OVERSHOOT) for row in rows)
-    settling = (NEVER if np.isnan(row.settling_s) else row.settling_s for row in rows)
+    settling = (UNSETTLED_COST if np.isnan(row.settling_s) else row.settling_s for row in rows)
     return float(np.mean([time + 0.1 * over for time, over in zip(settling, excess, strict=True)]))

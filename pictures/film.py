@@ -7,13 +7,13 @@ import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar
+from soft_gripper.manipulation.task_phases import Outcome
 from soft_gripper.pictures.close_up import CloseUp
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.torque_bar import recorded_limit
-from soft_gripper.task_phases import Outcome
 
 FRAME_RATE = 10  # frames a second of simulated time
 FOOTER = 60  # pixels, below the scene
@@ -32,7 +32,7 @@ class Film:
         self.duration = float(recording.data["time"][-1])  # s
         self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
         self.size = (width, height + FOOTER)  # pixels
-        limit, close_up = recorded_limit(recording), round(_CLOSE_UP * width) if scenario.arm.model else 0
+        limit, close_up = recorded_limit(recording), round(_CLOSE_UP * width) if scenario.arm is not None else 0
         self._scenario, self._recording = scenario, recording
         self._renderer = SceneRenderer(scenario, recording, height, width - close_up, limit)
         framed = np.linspace(0, self.duration, _FRAMED_TIMES)
@@ -58,11 +58,12 @@ class Film:
         now = self._recording.data.sel(time=time, method="nearest")
         signals = [signal for name, signal in now.data_vars.items() if str(name).endswith(".pressure")]
         pressures = dict.fromkeys(f"{round(signal.item() / 1e3)} kPa" for signal in signals)
-        task = [self._phase(now)] if self._scenario.task.phases else []
+        task = [self._phase(now)] if self._scenario.task is not None else []
         return "     ".join([f"{time:4.1f} s", ", ".join(pressures), *task])
 
     def _phase(self, now: xr.Dataset) -> str:
         """The phase of the task; behind the last, and after a failure, the outcome."""
+        assert self._scenario.task is not None
         phases, number = self._scenario.task.phases, int(now["task.phase"])
         return phases[number].name if number < len(phases) else _words(Outcome(int(now["task.outcome"])))
 

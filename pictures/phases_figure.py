@@ -1,4 +1,4 @@
-"""A task at a glance: the way of the object, the gripper at the end of every phase, and the signals that lead it."""
+"""A task at a glance: the path of the object, the gripper at the end of every phase, and the signals that lead it."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,15 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from soft_gripper.diagrams.phase_spans import Span, phase_spans
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.recording.phase_spans import Span, phase_spans
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar
+from soft_gripper.manipulation.task_phases import Phase
 from soft_gripper.pictures.close_up import CloseUp
-from soft_gripper.pictures.grip_plots import draw_grip_plots
+from soft_gripper.pictures.grip_plots import draw_grip_plots, recorded_plots
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.torque_bar import recorded_limit
-from soft_gripper.task_phases import Phase
 
 STYLE: dict[Any, Any] = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}
 DPI = 200
@@ -35,8 +35,8 @@ Place = tuple[float, float, float, float]  # left, top, width and height, inches
 def phases_figure(scenario: Scenario, recording: Recording, phases: Sequence[Phase]) -> Figure:
     """The scene with the path of what is carried, a close-up of every phase's end, and the signals of the grip below.
 
-    The ways to the arm's home are not in the strip. The fingers have the colours of the true external torque;
-    distance and torque in the plots are estimated.
+    The motions to the arm's home are not in the strip. The fingers have the colours of the true external torque;
+    opening and torque in the plots are estimated, and left out where the task does not command the gripper.
 
     Args:
         scenario: with a task.
@@ -48,16 +48,16 @@ def phases_figure(scenario: Scenario, recording: Recording, phases: Sequence[Pha
     shown = [(i, span) for i, span in numbered if not _goes_home(span.phase, scenario)] or numbered
     strip_height = -(-len(shown) // COLUMNS) * (TITLE + PANEL_HEIGHT)
     plots_top = strip_height + NAMES
-    limit = recorded_limit(recording)
+    limit, rows = recorded_limit(recording), len(recorded_plots(recording))
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, plots_top + 3 * PLOT_HEIGHT + 2 * PLOT_GAP + TIME), dpi=DPI)
+        figure = Figure(figsize=(WIDTH, plots_top + rows * PLOT_HEIGHT + (rows - 1) * PLOT_GAP + TIME), dpi=DPI)
         overview = (0.0, TITLE, _panel_left(0) - GAP, strip_height - TITLE)
         renderer = SceneRenderer(scenario, recording, *_pixels(overview), limit)
         _draw_overview(_axes(figure, overview), scenario, renderer)
         _draw_strip(figure, renderer, shown)
         bar = _axes(figure, (WIDTH - RIGHT + 0.08, TITLE + 0.1, 0.11, strip_height - TITLE - 0.2))
         add_torque_bar(figure, limit, cax=bar)
-        tops = plots_top + (PLOT_HEIGHT + PLOT_GAP) * np.arange(3)
+        tops = plots_top + (PLOT_HEIGHT + PLOT_GAP) * np.arange(rows)
         plots = [_axes(figure, (LEFT, top, WIDTH - LEFT - RIGHT - 0.15, PLOT_HEIGHT)) for top in tops]
         draw_grip_plots(plots, scenario, recording, spans)
         figure.align_ylabels(plots)
@@ -65,6 +65,7 @@ def phases_figure(scenario: Scenario, recording: Recording, phases: Sequence[Pha
 
 
 def _goes_home(phase: Phase, scenario: Scenario) -> bool:
+    assert scenario.arm is not None
     return np.allclose(phase.motion.value(phase.duration)[:, 0], scenario.arm.home)
 
 
@@ -86,6 +87,7 @@ def _pixels(place: Place) -> tuple[int, int]:
 
 def _draw_overview(axes: Axes, scenario: Scenario, renderer: SceneRenderer) -> None:
     """The scene when the object, or without one the gripper, is half-way, and its path."""
+    assert scenario.task is not None
     scene, name = renderer.scene, scenario.task.object
     times = scene.times[np.linspace(0, len(scene.times) - 1, _PATH_POINTS).astype(int)]
     path = np.array([scene.model_position(name, time) if name else scene.gripper_position(time) for time in times])

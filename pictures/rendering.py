@@ -7,12 +7,11 @@ from pydrake.geometry import PerceptionProperties, Rgba, Role
 from pydrake.multibody.tree import BodyIndex
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.plant import PlantFinger
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.diagrams.view.viewpoint import viewing_direction
-from soft_gripper.finger_links import link_name
+from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.pictures.camera import DIRECTION, Camera, framing_camera
 from soft_gripper.pictures.replayed_scene import ReplayedScene
 from soft_gripper.pictures.studio import make_studio, make_workshop
@@ -46,9 +45,9 @@ class SceneRenderer:
         corners = np.concatenate([scene.moving_corners(time) for time in times])
         # What has fallen far away would leave nothing else to be seen.
         corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
-        self.direction = viewing_direction(scenario, scene.plant, scene.fingers, DIRECTION)
+        self.direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)
         self.camera = framing_camera(corners, height, width, self.direction)
-        engine = make_workshop(self.direction, corners) if scenario.arm.model else make_studio()
+        engine = make_workshop(self.direction, corners) if scenario.arm is not None else make_studio()
         scene.scene_graph.AddRenderer(scene.scene_graph_context, _RENDERER, engine)
 
     def render(self, time: float, camera: Camera | None = None) -> Picture:
@@ -69,9 +68,8 @@ class SceneRenderer:
 
     def _paint(self, finger: PlantFinger, joint_colors: Array) -> None:
         """Gives each link the colour of the joint at which it begins; the first link shares the second's."""
-        for link, rgb in enumerate([joint_colors[0], *joint_colors]):
-            body = self.scene.plant.GetBodyByName(link_name(finger.name, link), finger.model)
-            self._paint_body(body.index(), Rgba(*rgb))
+        for link, rgb in zip(finger.links, [joint_colors[0], *joint_colors], strict=True):
+            self._paint_body(link.index(), Rgba(*rgb))
 
     def _paint_body(self, body: BodyIndex, rgba: Rgba) -> None:
         scene_graph, context = self.scene.scene_graph, self.scene.scene_graph_context

@@ -9,9 +9,9 @@ from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.plant import add_plant
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.scene.plant import add_plant
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.view.viewpoint import box_corners
 from soft_gripper.pictures.meshes import give_normals
 
@@ -21,7 +21,8 @@ class ReplayedScene:
 
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
-        self.plant, self.scene_graph, self.fingers = add_plant(builder, scenario)
+        scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+        self.plant, self.scene_graph, self.fingers = scene
         give_normals(self.scene_graph, self.plant.get_source_id())
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
@@ -53,7 +54,7 @@ class ReplayedScene:
 
     def gripper_position(self, time: float) -> Array:
         """The middle between the bases of the fingers at a time, s; (3) m in the world."""
-        middle: Array = np.mean([self._position(finger.base, time) for finger in self.fingers], axis=0)
+        middle: Array = np.mean([self._position(finger.base.index(), time) for finger in self.fingers], axis=0)
         return middle
 
     def gripper_corners(self, time: float) -> Array:

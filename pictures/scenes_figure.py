@@ -6,10 +6,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from soft_gripper.diagrams.pressure_steps import pressure_steps
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar
+from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.torque_bar import recorded_limit
 

@@ -30,7 +30,7 @@ def make_studio() -> RenderEngine:
 
 
 def make_workshop(direction: Array, p_W: Array) -> RenderEngine:
-    """A renderer for an arm: lamps round one who looks in `direction`, and a sun, whose shadows tell heights.
+    """A renderer for an arm: lamps round one who looks in `direction`, and a sun, whose shadows show heights.
 
     The sun shines on what lies between the points p_W, (M, 3) m, and round about.
     """

@@ -5,14 +5,14 @@ from collections.abc import Iterable
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.recording.recording import Recording
 
-LEAST = 5e-3  # N m; smaller torques are noise, and are not to fill the bar
+MIN_LIMIT = 5e-3  # N m; smaller torques are noise, and are not to fill the bar
 
 
 def torque_limit(torques: Iterable[Array]) -> float:
     """The end of a bar that holds all torques, N m; what is NaN, not known, is passed over."""
-    return max([LEAST, *(float(np.nanmax(np.abs(torque), initial=0.0)) for torque in torques)])
+    return max([MIN_LIMIT, *(float(np.nanmax(np.abs(torque), initial=0.0)) for torque in torques)])
 
 
 def recorded_limit(*recordings: Recording) -> float:

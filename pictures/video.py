@@ -6,10 +6,10 @@ from pathlib import Path
 
 from PIL import Image
 
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.errors import InputError
-from soft_gripper.files import whole_file
+from soft_gripper.files import atomic_file
 from soft_gripper.pictures.film import FRAME_RATE, Film
 
 ANIMATIONS = (".gif", ".webp", ".png")
@@ -55,7 +55,7 @@ def write_video(
     check_video(path)
     film = Film(scenario, recording, width, height)
     write = {".mp4": _write_mp4, ".gif": _write_gif}.get(path.suffix, _write_animation)
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         write(partial, film, _frames(film, progress))
 
 

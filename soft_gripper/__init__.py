@@ -1,1 +1,94 @@
-"""Soft, sensing grippers as blocks and wires in Drake. Start with README.md and notebooks/."""
+"""Soft, sensing grippers on Drake's systems framework: the public names, each loaded when it is first used.
+
+from soft_gripper import load_scenario, simulate
+
+recording = simulate(load_scenario("box_grasp"))
+"""
+
+from importlib import import_module
+from typing import Any
+
+_MODULES = {
+    # Scenarios, stations, runs.
+    "diagrams.schema.scenario": "Scenario ModelConfig MeshConfig PressureConfig ControlConfig ArmConfig TaskConfig"
+    " PhaseConfig SensorConfig EstimatorConfig BelievedConfig",
+    "diagrams.schema.scenario_file": "load_scenario dump_scenario scenario_names",
+    "diagrams.station": "add_station make_station",
+    "diagrams.simulation": "simulate run_station make_simulator",
+    "diagrams.recording.recording": "Recording read_logs",
+    "diagrams.recording.signal_logs": "add_logs",
+    "diagrams.recording.phase_spans": "phase_spans",
+    "signals": "describe",
+    # In a diagram of one's own.
+    "diagrams.loading.model_files": "add_fingers find_fingers model_path",
+    "diagrams.wiring.drive": "add_pressure_drive",
+    "diagrams.wiring.sensing": "add_sensing SensingConfig",
+    "diagrams.wiring.sensors": "add_sensors sensor_layout",
+    "diagrams.wiring.estimation": "add_estimation FingerEstimation",
+    "diagrams.wiring.scoring": "add_scoring",
+    "diagrams.wiring.grip_control": "add_grip_control",
+    "diagrams.manipulation.arm": "make_arm",
+    # Fingers.
+    "fingers.finger": "Finger CrossSection ContactMaterial ElasticLaw",
+    "fingers.urdf": "expand_urdf",
+    "fingers.plant_finger": "PlantFinger",
+    "fingers.kinematics": "forward_kinematics as_points as_planar",
+    "fingers.statics": "gravity_torque free_bending_angles",
+    "fingers.pressure_drive": "PressureDrive pressure_torque_map",
+    # Sensors.
+    "sensors.sensor_layout": "SensorLayout extension_ratios",
+    "sensors.response_curve": "ResponseCurve",
+    "sensors.strain_sensor": "StrainSensor",
+    "sensors.base_pose_sensor": "BasePoseSensor",
+    # Estimation.
+    "estimation.arcs": "points_on_arcs",
+    "estimation.section_arcs": "arcs_from_readings joints_on_arcs",
+    "estimation.bend_sharing": "BendSharing",
+    "estimation.bending_plane": "pose_entries",
+    "estimation.torque_balance": "TorqueBalance Motion windows",
+    "estimation.arc_pose_estimator": "ArcPoseEstimator",
+    "estimation.finger_shape": "FingerShape",
+    "estimation.force_estimator": "ForceEstimator",
+    "estimation.contact_detector": "ContactDetector",
+    "estimation.gripper_opening": "Gripper GripperOpening",
+    "estimation.object_width": "ObjectWidth",
+    # Control and manipulation.
+    "control.pid_controller": "SampledPidController PidGains",
+    "manipulation.arm_kinematics": "movable_joints",
+    "manipulation.arm_motion": "ArmLimits",
+    "manipulation.task_phases": "Outcome",
+    # What is known in simulation only, and what is made of it.
+    "truth.metrics": "PoseError pose_error fingertip_error",
+    "truth.true_contact": "TrueContact",
+    "evaluation.paper.held_steps": "held_samples",
+    "evaluation.phase_table": "phase_table outcome",
+    "evaluation.step_table": "step_table true_opening",
+    "evaluation.step_figure": "step_figure",
+    "evaluation.tuning": "tune step_response gains_from_step_response",
+    "evaluation.trials.trial": "trial_row",
+    "evaluation.trials.trial_run": "detection_delay",
+    # Pictures.
+    "diagrams.view.block_diagram": "graphviz save_block_diagram",
+    "diagrams.view.torque_colors": "add_torque_bar",
+    "pictures.rendering": "SceneRenderer",
+    "pictures.shape_figure": "shape_figure",
+    "pictures.phases_figure": "phases_figure",
+    "evaluation.figure_style": "section_style COLORS",
+    # Mistakes.
+    "errors": "InputError SimulationDivergedError",
+}
+_HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'soft_gripper' has no attribute '{name}'")
+    value = getattr(import_module(f"soft_gripper.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

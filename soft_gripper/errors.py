@@ -1,4 +1,4 @@
-"""What goes wrong, told in one line."""
+"""What goes wrong, reported in one line."""
 
 
 class InputError(ValueError):

@@ -10,7 +10,7 @@ from soft_gripper.errors import InputError
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def atomic_file(path: Path) -> Iterator[Path]:
     """A name beside `path` to write to; it takes the place of `path` when the block ends without an error."""
     partial = path.with_name(f".{os.getpid()}-{path.name}")
     try:
@@ -24,7 +24,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(folder: Path) -> Iterator[Path]:
+def atomic_folder(folder: Path) -> Iterator[Path]:
     """A folder beside `folder` to fill; it takes the place of `folder` when the block ends without an error."""
     remove_partial(folder)
     partial = _partial(folder)

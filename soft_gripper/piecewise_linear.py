@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 
@@ -29,9 +30,17 @@ class PiecewiseLinear:
         if self._line is not None:
             x0, y0, slope = self._line
             return y0 + slope * (x - x0)
-        piece = (x[..., None] > self.x[..., 1:-1]).sum(axis=-1)
-        start = (np.arange(len(self.x)), piece) if self.x.ndim == 2 else (piece,)
+        start = self._piece(x)
         return self.y[start] + self.slopes[start] * (x - self.x[start])
+
+    def slope(self, x: Array) -> Array:
+        """Slopes at `x`, shaped as for the values; at a corner, of the piece before it."""
+        return self.slopes[self._piece(x)]
+
+    def _piece(self, x: Array) -> tuple[NDArray[np.int_], ...]:
+        """Index of the piece that each `x` lies in."""
+        piece = (x[..., None] > self.x[..., 1:-1]).sum(axis=-1)
+        return (np.arange(len(self.x)), piece) if self.x.ndim == 2 else (piece,)
 
     @cached_property
     def _line(self) -> tuple[Array, Array, Array] | None:

@@ -86,7 +86,7 @@ def load(path, **options):
 
 
 def box(path, color=None):
-    """A mesh file of a box of SIZE, in the format that its name tells."""
+    """A mesh file of a box of SIZE, in the format that its name says."""
     mesh = trimesh.creation.box(SIZE)
     if color:
         mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=color))

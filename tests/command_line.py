@@ -26,9 +26,16 @@ class Outcome:
     err: str
 
 
-def soft_gripper(*arguments: object) -> Outcome:
-    """Runs `soft-gripper ARGUMENTS`."""
-    out, err = io.StringIO(), io.StringIO()
+class Terminal(io.StringIO):
+    """Text that says that somebody is looking."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def soft_gripper(*arguments: object, terminal: bool = False) -> Outcome:
+    """Runs `soft-gripper ARGUMENTS`, its complaints and its progress going to a file or to a terminal."""
+    out, err = io.StringIO(), Terminal() if terminal else io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
         code = main([str(argument) for argument in arguments])
     return Outcome(code, out.getvalue(), err.getvalue())

@@ -1,7 +1,7 @@
 """What the tests share: a finger, its sensors, and plants that pydrake alone loads."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,12 +9,13 @@ import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.finger import Array, Finger
-from soft_gripper.finger_element import FingerElement
-from soft_gripper.finger_links import finger_to_urdf
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_links import finger_to_urdf
+from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.sensor_layout import SensorLayout
-from soft_gripper.urdf import expand_urdf
+from soft_gripper.sensors.sensor_layout import SensorLayout
 
 LoadPlant = Callable[..., MultibodyPlant]
 
@@ -75,6 +76,21 @@ def finger_plant(load_plant: LoadPlant) -> LoadPlant:
         return load_plant(ET.tostring(robot, encoding="unicode"), time_step=time_step)
 
     return build
+
+
+@pytest.fixture(scope="session")
+def drake_weight(finger_plant: LoadPlant) -> Callable[..., Array]:
+    """Drake's torques of a finger's weight, by joint angles, rad, and gravity in B, (3,) m/s^2."""
+
+    def evaluate(finger: Finger, q: Array, gravity: Sequence[float]) -> Array:
+        plant = finger_plant(finger)
+        plant.mutable_gravity_field().set_gravity_vector(gravity)
+        context = plant.CreateDefaultContext()
+        plant.SetPositions(context, q)
+        torque: Array = plant.CalcGravityGeneralizedForces(context)
+        return torque
+
+    return evaluate
 
 
 @pytest.fixture(scope="session")

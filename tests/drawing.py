@@ -1,4 +1,4 @@
-"""A stand-in for Meshcat that keeps what it is told."""
+"""A stand-in for Meshcat that keeps what it is given."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.scenario_file import load_scenario
-from soft_gripper.finger import CrossSection, Finger
+from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.fingers.finger import CrossSection, Finger
 
 LENGTH = 0.12  # m
 BENDING_STIFFNESS = 0.01  # N m^2, E I = 7.5e5 Pa * 0.02 m * (0.02 m)^3 / 12

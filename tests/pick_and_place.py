@@ -7,11 +7,12 @@ import xarray as xr
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario_file import load_scenario
-from soft_gripper.diagrams.station import Station, make_station
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
 
-LOOKED_FOR = "sensor.contact_threshold=2.5e-3"
+LOOKED_FOR = "estimator.contact_threshold=2.5e-3"
 FINGERS = ("left_finger", "right_finger")
 
 

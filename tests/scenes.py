@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from pydrake.systems.framework import DiagramBuilder
+from scenario_plants import add_scene
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.plant import add_plant
-from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scenario_file import load_scenario
-from soft_gripper.finger_links import joint_name
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.fingers.finger_links import joint_name
 from soft_gripper.pictures.rendering import SceneRenderer
 
 NO_TORQUE = np.zeros(12)  # N m
@@ -22,7 +22,7 @@ class Scene:
 
     def __init__(self, name: str):
         self.scenario = load_scenario(name)
-        self.plant, _, fingers = add_plant(DiagramBuilder(), self.scenario)
+        self.plant, _, fingers = add_scene(DiagramBuilder(), self.scenario)
         self.fingers = [finger.name for finger in fingers]
         self.context = self.plant.CreateDefaultContext()
 
@@ -44,6 +44,7 @@ class Scene:
         return np.array(self.plant.GetPositionsAndVelocities(self.context))
 
     def pose_arm(self, posture: Sequence[float]) -> None:
+        assert self.scenario.arm is not None
         arm = self.plant.GetModelInstanceByName(self.scenario.arm.model)
         self.plant.SetPositions(self.context, arm, posture)
 

@@ -3,12 +3,12 @@
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.files import whole_file, writable_folder
+from soft_gripper.files import atomic_file, writable_folder
 
 
 def test_file_appears_when_the_block_ends(tmp_path):
     path = tmp_path / "out.txt"
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         partial.write_text("new")
         assert not path.exists()
     assert path.read_text() == "new"
@@ -16,7 +16,7 @@ def test_file_appears_when_the_block_ends(tmp_path):
 
 
 def write_half(path, interruption):
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         partial.write_text("half")
         raise interruption
 
@@ -35,7 +35,7 @@ def test_interrupted_writing_leaves_the_old_file_and_nothing_else(tmp_path, inte
 def test_place_that_cannot_hold_a_file(tmp_path, place):
     (tmp_path / "a_file").touch()
     path = tmp_path / place / "out.txt"
-    with pytest.raises(InputError, match="cannot be written") as caught, whole_file(path) as partial:
+    with pytest.raises(InputError, match="cannot be written") as caught, atomic_file(path) as partial:
         partial.write_text("new")
     assert repr(str(path)) in str(caught.value)
 
@@ -43,7 +43,7 @@ def test_place_that_cannot_hold_a_file(tmp_path, place):
 def test_a_folder_in_the_place_of_the_file(tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
-    with pytest.raises(InputError, match="cannot be written"), whole_file(folder) as partial:
+    with pytest.raises(InputError, match="cannot be written"), atomic_file(folder) as partial:
         partial.write_text("new")
     assert list(tmp_path.iterdir()) == [folder]
 

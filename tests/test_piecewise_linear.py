@@ -30,6 +30,14 @@ def test_two_points_are_a_straight_line():
     np.testing.assert_allclose(PiecewiseLinear(X[:2], Y[:2])(ACROSS), 4 * ACROSS + 1, rtol=1e-13, atol=1e-14)
 
 
+@pytest.mark.parametrize("points", [2, 4])
+def test_slopes_are_those_of_the_pieces(points):
+    curve, small = PiecewiseLinear(X[:points], Y[:points]), 1e-4
+    rises = (curve(ACROSS + 0.01 + small) - curve(ACROSS + 0.01 - small)) / (2 * small)  # clear of the corners
+    np.testing.assert_allclose(curve.slope(ACROSS + 0.01), rises, rtol=1e-9)
+    np.testing.assert_array_equal(curve.slope(X[:points])[1:], curve.slopes)  # at a corner, of the piece before it
+
+
 @pytest.mark.parametrize("points", [2, 3, 4])
 def test_inverse_is_exact(points):
     curve = PiecewiseLinear(X[:points], Y[:points])
@@ -40,7 +48,9 @@ def test_inverse_is_exact(points):
 def test_curves_side_by_side_are_those_curves(shape):
     x = np.random.default_rng(1).uniform(-10, 10, shape)
     alone = np.stack([curve(x[..., i]) for i, curve in enumerate(SIDE_BY_SIDE)], axis=-1)
+    slopes = np.stack([curve.slope(x[..., i]) for i, curve in enumerate(SIDE_BY_SIDE)], axis=-1)
     np.testing.assert_array_equal(CURVES(x), alone)
+    np.testing.assert_array_equal(CURVES.slope(x), slopes)
     np.testing.assert_allclose(CURVES.inverse()(CURVES(x)), x, rtol=1e-13, atol=1e-13)
 
 

@@ -4,11 +4,11 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from soft_gripper.diagrams.loading.arm_joints import actuate, check_limits, movable_joints
-from soft_gripper.diagrams.loading.arm_shapes import give_colors, give_meshes
-from soft_gripper.diagrams.loading.link_inertia import give_inertia
+from soft_gripper.diagrams.loading.arm_shapes import convert_meshes, set_colors
+from soft_gripper.diagrams.loading.link_inertia import repair_inertia
 from soft_gripper.errors import InputError
-from soft_gripper.finger_links import DRAKE
-from soft_gripper.urdf import expand_urdf
+from soft_gripper.fingers.finger_links import DRAKE
+from soft_gripper.fingers.urdf import expand_urdf
 
 _FOREIGN = (
     (".", "gazebo"),
@@ -45,9 +45,9 @@ def arm_urdf(path: Path, text: str | None = None) -> str:
     for joint in joints:
         check_limits(path, joint)
     actuate(robot)
-    give_inertia(path, robot, {child.get("link", "") for joint in joints for child in joint.findall("child")})
-    give_colors(robot)
-    give_meshes(path, robot)
+    repair_inertia(path, robot, {child.get("link", "") for joint in joints for child in joint.findall("child")})
+    set_colors(robot)
+    convert_meshes(path, robot)
     _filter_self_collisions(robot)
     return ET.tostring(robot, encoding="unicode")
 

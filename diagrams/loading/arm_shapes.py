@@ -6,12 +6,12 @@ from pathlib import Path
 from soft_gripper.diagrams.loading.mesh_cache import converted
 from soft_gripper.diagrams.loading.mesh_names import is_known_package, mesh_file
 from soft_gripper.errors import InputError
-from soft_gripper.finger_links import DRAKE
+from soft_gripper.fingers.finger_links import DRAKE
 
 _DRAKE_READS = (".obj", ".gltf", ".vtk")
 
 
-def give_meshes(path: Path, robot: ET.Element) -> None:
+def convert_meshes(path: Path, robot: ET.Element) -> None:
     """Gives all shapes of a URDF mesh files that Drake reads, of which it takes the convex hulls for collisions.
 
     Args:
@@ -45,7 +45,7 @@ def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> None:
     mesh.set("filename", f"file://{file}")
 
 
-def give_colors(robot: ET.Element) -> None:
+def set_colors(robot: ET.Element) -> None:
     """Gives shapes their colours without names, which Drake wants defined exactly once and files do not."""
     colors: dict[str | None, ET.Element] = {}
     for material in robot.iter("material"):

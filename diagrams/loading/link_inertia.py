@@ -29,11 +29,11 @@ def possible_inertia(mass: float, inertia: Array) -> Array:
     return nearest
 
 
-def give_inertia(path: Path, robot: ET.Element, jointed: Collection[str]) -> None:
+def repair_inertia(path: Path, robot: ET.Element, jointed: Collection[str]) -> None:
     """Makes the inertias of all links of a URDF possible.
 
     Files leave out what hardly moves anything, or give zeros. Links named in `jointed`, which have a degree of
-    freedom of their own, become a speck of dust then, since the mass matrix would be singular; the others are
+    freedom of their own, get a tiny mass then, since the mass matrix would be singular; the others are
     fixed to something that has a mass.
 
     Raises:

@@ -11,7 +11,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import SimpleMaterial
 
 from soft_gripper.errors import InputError
-from soft_gripper.files import whole_file, writable_folder
+from soft_gripper.files import atomic_file, writable_folder
 
 _CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be raised when the same mesh gives another OBJ file
 
@@ -50,7 +50,7 @@ def converted(path: Path) -> Path:
         text, materials = _to_obj(path, f"{name}.mtl")
         for mtl, content in materials.items():
             keep(mtl, content.decode())
-        keep(kept.name, text)  # the last, since it tells that all is there
+        keep(kept.name, text)  # the last: it shows that all is there
     return kept
 
 
@@ -58,7 +58,7 @@ def keep(name: str, text: str) -> Path:
     """Writes a file of the cache, unless it is there."""
     path = writable_folder(cache_folder()) / name
     if not path.exists():
-        with whole_file(path) as partial:
+        with atomic_file(path) as partial:
             partial.write_text(text, encoding="utf-8")
     return path
 
@@ -70,8 +70,8 @@ def keep_by_content(text: str) -> Path:
 
 def cache_folder() -> Path:
     """The user's cache folder, as the XDG specification has it."""
-    told = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return (told if told.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (given if given.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
 
 
 def _digest(content: bytes) -> str:

@@ -7,12 +7,12 @@ import numpy as np
 import trimesh
 
 from soft_gripper.diagrams.loading.mesh_cache import keep_by_content, read_scene
-from soft_gripper.diagrams.scenario import MeshConfig
+from soft_gripper.diagrams.schema.scenario import MeshConfig
 from soft_gripper.errors import InputError
-from soft_gripper.finger_links import DRAKE
+from soft_gripper.fingers.finger_links import DRAKE
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
-LARGEST = 1.0  # m; a gripper of this size grasps nothing larger
+MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
 
 
 def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
@@ -50,8 +50,8 @@ def _check(path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
         expected = "is not watertight; close its holes, since an open surface has no volume and no inertia"
         raise InputError(path, "mesh", path.name, expected)
     size = float(max(mesh.extents))
-    if not 1e-3 <= size <= LARGEST:
-        hint = "is the file in millimetres? then give mesh.scale: 0.001" if size > LARGEST else "too small to grasp"
+    if not 1e-3 <= size <= MAX_SIZE:
+        hint = "is the file in millimetres? then give mesh.scale: 0.001" if size > MAX_SIZE else "too small to grasp"
         raise InputError(path, "mesh.scale", config.scale, f"makes the object {size:.4g} m large; {hint}")
     if mesh.volume < 0:
         mesh.invert()

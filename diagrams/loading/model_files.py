@@ -1,6 +1,8 @@
 """Model files into the plant: URDF with <finger>s, whatever else Drake reads, and bare meshes."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -8,16 +10,17 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.diagrams.loading.arm_file import arm_urdf
 from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES, mesh_to_sdf
-from soft_gripper.diagrams.scenario import ModelConfig
+from soft_gripper.diagrams.schema.scenario import ModelConfig
 from soft_gripper.errors import InputError
-from soft_gripper.finger import Finger
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
-from soft_gripper.urdf import expand_urdf
 
 
 def load_model(
     plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False
-) -> tuple[ModelInstanceIndex, tuple[Finger, ...]]:
+) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
     """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
 
     The file of an arm is first made ready for Drake, see `arm_urdf`.
@@ -34,15 +37,14 @@ def load_model(
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
-    fingers: tuple[Finger, ...] = ()
+    fingers: Sequence[Finger] = ()
     try:
         if is_urdf:
-            expanded = expand_urdf(path, config.segments or None, config.name, config.without)
+            expanded = expand_urdf(path, config.segments, config.name, config.without)
             fingers = expanded.fingers
-            text = arm_urdf(path, expanded.text) if is_arm else expanded.text
-            models = parser.AddModelsFromString(text, "urdf")
+            models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path.stem, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
-            models = parser.AddModelsFromString(mesh_to_sdf(path, config.mesh, config.name), "sdf")
+            models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path.stem, ".sdf")
         else:
             models = parser.AddModels(str(path))
     except RuntimeError as error:
@@ -52,7 +54,68 @@ def load_model(
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
-    return models[0], fingers
+    return models[0], [PlantFinger(finger, plant, models[0]) for finger in fingers]
+
+
+def add_fingers(
+    parser: Parser, file: Path | str, name: str | None = None, segments: int | None = None
+) -> list[PlantFinger]:
+    """Reads a URDF with <finger>s into the plant of a parser, which is not yet finalized.
+
+    Weld its first link where it belongs, finalize the plant, and give the fingers to `add_pressure_drive` and
+    `add_sensing`. The same file may be read again, under another name.
+
+    Args:
+        parser: of the plant; its package map finds the meshes that the file names.
+        file: a path or package://soft_gripper/... URI.
+        name: of the model instance; None: the robot's in the file.
+        segments: of every finger; None: as the file says.
+
+    Returns:
+        the fingers, in the order of the file.
+
+    Raises:
+        InputError: if the file is missing or wrong, holds no fingers, or the name is taken.
+    """
+    path, plant = model_path(str(file)), parser.plant()
+    expanded = expand_urdf(path, segments, model_name=name)
+    if not expanded.fingers:
+        raise InputError(path, "finger", None, "there is no <finger> in the file")
+    try:
+        (model,) = add_text(parser, expanded.text, path.stem, ".urdf")
+    except RuntimeError as error:
+        raise InputError(path, "file", path.name, f"Drake cannot read it: {first_line(error)}") from None
+    return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
+
+
+def find_fingers(plant: MultibodyPlant, file: Path | str, model: ModelInstanceIndex) -> list[PlantFinger]:
+    """The fingers of a model that was read from the expanded text of a URDF, as by ModelDirectives.
+
+    Args:
+        plant: with the model in it.
+        file: the URDF with <finger>s that was expanded, with the segments that it says.
+        model: the model instance.
+
+    Raises:
+        InputError: if the file is wrong, or the model has no such fingers.
+    """
+    path = model_path(str(file))
+    found = [PlantFinger(finger, plant, model) for finger in expand_urdf(path).fingers]
+    for finger in found:
+        try:
+            _ = finger.links, finger.joints
+        except RuntimeError as error:
+            name = plant.GetModelInstanceName(model)
+            raise InputError(path, "finger", finger.finger.name, f"is not in '{name}': {first_line(error)}") from None
+    return found
+
+
+def add_text(parser: Parser, text: str, stem: str, suffix: str) -> list[ModelInstanceIndex]:
+    """Reads the text of a model from a file of that name, which Drake's messages then give."""
+    with TemporaryDirectory(prefix="soft-gripper-") as folder:
+        path = Path(folder) / f"{stem}.expanded{suffix}"
+        path.write_text(text, encoding="utf-8")
+        return list(parser.AddModels(str(path)))
 
 
 def model_path(file: str) -> Path:

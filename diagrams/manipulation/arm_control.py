@@ -1,34 +1,31 @@
 """Joint control of the arm: implicit PDs in its actuators, and the torque that carries its weight."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
-from pydrake.systems.framework import DiagramBuilder, InputPort
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.arm_home import arm_joints
-from soft_gripper.diagrams.manipulation.arm import Arm, make_arm
-from soft_gripper.diagrams.plant import PlantFinger
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.manipulation.arm import Arm
+from soft_gripper.diagrams.scene.arm_home import arm_joints
+from soft_gripper.diagrams.schema.scenario import ArmConfig
 from soft_gripper.errors import InputError
-from soft_gripper.gravity_compensation import GravityCompensation
+from soft_gripper.manipulation.gravity_compensation import GravityCompensation
 
 
-def add_arm_at_home(
-    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, fingers: Sequence[PlantFinger]
-) -> None:
-    """Adds the control of an arm that stays in its home posture."""
-    desired = add_arm_control(builder, scenario, plant, make_arm(scenario, plant, fingers))
-    home = ConstantVectorSource([*scenario.arm.home, *np.zeros(len(scenario.arm.home))])
-    builder.AddNamedSystem(f"{scenario.arm.model}.home", home)
+def add_home(builder: DiagramBuilder, arm: Arm, desired: InputPort) -> OutputPort:
+    """Adds `{arm}.home`, which keeps the arm in its home posture; returns its desired state."""
+    home = ConstantVectorSource([*arm.home, *np.zeros(len(arm.home))])
+    builder.AddNamedSystem(f"{arm.name}.home", home)
     builder.Connect(home.get_output_port(), desired)
+    return home.get_output_port()
 
 
-def add_arm_control(builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, arm: Arm) -> InputPort:
+def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) -> InputPort:
     """Adds `{arm}.gravity_compensation` and gives every actuator of the arm a PD.
+
+    ::
 
         desired state ----------------------------> PDs, solved with the plant's own equations
         state of the arm -> GravityCompensation -> actuators, within their effort limits
@@ -39,14 +36,14 @@ def add_arm_control(builder: DiagramBuilder, scenario: Scenario, plant: Multibod
         where the desired state goes in, positions and then velocities in the order of the joints, (2 n).
     """
     _check_actuators(plant, arm)
-    _set_gains(scenario, plant, arm)
+    _set_gains(plant, arm)
     compensation = builder.AddNamedSystem(f"{arm.name}.gravity_compensation", GravityCompensation(arm.plant))
     builder.Connect(plant.get_state_output_port(arm.model), compensation.get_input_port())
     of_actuators = _actuator_rows(plant, arm)
     torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(of_actuators))
     builder.Connect(compensation.get_output_port(), torque.get_input_port())
     builder.Connect(torque.get_output_port(), plant.get_actuation_input_port(arm.model))
-    desired = builder.AddNamedSystem(f"{arm.name}.desired", MatrixGain(np.kron(_folded(scenario), of_actuators)))
+    desired = builder.AddNamedSystem(f"{arm.name}.desired", MatrixGain(np.kron(_folded(arm.config), of_actuators)))
     builder.Connect(desired.get_output_port(), plant.get_desired_state_input_port(arm.model))
     return desired.get_input_port()
 
@@ -59,14 +56,14 @@ def _check_actuators(plant: MultibodyPlant, arm: Arm) -> None:
             raise InputError(f"arm '{arm.name}'", "joint", joint.name(), expected)
 
 
-def _set_gains(scenario: Scenario, plant: MultibodyPlant, arm: Arm) -> None:
+def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
     """Gains of a joint for the wanted frequency, from the inertia that it moves in the home posture."""
     context = arm.plant.CreateDefaultContext()
     arm.plant.SetPositions(context, arm.home)
     inertia = np.diag(arm.plant.CalcMassMatrix(context))
-    pulsation = 2 * np.pi * scenario.arm.frequency
+    angular_frequency, ratio = 2 * np.pi * arm.config.frequency, arm.config.damping_ratio  # rad/s, 1
     gains = {
-        joint.name(): PdControllerGains(p=moment * pulsation**2, d=2 * scenario.arm.damping_ratio * moment * pulsation)
+        joint.name(): PdControllerGains(p=moment * angular_frequency**2, d=2 * ratio * moment * angular_frequency)
         for joint, moment in zip(arm_joints(plant, arm.model), inertia, strict=True)
     }
     for index in plant.GetJointActuatorIndices(arm.model):
@@ -74,13 +71,13 @@ def _set_gains(scenario: Scenario, plant: MultibodyPlant, arm: Arm) -> None:
         actuator.set_controller_gains(gains[actuator.joint().name()])
 
 
-def _folded(scenario: Scenario) -> Array:
+def _folded(arm: ArmConfig) -> Array:
     """Matrix from a wanted position and velocity to a position alone that a PD answers with the same torque.
 
     Drake's cenic (1.51 and 1.58) takes a wanted velocity with the wrong sign; so it is wanted to be zero.
     """
-    pulsation = 2 * np.pi * scenario.arm.frequency
-    return np.array([[1.0, 2 * scenario.arm.damping_ratio / pulsation], [0.0, 0.0]])
+    angular_frequency = 2 * np.pi * arm.frequency
+    return np.array([[1.0, 2 * arm.damping_ratio / angular_frequency], [0.0, 0.0]])
 
 
 def _actuator_rows(plant: MultibodyPlant, arm: Arm) -> Array:

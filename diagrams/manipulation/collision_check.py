@@ -10,7 +10,7 @@ from pydrake.systems.framework import Diagram
 
 from soft_gripper.arrays import Array
 
-ALLOWED = 1e-3  # m, depth of a touch
+TOUCH_DEPTH = 1e-3  # m, depth of a touch
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def first_collision(
     scene_graph: SceneGraph,
     robot: Collection[BodyIndex],
     positions: Array,
-    allowed: float = ALLOWED,
+    allowed: float = TOUCH_DEPTH,
 ) -> Collision | None:
     """Walks through positions of the whole plant, (K, nq), until the robot meets something.
 

@@ -1,43 +1,53 @@
 """The phases of a task, planned before anything moves: where the arm goes, how fast, and what follows a failure."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.trajectories import Trajectory
 
-from soft_gripper.arm_kinematics import solve_posture, tool_pose
-from soft_gripper.arm_motion import ArmLimits, LimitError, UnreachableError, joint_path, straight_path, timed
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.manipulation.arm import Arm
-from soft_gripper.diagrams.scenario import PhaseConfig, Scenario
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
 from soft_gripper.errors import InputError
-from soft_gripper.task_phases import Phase
+from soft_gripper.manipulation.arm_kinematics import solve_posture, tool_pose
+from soft_gripper.manipulation.arm_motion import (
+    ArmLimits,
+    LimitError,
+    UnreachableError,
+    joint_path,
+    straight_path,
+    timed,
+)
+from soft_gripper.manipulation.task_phases import Phase
 
 RESCUE = ("rescue: open", "rescue: rise", "rescue: home")
 
 
-def plan_phases(scenario: Scenario, arm: Arm) -> tuple[Phase, ...]:
+def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tuple[Phase, ...]:
     """The phases of the task, and behind them a rescue for each that can fail: fingers open, straight up, home.
 
     Raises:
         InputError: naming the phase whose goal the arm cannot reach, or not in the way that is asked for.
     """
-    planner, configs = MotionPlanner(scenario, arm), scenario.task.phases
+    planner, configs = MotionPlanner(task, models, arm), task.phases
     watched = [i for i, config in enumerate(configs) if config.holds or config.until]
     end = len(configs) + len(RESCUE) * len(watched)
     phases: list[Phase] = []
-    posture, distance = arm.home, 0.0
+    posture, opening = arm.home, math.nan
     for i, config in enumerate(configs):
         motion = planner.motion(f"task.phases[{i}] '{config.name}'", config, posture)
-        posture, distance = end_of(motion), config.distance or distance
+        posture, opening = end_of(motion), opening if config.opening is None else config.opening
         follower = i + 1 if i + 1 < len(configs) else end
         rescue = len(configs) + len(RESCUE) * watched.index(i) if i in watched else None
-        phases.append(Phase(config.name, motion, distance, follower, config.until, config.rest, config.holds, rescue))
+        phases.append(Phase(config.name, motion, opening, follower, config.until, config.rest, config.holds, rescue))
     for i in watched:
         motions = planner.rescue(f"task.phases[{i}] '{configs[i].name}', its rescue", end_of(phases[i].motion))
         for name, motion in zip(RESCUE, motions, strict=True):
             follower = end if name == RESCUE[-1] else len(phases) + 1
-            until = "released" if name == RESCUE[0] else ""
-            phases.append(Phase(name, motion, phases[0].distance, follower, until))
+            until = "released" if name == RESCUE[0] else None
+            phases.append(Phase(name, motion, phases[0].opening, follower, until))
     return tuple(phases)
 
 
@@ -47,15 +57,15 @@ def end_of(motion: Trajectory) -> Array:
 
 
 class MotionPlanner:
-    """Plans single motions of the arm of a scenario."""
+    """Plans single motions of the arm of a task."""
 
-    def __init__(self, scenario: Scenario, arm: Arm):
-        self._arm, self._task = arm, scenario.task
+    def __init__(self, task: TaskConfig, models: Sequence[ModelConfig], arm: Arm):
+        self._arm, self._task = arm, task
         try:
-            self._limits = ArmLimits.of_plant(arm.plant, scenario.arm.acceleration)
+            self._limits = ArmLimits.of_plant(arm.plant, arm.config.acceleration)
         except LimitError as error:
             raise InputError("arm", "model", arm.name, str(error)) from None
-        self._objects = {model.name: model.X_PC.GetDeterministicValue() for model in scenario.models if model.free}
+        self._objects = {model.name: model.X_PC.GetDeterministicValue() for model in models if model.free}
 
     def motion(self, where: str, config: PhaseConfig, start: Array) -> Trajectory:
         """What the arm does in a phase that begins in the posture `start`.
@@ -63,13 +73,13 @@ class MotionPlanner:
         Raises:
             InputError: if it cannot.
         """
-        if config.posture:
+        if config.posture is not None:
             if len(config.posture) != len(start):
                 raise InputError(where, "posture", config.posture, f"give {len(start)} numbers, one a joint of the arm")
             return self._timed(where, joint_path(start, np.array(config.posture)), config.speed)
         if config.to == "home":
             return self._timed(where, joint_path(start, self._arm.home), config.speed)
-        if config.to:
+        if config.to is not None:
             return self._to_pose(where, config, self._goal(config), start)
         return self._timed(where, joint_path(start, start), config.speed)
 
@@ -91,7 +101,7 @@ class MotionPlanner:
     def _goal(self, config: PhaseConfig) -> RigidTransform:
         """Where the gripper is to be, in the world."""
         task = self._task
-        X_WO = self._objects[task.object] if config.to == "object" else task.X_WGoal.GetDeterministicValue()
+        X_WO = self._objects[str(task.object)] if config.to == "object" else task.X_WGoal.GetDeterministicValue()
         return RigidTransform([0.0, 0.0, config.height]) @ X_WO @ task.X_OG.GetDeterministicValue()
 
     def _to_pose(self, where: str, config: PhaseConfig, X_WTool: RigidTransform, start: Array) -> Trajectory:

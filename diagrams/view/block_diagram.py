@@ -5,7 +5,7 @@ from pathlib import Path
 from pydrake.systems.framework import Diagram
 
 from soft_gripper.errors import InputError
-from soft_gripper.files import whole_file
+from soft_gripper.files import atomic_file
 
 PICTURES = (".svg", ".png", ".pdf")
 
@@ -24,7 +24,7 @@ def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None
     """
     text = graphviz(diagram, max_depth)
     if path.suffix in (".dot", ".gv"):
-        with whole_file(path) as partial:
+        with atomic_file(path) as partial:
             partial.write_text(text, encoding="utf-8")
         return
     if path.suffix not in PICTURES:
@@ -35,5 +35,5 @@ def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None
         expected = "a picture needs pygraphviz: pip install 'soft-gripper[notebooks]'; or end it in .dot"
         raise InputError("--graphviz", "FILE", str(path), expected) from None
     picture = pygraphviz.AGraph(string=text).draw(prog="dot", format=path.suffix[1:])
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         partial.write_bytes(picture)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from soft_gripper.arcs import Arcs, join_arcs, points_on_arcs
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimation.arcs import Arcs, join_arcs, points_on_arcs
 
 
 def arcs_of_table(table: Array) -> Arcs:
-    """The arcs that a reshaped `arcs` port of ArcPoseEstimator tells, (S, 7)."""
+    """The arcs in a reshaped `arcs` port of an estimator, (S, 7)."""
     _, _, _, kappa, length, _, _ = table.T
     return join_arcs(kappa * length, length)
 

@@ -10,11 +10,11 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from soft_gripper.arcs import Arcs
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.view.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, unit_circle
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.sensor_layout import SensorLayout
+from soft_gripper.estimation.arcs import Arcs
+from soft_gripper.fingers.finger import Finger
 
 CURVE, ARCS = "/drake/estimate/curve", "/drake/estimate/arcs"
 _PIECES = 2  # of the curve, for every segment
@@ -29,32 +29,38 @@ _LARGEST_RADIUS = 1.0  # m; a flatter arc is not drawn
 class DrawnFinger:
     """A finger whose estimate is drawn."""
 
-    layout: SensorLayout
+    name: str
+    finger: Finger
+    sections: int  # of the estimated curve, an arc each
     base: BodyIndex  # body whose frame is B
     skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of every link, base to tip
 
     @property
-    def name(self) -> str:
-        return self.layout.finger.name
-
-    @property
     def pieces(self) -> int:
         """Number of pieces that each section of the curve is drawn in."""
-        return int(np.ceil(_PIECES * self.layout.finger.segments / self.layout.sections))
+        return int(np.ceil(_PIECES * self.finger.segments / self.sections))
+
+    @property
+    def piece_lengths(self) -> Array:
+        """Length of every piece, m."""
+        sections = np.diff(self.finger.section_ends(self.sections)) * self.finger.segment_length
+        return np.repeat(sections / self.pieces, self.pieces)
 
     @property
     def side(self) -> float:
         """Distance from the bending plane to where the estimate is drawn, m."""
-        finger = self.layout.finger
+        finger = self.finger
         return max(finger.base.width, finger.tip.width) / 2 + _PROUD
 
 
 class EstimateVisualizer(LeafSystem):
     """Shows what is estimated of every finger; takes part in Meshcat's recording.
 
-    body_poses ---------------------> +--------------------+
-    {finger}.arcs (S x 7) ----------> | EstimateVisualizer | ~~~> Meshcat
-    {finger}.external_torque (N) ---> +--------------------+
+    ::
+
+        body_poses ---------------------> +--------------------+
+        {finger}.arcs (S x 7) ----------> | EstimateVisualizer | ~~~> Meshcat
+        {finger}.external_torque (N) ---> +--------------------+
 
     The links of the finger take the colour of the external torque, N m, on a scale that ends at
     `torque_limit`. The estimated curve stands out of both sides of the finger as a dark line. The circles and
@@ -67,8 +73,8 @@ class EstimateVisualizer(LeafSystem):
         self._meshcat, self._fingers, self._limit = meshcat, tuple(fingers), torque_limit
         self._body_poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
         for finger in self._fingers:
-            self.DeclareVectorInputPort(f"{finger.name}.arcs", finger.layout.sections * 7)
-            self.DeclareVectorInputPort(f"{finger.name}.external_torque", finger.layout.finger.segments)
+            self.DeclareVectorInputPort(f"{finger.name}.arcs", finger.sections * 7)
+            self.DeclareVectorInputPort(f"{finger.name}.external_torque", finger.finger.segments)
         self.DeclareInitializationPublishEvent(self._place_shapes)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
@@ -77,11 +83,10 @@ class EstimateVisualizer(LeafSystem):
         self._meshcat.Delete("/drake/estimate")
         self._meshcat.SetProperty(ARCS, "visible", False)
         for finger in self._fingers:
-            lengths = 1.1 * np.repeat(finger.layout.rest_lengths / finger.pieces, finger.pieces)
-            for i, length in enumerate(lengths):
+            for i, length in enumerate(1.1 * finger.piece_lengths):
                 shape = Box(2 * _PROUD, 2 * finger.side, length)
                 self._meshcat.SetObject(f"{CURVE}/{finger.name}/{i}", shape, _CURVE_COLOR)
-            for i in range(finger.layout.sections):
+            for i in range(finger.sections):
                 self._place_arc(f"{ARCS}/{finger.name}/{i}/unit")
         return EventStatus.Succeeded()
 

@@ -9,14 +9,14 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.plant import PlantFinger
-from soft_gripper.diagrams.scenario import Scenario
-from soft_gripper.diagrams.sensing import sensor_layout
+from soft_gripper.diagrams.scene.plant import Scene
+from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig, PressureConfig, TaskConfig
 from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import round_limit
 from soft_gripper.diagrams.view.torque_legend import draw_torque_legend
 from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
-from soft_gripper.finger_links import link_name
+from soft_gripper.estimation.finger_shape import ARC
+from soft_gripper.fingers.plant_finger import PlantFinger
 
 PERIOD = 1 / 20  # s between frames
 FIELD_OF_VIEW = np.radians(35)  # from the lower to the upper edge
@@ -33,29 +33,40 @@ _REACH = np.array([[x, 0, z] for x in (-0.5, 0.5) for z in (-0.3, 1.0)])
 
 def add_meshcat_view(
     builder: DiagramBuilder,
-    scenario: Scenario,
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
-    fingers: Sequence[PlantFinger],
+    scene: Scene,
     signals: Mapping[str, OutputPort],
     meshcat: Meshcat,
+    pressure: PressureConfig,
+    models: Sequence[ModelConfig] = (),
+    arm: ArmConfig | None = None,
+    task: TaskConfig | None = None,
 ) -> None:
-    """Adds the visualizers of bodies and of estimates, and sets the scene for them."""
+    """Adds the visualizers of bodies and of estimates, and sets the scene for them.
+
+    Args:
+        builder: of a diagram with the scene.
+        scene: what is simulated.
+        signals: has `{finger}.arcs` and `{finger}.external_torque`.
+        meshcat: shows it.
+        pressure: of it the limits, from which the scale of the torques follows.
+        models, arm, task: parts of the scenario; all that happens in them is to be in the picture.
+    """
+    plant, scene_graph, fingers = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
     ContactVisualizer.AddToBuilder(builder, plant, meshcat, _contact_arrows())
-    drawn = [_drawn(scenario, plant, scene_graph, finger) for finger in fingers]
-    limit = torque_limit(scenario, fingers)
+    drawn = [_drawn(scene_graph, finger, signals[f"{finger.name}.arcs"]) for finger in fingers]
+    limit = torque_limit(pressure, fingers)
     # After the visualizer of the bodies, which it colours.
     estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn, limit, PERIOD))
     builder.Connect(plant.get_body_poses_output_port(), estimates.GetInputPort("body_poses"))
     for finger in fingers:
         for name in (f"{finger.name}.arcs", f"{finger.name}.external_torque"):
             builder.Connect(signals[name], estimates.GetInputPort(name))
-    direction = viewing_direction(scenario, plant, fingers, _DIRECTION)
+    direction = viewing_direction(arm, plant, fingers, _DIRECTION)
     _set_scene(meshcat)
-    if scenario.arm.model:
+    if arm is not None:
         _light_from_camera(meshcat, direction)
-    _aim_camera(meshcat, _landmarks(scenario, plant, scene_graph, fingers), direction)
+    _aim_camera(meshcat, _landmarks(scene, models, arm, task), direction)
     draw_torque_legend(meshcat, limit, FIELD_OF_VIEW)
 
 
@@ -72,17 +83,15 @@ def _contact_arrows() -> ContactVisualizerParams:
     )
 
 
-def torque_limit(scenario: Scenario, fingers: Sequence[PlantFinger]) -> float:
+def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> float:
     """End of the scale of colours, N m: what the pressure supply can do to a joint, rounded up."""
-    pressure = max(abs(scenario.pressure.minimum), abs(scenario.pressure.maximum))
-    return round_limit(pressure * max(finger.finger.pressure_gain.max() for finger in fingers))
+    highest = max(abs(pressure.minimum), abs(pressure.maximum))
+    return round_limit(highest * max(finger.finger.pressure_gain.max() for finger in fingers))
 
 
-def _drawn(scenario: Scenario, plant: MultibodyPlant, scene_graph: SceneGraph, finger: PlantFinger) -> DrawnFinger:
-    names = (link_name(finger.name, i) for i in range(finger.finger.segments + 1))
-    links = [plant.GetBodyByName(name, finger.model).index() for name in names]
-    skin = tuple(_shape_paths(plant, scene_graph, link) for link in links)
-    return DrawnFinger(sensor_layout(scenario, finger), links[0], skin)
+def _drawn(scene_graph: SceneGraph, finger: PlantFinger, arcs: OutputPort) -> DrawnFinger:
+    skin = tuple(_shape_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
+    return DrawnFinger(finger.name, finger.finger, arcs.size() // len(ARC), finger.base.index(), skin)
 
 
 def _shape_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:
@@ -102,20 +111,19 @@ def _set_scene(meshcat: Meshcat) -> None:
     meshcat.SetProperty("/Axes", "visible", False)
 
 
-def _landmarks(
-    scenario: Scenario, plant: MultibodyPlant, scene_graph: SceneGraph, fingers: Sequence[PlantFinger]
-) -> Array:
+def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
     """What is to be seen, (M, 3) m: where the fingers can go, the arm, and where its task begins and ends."""
+    plant, scene_graph, fingers = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
-    if scenario.arm.model:
-        arm, context = plant.GetModelInstanceByName(scenario.arm.model), plant.CreateDefaultContext()
-        models = {arm, *(finger.model for finger in fingers)}
-        for posture in [scenario.arm.home, *(phase.posture for phase in scenario.task.phases if phase.posture)]:
-            plant.SetPositions(context, arm, posture)
-            points += [*box_corners(plant, scene_graph, context, models, Role.kIllustration)]
-    if scenario.task.object:
-        (begin,) = [model.X_PC for model in scenario.models if model.name == scenario.task.object]
-        points += [place.GetDeterministicValue().translation() for place in (begin, scenario.task.X_WGoal)]
+    if arm is not None:
+        model, context = plant.GetModelInstanceByName(arm.model), plant.CreateDefaultContext()
+        moved = {model, *(finger.model for finger in fingers)}
+        for posture in [arm.home, *(phase.posture for phase in (task.phases if task else ()) if phase.posture)]:
+            plant.SetPositions(context, model, posture)
+            points += [*box_corners(plant, scene_graph, context, moved, Role.kIllustration)]
+    if task is not None and task.object is not None:
+        (begin,) = [model.X_PC for model in models if model.name == task.object]
+        points += [place.GetDeterministicValue().translation() for place in (begin, task.X_WGoal)]
     return np.array(points)
 
 

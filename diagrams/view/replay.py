@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.files import whole_file
+from soft_gripper.files import atomic_file
 
 _PAGE = """<!DOCTYPE html>
 <html><head><meta charset="utf-8"><title>soft-gripper replay</title></head><body>
@@ -27,5 +27,5 @@ _PAGE = """<!DOCTYPE html>
 def write_replay(meshcat: Meshcat, path: Path) -> None:
     """Writes what Meshcat shows and has recorded."""
     packed = gzip.compress(meshcat.StaticHtml().encode(), mtime=0)
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         partial.write_text(_PAGE % b64encode(packed).decode(), encoding="utf-8")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
 
-# Diverging from a light grey and told apart by colour-blind eyes: blue holds a finger open, red closes it.
+# Diverging from a light grey and distinct to colour-blind eyes: blue holds a finger open, red closes it.
 COLORMAP = mpl.colormaps["coolwarm"].with_extremes(bad="0.35")
 
 

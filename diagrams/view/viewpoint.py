@@ -11,8 +11,8 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.plant import PlantFinger
-from soft_gripper.diagrams.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario import ArmConfig
+from soft_gripper.fingers.plant_finger import PlantFinger
 
 _ASIDE = np.radians(45.0)  # to the right of the arm, so that it is behind what it does, and not hidden by it
 _DOWNWARD = 0.35  # for every metre forward, so that the height above the bench is seen
@@ -20,16 +20,16 @@ _CORNERS = np.array(list(product((-1, 1), repeat=3)))  # of a box, in halves of 
 
 
 def viewing_direction(
-    scenario: Scenario, plant: MultibodyPlant, fingers: Sequence[PlantFinger], without_arm: Array
+    arm: ArmConfig | None, plant: MultibodyPlant, fingers: Sequence[PlantFinger], without_arm: Array
 ) -> Array:
     """The direction of sight into a scene, (3) in the world, of any length.
 
     An arm is seen from in front of it, aside and above; front is where it begins to hold the fingers.
     `without_arm` is the direction for fingers alone.
     """
-    if not scenario.arm.model:
+    if arm is None:
         return without_arm
-    foot = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(scenario.arm.model))[0])
+    foot = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(arm.model))[0])
     p_WFoot = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), foot).translation()
     ahead = np.mean([finger.X_WB.translation() for finger in fingers], axis=0) - p_WFoot
     turn = RotationMatrix.MakeZRotation(np.arctan2(ahead[1], ahead[0]) + _ASIDE)

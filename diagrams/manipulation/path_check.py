@@ -1,0 +1,95 @@
+"""No motion of a task leads through anything: all are checked before anything moves."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame
+from pydrake.systems.framework import Diagram
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.manipulation.arm import Arm, carried_models
+from soft_gripper.diagrams.manipulation.collision_check import first_collision
+from soft_gripper.diagrams.scene.placing import first_body, own_frame
+from soft_gripper.diagrams.schema.scenario import ModelConfig, TaskConfig
+from soft_gripper.errors import InputError
+from soft_gripper.manipulation.task_phases import Phase
+
+POSTURE_SPACING = 0.02  # rad or m, that a joint moves at most between two postures that are checked
+OUT_OF_THE_WAY = RigidTransform([0.0, 0.0, 1e3])
+
+
+def check_paths(
+    diagram: Diagram,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    models: Sequence[ModelConfig],
+    arm: Arm,
+    task: TaskConfig,
+    phases: Sequence[Phase],
+) -> None:
+    """Checks arm, gripper and, while it is held, the object, all along the motions of a task.
+
+    The fingers are straight and the object lies in them as it was grasped; in a rescue nobody knows where it is.
+
+    Raises:
+        InputError: naming the phase, what meets what, and where.
+    """
+    names = [arm.name, *(model.name for model in carried_models(models, arm.name))]
+    robot = {body for name in names for body in plant.GetBodyIndices(plant.GetModelInstanceByName(name))}
+    tool = own_frame(plant, arm.tool_model, "models")
+    for i, phase in enumerate(phases):
+        postures = _postures(phase)
+        positions = _positions(plant, arm, task, tool, postures, _place(models, task, i))
+        held = {first_body(plant, task.object).index()} if phase.holds and task.object is not None else set()
+        collision = first_collision(diagram, plant, scene_graph, robot | held, positions)
+        if collision is not None:
+            failed = next((k for k, other in enumerate(phases) if other.rescue in range(i - 2, i + 1)), i)
+            where = f"task.phases[{failed if i >= len(task.phases) else i}]"
+            part = collision.index / (len(postures) - 1)
+            raise InputError(where, "name", phase.name, f"leads through something: {part:.0%} on its way {collision}")
+
+
+def _postures(phase: Phase) -> Array:
+    """Postures along the motion of a phase, about evenly spaced, (K, n)."""
+    fine = phase.motion.vector_values(np.linspace(0.0, phase.duration, 500)).T
+    travel = np.concatenate([[0.0], np.abs(np.diff(fine, axis=0)).max(axis=1).cumsum()])
+    count = 2 + int(travel[-1] / POSTURE_SPACING)
+    evenly = np.linspace(0.0, travel[-1], count)
+    return np.array([np.interp(evenly, travel, joint) for joint in fine.T]).T
+
+
+def _place(models: Sequence[ModelConfig], task: TaskConfig, number: int) -> RigidTransform | None:
+    """Where the object lies in a phase; None: in the fingers."""
+    configs = task.phases
+    if number >= len(configs) or task.object is None:
+        return OUT_OF_THE_WAY
+    if configs[number].holds:
+        return None
+    if any(config.holds for config in configs[:number]):
+        return task.X_WGoal.GetDeterministicValue()
+    (begin,) = (model.X_PC for model in models if model.name == task.object)
+    return begin.GetDeterministicValue()
+
+
+def _positions(
+    plant: MultibodyPlant,
+    arm: Arm,
+    task: TaskConfig,
+    tool: Frame,
+    postures: Array,
+    X_WO: RigidTransform | None,
+) -> Array:
+    """Positions of the whole plant at postures (K, n) of the arm, (K, nq)."""
+    context = plant.CreateDefaultContext()
+    X_GO = task.X_OG.GetDeterministicValue().inverse()
+    positions = []
+    for posture in postures:
+        plant.SetPositions(context, arm.model, posture)
+        if task.object is not None:
+            pose = tool.CalcPoseInWorld(context) @ X_GO if X_WO is None else X_WO
+            plant.SetFreeBodyPose(context, first_body(plant, task.object), pose)
+        positions.append(plant.GetPositions(context))
+    return np.array(positions)

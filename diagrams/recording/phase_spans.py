@@ -1,0 +1,33 @@
+"""When a task went through its phases, read from a recording."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.manipulation.task_phases import Phase
+
+
+class Span(NamedTuple):
+    """A phase that was gone through."""
+
+    phase: Phase
+    begin: float  # s
+    end: float
+
+
+def phase_spans(recording: Recording, phases: Sequence[Phase]) -> list[Span]:
+    """The phases in the order in which they were gone through; what came after the last is left out.
+
+    `phases` are those of the TaskMachine, rescues too, by their numbers.
+    """
+    signal = recording["task.phase"]
+    times, numbers = signal["time"].values, signal.values.astype(int)
+    bounds = pairwise([0, *(np.flatnonzero(np.diff(numbers)) + 1), len(times) - 1])
+    return [
+        Span(phases[numbers[begin]], float(times[begin]), float(times[end]))
+        for begin, end in bounds
+        if numbers[begin] < len(phases) and begin < end
+    ]

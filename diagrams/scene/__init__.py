@@ -1,0 +1,1 @@
+"""The plant: models in their places."""

@@ -1,0 +1,83 @@
+"""The plain data of a YAML file, compared with a schema of dataclasses."""
+
+import difflib
+import math
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, get_args, get_origin, get_type_hints
+
+from pydrake.common.schema import Transform
+
+from soft_gripper.diagrams.schema.ranges import require
+from soft_gripper.errors import InputError
+
+_PRIMITIVES = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
+
+
+def check_document(where: Path, value: Any, schema: Any, field: str = "") -> None:
+    """Compares the plain data of a YAML file with a schema of dataclasses and Drake's configs.
+
+    Raises:
+        InputError: for an unknown key, with the nearest known one, or a value of the wrong type.
+    """
+    if get_origin(schema) is UnionType:  # X | None
+        if value is not None:
+            (inner,) = (part for part in get_args(schema) if part is not NoneType)
+            check_document(where, value, inner, field)
+    elif schema in _PRIMITIVES:
+        if not _converts(value, schema):
+            raise InputError(where, field, value, f"give {_PRIMITIVES[schema]}")
+    elif get_origin(schema) is list:
+        if not isinstance(value, list):
+            raise InputError(where, field, value, "give a list")
+        for i, item in enumerate(value):
+            check_document(where, item, get_args(schema)[0], f"{field}[{i}]")
+    elif get_origin(schema) is dict:
+        for key, item in _mapping(where, value, field).items():
+            check_document(where, item, get_args(schema)[1], f"{field}.{key}")
+    elif fields := _fields(schema):
+        for key, item in _mapping(where, value, field).items():
+            name = f"{field}.{key}" if field else str(key)
+            if key not in fields:
+                near = difflib.get_close_matches(str(key), fields, n=1)
+                hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
+                raise InputError(where, name, item, f"no such key; {hint}")
+            check_document(where, item, fields[key], name)
+        if schema is Transform:
+            _check_transform(where, value, field)
+
+
+def _check_transform(where: Path, value: dict[str, Any], field: str) -> None:
+    translation = value.get("translation", [0, 0, 0])
+    require(_three_numbers(translation), where, f"{field}.translation", translation, "give three numbers, m")
+    rotation = value.get("rotation", {})
+    angles = rotation.get("deg", [0, 0, 0]) if isinstance(rotation, dict) else None
+    finite = isinstance(angles, list) and _three_numbers(angles) and all(math.isfinite(float(a)) for a in angles)
+    require(finite, where, f"{field}.rotation", rotation, "write !Rpy { deg: [roll, pitch, yaw] }")
+
+
+def _three_numbers(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
+
+
+def _mapping(where: Path, value: Any, field: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError(where, field, value, "give a mapping of keys to values")
+    return value
+
+
+def _fields(schema: Any) -> dict[str, Any]:
+    if hasattr(schema, "__dataclass_fields__"):
+        return get_type_hints(schema)
+    return {field.name: field.type for field in getattr(schema, "__fields__", ())}
+
+
+def _converts(value: Any, schema: type) -> bool:
+    if isinstance(value, bool):
+        return schema is bool
+    if schema in (float, int):
+        try:
+            return schema(value) == float(value) or math.isnan(float(value))
+        except (TypeError, ValueError, OverflowError):
+            return False
+    return isinstance(value, schema)

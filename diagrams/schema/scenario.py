@@ -1,0 +1,202 @@
+"""The whole schema of a scenario file, on one page. SI units; every field is explained beside it.
+
+A field that may be left out, and then means that there is no such thing, is None.
+"""
+
+from dataclasses import dataclass, field
+
+from pydrake.common.schema import Transform
+from pydrake.multibody.plant import MultibodyPlantConfig
+from pydrake.systems.analysis import SimulatorConfig
+
+from soft_gripper.control.pid_controller import PidGains
+
+
+@dataclass
+class MeshConfig:
+    """What a model that is a bare mesh file lacks; its inertia follows from its shape."""
+
+    scale: float = 1.0  # metres in a unit of the file: 0.001 if it is in millimetres
+    mass: float = 0.05  # kg, spread evenly over the volume
+    friction: float = 0.8  # Coulomb, static and dynamic alike
+    color: list[float] = field(default_factory=lambda: [0.45, 0.62, 0.36, 1.0])  # red, green, blue, opacity
+
+
+@dataclass
+class ModelConfig:
+    """A model and where it stands."""
+
+    name: str = ""  # of the model; a model with a single finger gives the finger its name
+    file: str = ""  # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
+    parent: str = "world"  # frame that it is welded to: "world" or "model::frame"
+    child: str | None = None  # frame of the model that is welded; None: its first link
+    X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
+    free: bool = False  # not welded: X_PC in the world is where its first link begins
+    without: list[str] = field(default_factory=list)  # links of a URDF that are left out, with all that hangs on them
+    segments: int | None = None  # of every finger in the file; None: as the file says
+    mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
+
+
+@dataclass
+class PressureConfig:
+    """The pressure supply, and the pressure in steps where nothing else commands it."""
+
+    steps: dict[str, list[float]] = field(default_factory=lambda: {"all": [0.0]})  # Pa, by finger or "all"
+    settle: float = 1.0  # s before the samples of a step begin
+    hold_samples: int = 100  # sensor samples averaged in each step
+    minimum: float = -60e3  # Pa, of the supply (negative: vacuum)
+    maximum: float = 250e3  # Pa
+    time_constant: float = 0.05  # s, first-order lag between command and chamber; 0: none
+
+
+@dataclass
+class ControlConfig:
+    """Closed loop: the opening of the gripper, held through the pressure of all its fingers.
+
+    The opening is twice the mean distance of the fingertips from their centroid: of two, their distance.
+    """
+
+    set_points: list[float] | None = None  # m, one after the other; None: a task or an input gives them, or open loop
+    hold: float = 4.0  # s at every set point
+    gains: PidGains = field(default_factory=PidGains)  # from the opening, m, to the pressure, Pa
+    torque_limit: float | None = None  # N m, at the base of the fingers, that a grip does not exceed
+    torque_gains: PidGains = field(default_factory=PidGains)  # from that torque to the pressure, Pa
+
+
+@dataclass
+class ArmConfig:
+    """The arm among the models: the gripper is welded to one of its frames. Every joint has an implicit PD."""
+
+    model: str = ""  # its name
+    home: list[float] = field(default_factory=list)  # rad or m, posture in which it begins; joints from the base on
+    frequency: float = 10.0  # Hz, natural frequency of a joint under its PD
+    damping_ratio: float = 1.0  # of the same
+    acceleration: float = 10.0  # rad/s^2 or m/s^2, of any joint at most; velocity and effort are limited by its file
+
+
+@dataclass
+class PhaseConfig:
+    """A part of a task. The arm moves, or stays if neither `to` nor `posture` is given; then `until` is awaited."""
+
+    name: str = ""
+    to: str | None = None  # where the gripper goes: "object", "goal" or "home"
+    height: float = 0.0  # m, above where it grasps or puts down
+    posture: list[float] | None = None  # or: where the arm's joints go, rad or m
+    straight: bool = False  # the gripper goes in a straight line; else the joints do
+    speed: float = 1.0  # part of the arm's velocity limits
+    opening: float | None = None  # m, set point of the gripper from here on; None: as before
+    until: str | None = None  # what ends the phase after the motion: "grasped", "released"; None: `rest` is over
+    rest: float = 0.0  # s, after the motion, where nothing is awaited
+    holds: bool = False  # the object is in the fingers: its loss is watched for
+
+
+@dataclass
+class TaskConfig:
+    """What the arm does, phase after phase; where a phase gives an opening, the gripper too, in closed loop."""
+
+    object: str | None = None  # name of the free model that is handled; only where it begins is known of it
+    X_OG: Transform = field(default_factory=Transform)  # grasp: the gripper's welded frame in the object's first link
+    X_WGoal: Transform = field(default_factory=Transform)  # where the object is put down, its first link in the world
+    phases: list[PhaseConfig] = field(default_factory=list)
+    grip_threshold: float = 0.02  # N m, torque at the base of the fingers that counts as a grip
+    timeout: float = 4.0  # s, that a phase waits at most for what is to end it
+    time_limit: float = 60.0  # s, for all of it
+    force_limit: float | None = None  # N, normal force of a finger that the object bears; what trials are judged by
+
+    @property
+    def grips(self) -> bool:
+        """Whether the task commands the gripper."""
+        return any(phase.opening is not None for phase in self.phases)
+
+
+@dataclass
+class SensorConfig:
+    """The sensors of every finger."""
+
+    type: str = "strain"  # or "module:function" of your own, see diagrams/wiring/choices.py
+    sections: int = 4  # sensors one after the other along each path
+    period: float = 0.01  # s between samples, and between the samples of every log
+    one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
+    response: list[list[float]] | None = None  # [extension ratio, reading] points; None: the reading is the strain
+
+
+@dataclass
+class EstimatorConfig:
+    """What is estimated from the readings of every finger."""
+
+    type: str = "arcs"  # of the shape; or "module:function" of your own, see diagrams/wiring/choices.py
+    compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
+    contact_threshold: float | None = None  # N m, of the torque that means contact; None: contact is not looked for
+
+
+@dataclass
+class BelievedConfig:
+    """What the estimators believe of every finger and its sensors where it differs from what is simulated.
+
+    A value in the units of a <finger>, or a change relative to the simulated one: "+10 %". Of the cross-section it is
+    meant for base and tip alike.
+    """
+
+    file: str | None = None  # URDF whose <finger> of the same name, or only one, is believed; changes come on top
+    length: str | None = None  # m
+    width: str | None = None  # m
+    thickness: str | None = None  # m
+    youngs_modulus: str | None = None  # Pa
+    density: str | None = None  # kg/m^3
+    chamber_area: str | None = None  # m^2
+    chamber_eccentricity: str | None = None  # m
+    relaxation_time: str | None = None  # s
+    sensor_spacing: str | None = None  # m
+    response: list[list[float]] | None = None  # of the sensors; None: as they are
+
+
+def default_plant_config() -> MultibodyPlantConfig:
+    """Discrete steps of 10 ms; a time_step of 0 is continuous. The choice is measured in docs/solver.md."""
+    return MultibodyPlantConfig(time_step=0.01, use_sampled_output_ports=False)
+
+
+def default_simulator_config() -> SimulatorConfig:
+    """For a continuous plant; beside a discrete one nothing is left to integrate."""
+    return SimulatorConfig(integration_scheme="cenic", max_step_size=0.02, accuracy=1e-3)
+
+
+@dataclass
+class Scenario:
+    """What is simulated, how it is driven, sensed and estimated, and by which solver."""
+
+    description: str = ""
+    models: list[ModelConfig] = field(default_factory=list)
+    gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, -9.81])  # m/s^2, in the world
+    pressure: PressureConfig = field(default_factory=PressureConfig)
+    control: ControlConfig = field(default_factory=ControlConfig)
+    arm: ArmConfig | None = None
+    task: TaskConfig | None = None
+    # Commands that are input ports of the station, for a diagram around it: "pressure" of every finger, or the
+    # "opening" of the gripper; and, with an arm, its "joints", or the pose of the "tool".
+    external: list[str] = field(default_factory=list)
+    sensor: SensorConfig = field(default_factory=SensorConfig)
+    estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
+    believed: BelievedConfig = field(default_factory=BelievedConfig)
+    plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config)
+    simulator_config: SimulatorConfig = field(default_factory=default_simulator_config)
+
+    @property
+    def steps(self) -> int:
+        """Number of steps, of pressure or, in closed loop, of the set point."""
+        if self.control.set_points is not None:
+            return len(self.control.set_points)
+        return max(len(steps) for steps in self.pressure.steps.values())
+
+    @property
+    def step_duration(self) -> float:
+        """Time from one step to the next, s."""
+        if self.control.set_points is not None:
+            return self.control.hold
+        return self.pressure.settle + self.pressure.hold_samples * self.sensor.period
+
+    @property
+    def duration(self) -> float:
+        """Of the run, s; a task may be over before."""
+        if self.task is not None:
+            return self.task.time_limit
+        return self.steps * self.step_duration

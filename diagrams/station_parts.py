@@ -1,0 +1,84 @@
+"""What a station is made of, in a diagram of its own or of the user's."""
+
+from dataclasses import dataclass, field
+
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort
+
+from soft_gripper.diagrams.manipulation.arm import Arm
+from soft_gripper.diagrams.manipulation.path_check import check_paths
+from soft_gripper.diagrams.recording.provenance import provenance
+from soft_gripper.diagrams.recording.recording import Recording, read_logs
+from soft_gripper.diagrams.recording.signal_logs import SignalLogs
+from soft_gripper.diagrams.scene.overlap_check import check_starts_apart
+from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.wiring.external import External
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.manipulation.task_machine import TaskMachine
+
+
+@dataclass
+class StationParts:
+    """The blocks of a scenario in a diagram.
+
+    `inputs` are the commands that the scenario leaves open (`external`), to be connected or exported; `signals` are
+    the ports that are worth a log, `{finger}.{signal}` and others.
+    """
+
+    scenario: Scenario
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    fingers: tuple[PlantFinger, ...]
+    inputs: dict[str, InputPort] = field(default_factory=dict)
+    signals: dict[str, OutputPort] = field(default_factory=dict)
+    arm: Arm | None = None
+    task: TaskMachine | None = None  # what leads through the task, if there is one
+
+    def leave_open(self, external: External) -> None:
+        """Takes in a command that comes from outside."""
+        self.inputs |= external.inputs
+        self.signals |= external.signals
+
+    def check(self, diagram: Diagram) -> None:
+        """Checks, in the built diagram, where everything begins and where a task leads.
+
+        Raises:
+            InputError: if something begins inside something else, or a motion of a task leads through it.
+        """
+        check_starts_apart(diagram, self.scene_graph)
+        task, models = self.scenario.task, self.scenario.models
+        if task is not None and self.task is not None and self.arm is not None:
+            check_paths(diagram, self.plant, self.scene_graph, models, self.arm, task, self.task.phases)
+
+
+@dataclass(frozen=True)
+class Station:
+    """A station that is a diagram of its own, with a log for every signal.
+
+    The output ports of the diagram are the named signals; its input ports, the commands that the scenario leaves open.
+    """
+
+    diagram: Diagram
+    parts: StationParts
+    logs: SignalLogs
+
+    @property
+    def scenario(self) -> Scenario:
+        return self.parts.scenario
+
+    @property
+    def plant(self) -> MultibodyPlant:
+        return self.parts.plant
+
+    @property
+    def fingers(self) -> tuple[PlantFinger, ...]:
+        return self.parts.fingers
+
+    @property
+    def task(self) -> TaskMachine | None:
+        return self.parts.task
+
+    def recording(self, context: Context) -> Recording:
+        """What was logged, from the context of the whole diagram."""
+        return read_logs(self.logs, context, provenance(self.scenario))

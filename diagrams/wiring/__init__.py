@@ -1,0 +1,1 @@
+"""Config, apply: each part of a scenario added to a diagram."""

@@ -1,0 +1,97 @@
+"""Sensors and estimators by name: those of this project, and a user's own as "module:function".
+
+A sensor is a system with an input `joint_angles` (N) rad and an output `strain`, the readings; whatever else it puts
+out is logged. It may also take `pressure` and `X_WB`. It is made by a function of the sensors on the finger and the
+period of their samples, s:
+
+    def make(layout: SensorLayout, period: float) -> System
+
+An estimator is a system with an output `estimated_joint_angles` (N) rad, see `FingerShape`. It may take the outputs of
+the sensor, `pressure` and `X_WB`. It is made from sensors and finger as they are believed to be, gravity in the world,
+m/s^2, and the period:
+
+    def make(layout: SensorLayout, gravity: Array, period: float) -> System
+"""
+
+import importlib
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydrake.systems.framework import System
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.strain_sensor import StrainSensor
+
+MakeSensor = Callable[[SensorLayout, float], System]
+MakeEstimator = Callable[[SensorLayout, Array, float], System]
+
+SENSORS: dict[str, MakeSensor] = {"strain": StrainSensor}
+ESTIMATORS: dict[str, MakeEstimator] = {"arcs": lambda layout, gravity, period: ArcPoseEstimator(layout, gravity)}
+
+
+def find_sensor(name: str) -> MakeSensor:
+    """The sensor that `sensor.type` names.
+
+    Raises:
+        InputError: if there is none.
+    """
+    found: MakeSensor = _find("sensor.type", name, SENSORS)
+    return found
+
+
+def find_estimator(name: str) -> MakeEstimator:
+    """The estimator that `estimator.type` names.
+
+    Raises:
+        InputError: if there is none.
+    """
+    found: MakeEstimator = _find("estimator.type", name, ESTIMATORS)
+    return found
+
+
+def make_block(field: str, make: Callable[..., System], *arguments: Any) -> System:
+    """What a function makes of its arguments.
+
+    Raises:
+        InputError: if it fails, or makes no system; `field` is what names it.
+    """
+    name = getattr(make, "__qualname__", repr(make))
+    try:
+        block = make(*arguments)
+    except InputError:
+        raise
+    except Exception as error:  # whatever a user's function may raise
+        raise InputError("scenario", field, name, f"failed: {type(error).__name__}: {error}") from error
+    if not isinstance(block, System):
+        raise InputError("scenario", field, name, f"made a {type(block).__name__}; a Drake System is needed")
+    return block
+
+
+def _find(field: str, name: str, known: Mapping[str, Any]) -> Any:
+    if name in known:
+        return known[name]
+    module, colon, function = name.partition(":")
+    if not colon or not module or not function:
+        raise InputError("scenario", field, name, f'known: {", ".join(known)}; or give "module:function" of your own')
+    try:
+        made = getattr(_import(module), function)
+    except (ImportError, AttributeError, SyntaxError) as error:
+        raise InputError("scenario", field, name, f"cannot be imported: {error}") from None
+    if not callable(made):
+        raise InputError("scenario", field, name, "is no function")
+    return made
+
+
+def _import(module: str) -> Any:
+    """A module, also from the current folder, as `python -m` finds it."""
+    here = str(Path.cwd())
+    sys.path.append(here)
+    try:
+        return importlib.import_module(module)
+    finally:
+        sys.path.remove(here)

@@ -1,0 +1,91 @@
+"""The drive, applied: pressures, and elastic laws of the user's, as torques on the joints of the fingers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import Adder, MatrixGain
+
+from soft_gripper.diagrams.schema.scenario import PressureConfig
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.elastic_law import ElasticLawTorque
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
+from soft_gripper.signals import describe
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Where the commanded pressures go in, and what comes of them."""
+
+    commands: dict[str, InputPort]  # Pa, by the names of the fingers
+    pressures: dict[str, OutputPort]  # Pa in the chambers, by the names of the fingers
+    actuations: dict[str, OutputPort]  # N m of all actuators, by the names of the models
+
+
+def add_pressure_drive(
+    builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: PressureConfig | None = None
+) -> Drive:
+    """Adds `{model}.pressure_drive` for every model with fingers, and connects it to the actuators.
+
+    Args:
+        builder: of a diagram with the fingers' plant.
+        fingers: in the finalized plant, all of each model.
+        config: the `pressure` part of a scenario; of it the limits and the lag; None: its defaults.
+
+    Raises:
+        InputError: if the step of a discrete plant is too long for a finger.
+    """
+    drive, config = Drive({}, {}, {}), config or PressureConfig()
+    for finger in fingers:
+        _check_time_step(finger)
+    for model in dict.fromkeys(finger.model for finger in fingers):
+        driven = [finger for finger in fingers if finger.model == model]
+        block = _add_block(builder, driven, config)
+        for name in (finger.name for finger in driven):
+            drive.commands[name] = block.GetInputPort(f"{name}.pressure_command")
+            drive.pressures[name] = block.GetOutputPort(f"{name}.pressure")
+        elastic = [_add_elastic_law(builder, finger) for finger in driven if finger.finger.elastic_law is not None]
+        torques = [block.GetOutputPort("actuation"), *elastic]
+        drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
+    return drive
+
+
+def _check_time_step(finger: PlantFinger) -> None:
+    limit, time_step = finger.finger.stable_time_step(), finger.plant.time_step()
+    if time_step > limit:
+        expected = f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic"
+        raise InputError("plant_config", "time_step", time_step, expected)
+
+
+def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
+    torque_maps = {finger.name: pressure_torque_map(finger) for finger in driven}
+    time_step = driven[0].plant.time_step()
+    drive = PressureDrive(torque_maps, config.minimum, config.maximum, config.time_constant, time_step)
+    return builder.AddNamedSystem(f"{driven[0].model_name}.pressure_drive", drive)
+
+
+def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
+    """What the finger's elastic law adds to its linear springs, as actuation of its model."""
+    angles = builder.AddNamedSystem(f"{finger.name}.bent_angles", MatrixGain(finger.position_selector()))
+    law = builder.AddNamedSystem(f"{finger.name}.elastic_law", ElasticLawTorque(finger.finger))
+    rows = np.ascontiguousarray(finger.actuator_selector().T)
+    spread = builder.AddNamedSystem(f"{finger.name}.elastic_torque", MatrixGain(rows))
+    builder.Connect(finger.plant.get_state_output_port(), angles.get_input_port())
+    builder.Connect(angles.get_output_port(), law.get_input_port())
+    builder.Connect(law.get_output_port(), spread.get_input_port())
+    return spread.get_output_port()
+
+
+def _actuate(builder: DiagramBuilder, finger: PlantFinger, torques: Sequence[OutputPort]) -> OutputPort:
+    """Connects the sum of torques to the actuators of a finger's model; returns it."""
+    actuation, actuators = finger.plant.get_actuation_input_port(finger.model), finger.actuator_names
+    if len(torques) == 1:
+        builder.Connect(torques[0], actuation)
+        return describe(torques[0], "N m", actuator=actuators)
+    total = builder.AddNamedSystem(f"{finger.model_name}.actuation", Adder(len(torques), actuation.size()))
+    for i, torque in enumerate(torques):
+        builder.Connect(torque, total.get_input_port(i))
+    builder.Connect(total.get_output_port(), actuation)
+    return describe(total.get_output_port(), "N m", actuator=actuators)

@@ -1,0 +1,117 @@
+"""The estimation of a finger, applied: readings, pressure and base pose -> shape, load and contact."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.schema.scenario import EstimatorConfig
+from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, inputs, vector_outputs
+from soft_gripper.errors import InputError
+from soft_gripper.estimation.contact_detector import ContactDetector
+from soft_gripper.estimation.finger_shape import ANGLES, FingerShape
+from soft_gripper.estimation.force_estimator import ForceEstimator
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+
+class FingerEstimation(Diagram):
+    """All that is estimated of one finger from what is measured; nothing in it asks for the truth.
+
+    ::
+
+        strain -------------> estimator ---> estimated_joint_angles ---> FingerShape -----> pose
+        pressure (1) Pa ------^                  |
+        X_WB (12) [R | p] ----^                  +---------------------> ForceEstimator --> external torque
+                                                                              |
+                                                 contact, if looked for <-- ContactDetector
+
+    FingerShape is there if the estimator does not put the pose out by itself. Wire recorded logs to the inputs, and
+    the same blocks estimate what happened on hardware.
+    """
+
+    def __init__(
+        self,
+        estimator: System,
+        layout: SensorLayout,
+        gravity: Array,
+        period: float,
+        contact_threshold: float | None = None,
+    ):
+        """
+        Args:
+            estimator: of the shape, see `choices`.
+            layout: sensors and finger as they are believed to be.
+            gravity: in the world, (3,) m/s^2; zero leaves the finger's own weight in the external torque.
+            period: of all samples, s.
+            contact_threshold: N m; None: contact is not looked for.
+
+        Raises:
+            InputError: if the estimator does not estimate the joint angles of the finger.
+        """
+        super().__init__()
+        joints = layout.finger.segments
+        _check(estimator, joints)
+        wires = NamedWires()
+        wires.add("estimator", estimator)
+        shape = FingerShape(layout.finger)
+        if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
+            wires.add("shape", shape)
+        wires.add("force_estimator", ForceEstimator(layout.finger, gravity, period))
+        if contact_threshold is not None:
+            detector = ContactDetector(joints, int(layout.joints_per_section[0]), period, contact_threshold)
+            wires.add("contact_detector", detector)
+        wires.build_into(self)
+
+
+def _check(estimator: System, joints: int) -> None:
+    found = vector_outputs(estimator)
+    if ANGLES not in found or found[ANGLES].size() != joints:
+        sizes = ", ".join(f"{name} ({port.size()})" for name, port in found.items()) or "none"
+        raise InputError("estimator", "output ports", sizes, f"put out '{ANGLES}' ({joints}) rad")
+
+
+def add_estimation(
+    builder: DiagramBuilder,
+    name: str,
+    layout: SensorLayout,
+    config: EstimatorConfig,
+    period: float,
+    gravity: Array,
+    measured: Mapping[str, OutputPort],
+    make_estimator: MakeEstimator | None = None,
+) -> Ports:
+    """Adds `{name}.estimation` for the finger of that name.
+
+    Args:
+        builder: of any diagram; a plant is not needed.
+        name: of the finger.
+        layout: sensors and finger as they are believed to be.
+        config: the `estimator` part of a scenario.
+        period: of all samples, s.
+        gravity: in the world, (3,) m/s^2.
+        measured: the outputs of the sensors, `sampled_pressure` (1) Pa and `X_WB` (12).
+        make_estimator: takes the place of the estimator that `config.type` names, see `choices`.
+
+    Returns:
+        the signals by their names without the finger's.
+
+    Raises:
+        InputError: if the estimator asks for what there is not, or its shape is none of this finger.
+    """
+    make = make_estimator or find_estimator(config.type)
+    compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
+    estimator = make_block("estimator.type", make, layout, compensated, period)
+    estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold)
+    builder.AddNamedSystem(f"{name}.estimation", estimation)
+    known = {**measured, "pressure": measured["sampled_pressure"]}
+    known.pop("joint_angles", None)  # the truth, which is for the scores
+    for port_name, port in inputs(estimation).items():
+        if port_name not in known:
+            raise InputError("estimator", "input port", port_name, f"an estimator may take: {', '.join(known)}")
+        if known[port_name].size() != port.size():
+            expected = f"the signal of that name has {known[port_name].size()} entries"
+            raise InputError("estimator", f"input port '{port_name}'", port.size(), expected)
+        builder.Connect(known[port_name], port)
+    return vector_outputs(estimation)

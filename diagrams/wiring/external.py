@@ -1,0 +1,43 @@
+"""Commands that come from outside of a station, applied: input ports in the place of what a scenario commands."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import PassThrough
+
+from soft_gripper.signals import describe
+
+
+class External(NamedTuple):
+    """Where commands go in, and what they lead to, by names."""
+
+    inputs: dict[str, InputPort]
+    signals: dict[str, OutputPort]
+
+
+def add_external_pressures(builder: DiagramBuilder, commands: Mapping[str, InputPort]) -> External:
+    """Adds `{finger}.pressure_command`, (1) Pa, for every command."""
+    found = External({}, {})
+    for finger, command in commands.items():
+        added = _add_input(builder, f"{finger}.pressure_command", command, "Pa")
+        found.inputs.update(added.inputs)
+        found.signals.update(added.signals)
+    return found
+
+
+def add_external_opening(builder: DiagramBuilder, set_point: InputPort) -> External:
+    """Adds `grip.set_point`, (1) m."""
+    return _add_input(builder, "grip.set_point", set_point, "m")
+
+
+def add_external_joints(builder: DiagramBuilder, arm: str, desired_state: InputPort) -> External:
+    """Adds `{arm}.desired_state`, (2 n) positions and then velocities in the order of the arm's joints."""
+    return _add_input(builder, f"{arm}.desired_state", desired_state)
+
+
+def _add_input(builder: DiagramBuilder, name: str, target: InputPort, unit: str | None = None) -> External:
+    through = builder.AddNamedSystem(name, PassThrough(target.size()))
+    builder.Connect(through.get_output_port(), target)
+    signal = through.get_output_port()
+    return External({name: through.get_input_port()}, {name: signal if unit is None else describe(signal, unit)})

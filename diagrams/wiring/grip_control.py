@@ -1,0 +1,164 @@
+"""Grip control, applied: the opening of a gripper, held through the common pressure of its fingers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+
+from soft_gripper.control.grip_torque import GripTorque
+from soft_gripper.control.low_selector import LowSelector
+from soft_gripper.control.pid_controller import PidGains, SampledPidController
+from soft_gripper.control.sampled_steps import SampledSteps
+from soft_gripper.diagrams.schema.scenario import ControlConfig, PressureConfig
+from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
+from soft_gripper.errors import InputError
+from soft_gripper.estimation.gripper_opening import Gripper, GripperOpening
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.signals import describe
+
+
+@dataclass(frozen=True)
+class Supply:
+    """The pressures that a controller may ask for, and how often."""
+
+    minimum: float  # Pa
+    maximum: float  # Pa
+    period: float  # s
+
+
+class GripControl(Diagram):
+    """Set point -> PID on the estimated opening -> pressure; a second PID may limit the torque on the fingers.
+
+    ::
+
+        set_point (1) m -----------------------> +-------------+ ---> pressure  (1) Pa, for all fingers
+        {finger}.tip_pose (3) -----------------> | GripControl | ---> opening   (1) m, of the estimated tips
+        {finger}.external_torque (N) N m ------> +-------------+ ---> torque    (1) N m, that opens the fingers
+
+    `torque` is the mean over the fingers at their base joints. With a torque limit the lower of the pressures that
+    the two PIDs ask for is applied, and both PIDs receive what was applied.
+    """
+
+    def __init__(self, gripper: Gripper, joints: Mapping[str, int], config: ControlConfig, supply: Supply):
+        """`joints` are the numbers of joints of the fingers of the gripper, in its order, by their names."""
+        super().__init__()
+        builder = DiagramBuilder()
+        opening = builder.AddNamedSystem("gripper_opening", GripperOpening(gripper, list(joints)))
+        pid = _add_pid(builder, "pid", _reversed(config.gains), supply)
+        builder.Connect(opening.get_output_port(), pid.GetInputPort("measurement"))
+        grip = builder.AddNamedSystem("grip_torque", GripTorque(joints))
+        torque = grip.get_output_port()
+        builder.ExportInput(pid.GetInputPort("set_point"), "set_point")
+        for block in (opening, grip):
+            for name, port in inputs(block).items():
+                builder.ExportInput(port, name)
+        pressure = pid.GetOutputPort("output")
+        if config.torque_limit is not None:
+            pressure = _add_torque_limit(builder, config.torque_limit, config.torque_gains, pid, torque, supply)
+        outputs = {"pressure": pressure, "opening": opening.get_output_port(), "torque": torque}
+        for name, port in outputs.items():
+            builder.ExportOutput(port, name)
+        builder.BuildInto(self)
+        for name, unit in (("pressure", "Pa"), ("opening", "m"), ("torque", "N m")):
+            describe(self.GetOutputPort(name), unit)
+
+
+def _reversed(gains: PidGains) -> PidGains:
+    """More pressure closes the gripper: the output acts in reverse."""
+    return replace(gains, kp=-gains.kp, ki=-gains.ki, kd=-gains.kd)
+
+
+def _add_pid(
+    builder: DiagramBuilder, name: str, gains: PidGains, supply: Supply, initial: float = 0.0
+) -> SampledPidController:
+    pid = SampledPidController(gains, supply.period, supply.minimum, supply.maximum, initial)
+    return builder.AddNamedSystem(name, pid)
+
+
+def _add_torque_limit(
+    builder: DiagramBuilder,
+    limit: float,
+    gains: PidGains,
+    pid: SampledPidController,
+    torque: OutputPort,
+    supply: Supply,
+) -> OutputPort:
+    """A PID on the torque beside that on the opening, and the selector of the lower pressure."""
+    # Until the first torque is estimated, it limits nothing.
+    limiter = _add_pid(builder, "torque_pid", gains, supply, supply.maximum)
+    source = builder.AddNamedSystem("torque_limit", SampledSteps([limit], np.inf, supply.period))
+    selector = builder.AddNamedSystem("selector", LowSelector())
+    builder.Connect(source.get_output_port(), limiter.GetInputPort("set_point"))
+    builder.Connect(torque, limiter.GetInputPort("measurement"))
+    for controller, name in ((pid, "first"), (limiter, "second")):
+        builder.Connect(controller.get_output_port(), selector.GetInputPort(name))
+        builder.Connect(selector.get_output_port(), controller.GetInputPort("applied"))
+    return selector.get_output_port()
+
+
+def forms_gripper(fingers: Sequence[PlantFinger]) -> bool:
+    """Whether fingers are two or more on one palm: their bases do not move against each other."""
+    if len(fingers) < 2:
+        return False
+    rigid = {body.index() for body in fingers[0].plant.GetBodiesWeldedTo(fingers[0].base)}
+    return all(finger.base.index() in rigid for finger in fingers)
+
+
+def find_gripper(fingers: Sequence[PlantFinger], field: str) -> Gripper:
+    """The gripper that fingers form.
+
+    Raises:
+        InputError: if they form none; `field` is what asks for one.
+    """
+    if not forms_gripper(fingers):
+        names = [finger.name for finger in fingers]
+        raise InputError(field, "fingers", names, "needs two fingers or more that stand fixed to each other")
+    return Gripper.of_bases([finger.X_WB for finger in fingers])
+
+
+def add_grip_control(
+    builder: DiagramBuilder,
+    fingers: Sequence[PlantFinger],
+    config: ControlConfig,
+    pressure: PressureConfig,
+    period: float,
+    signals: Mapping[str, OutputPort],
+    commands: Mapping[str, InputPort],
+) -> tuple[InputPort, Ports]:
+    """Adds `grip_control` for the fingers of one gripper.
+
+    Args:
+        builder: of a diagram with the fingers' plant.
+        fingers: of one gripper, two or more.
+        config: the `control` part of a scenario.
+        pressure: the `pressure` part; of it the limits.
+        period: of the samples, s.
+        signals: has `{finger}.tip_pose` and `{finger}.external_torque`.
+        commands: where the pressures go in, by the names of the fingers.
+
+    Returns:
+        where the set point goes in, (1) m, and the signals.
+
+    Raises:
+        InputError: unless the fingers form a gripper.
+    """
+    gripper, joints = find_gripper(fingers, "control"), {finger.name: finger.finger.segments for finger in fingers}
+    supply = Supply(pressure.minimum, pressure.maximum, period)
+    control = builder.AddNamedSystem("grip_control", GripControl(gripper, joints, config, supply))
+    for name, port in inputs(control).items():
+        if name != "set_point":
+            builder.Connect(signals[name], port)
+    common = control.GetOutputPort("pressure")
+    for name in joints:
+        builder.Connect(common, commands[name])
+    own = {f"grip.{name}": control.GetOutputPort(name) for name in ("opening", "torque")}
+    return control.GetInputPort("set_point"), {**own, **{f"{name}.pressure_command": common for name in joints}}
+
+
+def add_set_points(builder: DiagramBuilder, set_point: InputPort, config: ControlConfig, period: float) -> Ports:
+    """Adds `grip.set_points`, the steps of `config`; returns the signal."""
+    source = SampledSteps(config.set_points or [], config.hold, period)
+    builder.AddNamedSystem("grip.set_points", source)
+    builder.Connect(source.get_output_port(), set_point)
+    return {"grip.set_point": describe(source.get_output_port(), "m")}

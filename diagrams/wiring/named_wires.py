@@ -1,0 +1,56 @@
+"""Blocks wired by the names of their ports."""
+
+from collections.abc import Mapping
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType, System
+
+from soft_gripper.signals import export_outputs
+
+Ports = dict[str, OutputPort]
+
+
+def vector_outputs(system: System) -> Ports:
+    """The output ports of a system that carry numbers, by their names."""
+    ports = (system.get_output_port(i) for i in range(system.num_output_ports()))
+    return {port.get_name(): port for port in ports if port.get_data_type() == PortDataType.kVectorValued}
+
+
+def inputs(system: System) -> dict[str, InputPort]:
+    """The input ports of a system by their names."""
+    return {port.get_name(): port for port in map(system.get_input_port, range(system.num_input_ports()))}
+
+
+class NamedWires:
+    """Wires the blocks of a diagram: an input takes the output of that name, of the first block that has it.
+
+    Inputs that no block before feeds become inputs of the diagram; all vector outputs become outputs of it.
+    """
+
+    def __init__(self) -> None:
+        self._builder, self.outputs = DiagramBuilder(), Ports()
+        self._exported: set[str] = set()
+
+    def add(self, name: str, block: System, renamed: Mapping[str, str] | None = None) -> None:
+        """Adds a block and wires its inputs; `renamed` gives ports of the block another name in the diagram."""
+        self._builder.AddNamedSystem(name, block)
+        names = renamed or {}
+        for own, port in inputs(block).items():
+            self._feed(names.get(own, own), port)
+        for own, output in vector_outputs(block).items():
+            self.outputs.setdefault(names.get(own, own), output)
+
+    def _feed(self, name: str, port: InputPort) -> None:
+        if name in self.outputs:
+            self._builder.Connect(self.outputs[name], port)
+        elif name in self._exported:
+            self._builder.ConnectInput(name, port)
+        else:
+            self._builder.ExportInput(port, name)
+            self._exported.add(name)
+
+    def build_into(self, diagram: Diagram) -> None:
+        """Turns the blocks into `diagram`."""
+        for name, port in self.outputs.items():
+            self._builder.ExportOutput(port, name)
+        self._builder.BuildInto(diagram)
+        export_outputs(diagram, self.outputs)

@@ -1,0 +1,105 @@
+"""Signals that come straight from the plant: its state, the free objects, the arm."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Joint, ModelInstanceIndex, PrismaticJoint, QuaternionFloatingJoint, RevoluteJoint
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import MatrixGain
+
+from soft_gripper.diagrams.scene.arm_home import arm_joints
+from soft_gripper.signals import describe
+
+_POSE = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")
+_POSE_UNITS = ("1", "1", "1", "1", "m", "m", "m")
+_WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
+_WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
+
+
+def add_plant_signals(
+    builder: DiagramBuilder, plant: MultibodyPlant, free: Iterable[str], arm: str | None = None
+) -> dict[str, OutputPort]:
+    """Adds what picks signals out of the plant's state; returns the signals.
+
+    They are `plant.state`; of every free model `{object}.pose` and `{object}.contact_wrench`; and of the arm
+    `{arm}.joint_positions`, `{arm}.joint_velocities` and `{arm}.joint_torques`.
+
+    Args:
+        builder: of a diagram with the plant.
+        plant: finalized.
+        free: names of free models.
+        arm: name of the arm.
+    """
+    names, units = plant.GetStateNames(), state_units(plant)
+    signals = {"plant.state": describe(plant.get_state_output_port(), units, state=names)}
+    for name in free:
+        model = plant.GetModelInstanceByName(name)
+        first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_positions_start()
+        pose = _pick(builder, plant, f"{name}.pose", range(first, first + 7))
+        signals[f"{name}.pose"] = describe(pose, _POSE_UNITS, pose_entry=_POSE)
+        forces = plant.get_generalized_contact_forces_output_port(model)
+        if forces.size() == len(_WRENCH):
+            signals[f"{name}.contact_wrench"] = describe(forces, _WRENCH_UNITS, wrench=_WRENCH)
+    return signals | (_arm_signals(builder, plant, arm) if arm is not None else {})
+
+
+def _arm_signals(builder: DiagramBuilder, plant: MultibodyPlant, arm: str) -> dict[str, OutputPort]:
+    model = plant.GetModelInstanceByName(arm)
+    joints = arm_joints(plant, model)
+    names, nq = [joint.name() for joint in joints], plant.num_positions()
+    lengths = [isinstance(joint, PrismaticJoint) for joint in joints]
+    unit = ["m" if is_length else "rad" for is_length in lengths]
+    effort = ["N" if is_length else "N m" for is_length in lengths]
+    positions = _pick(builder, plant, f"{arm}.joint_positions", [joint.position_start() for joint in joints])
+    velocities = _pick(builder, plant, f"{arm}.joint_velocities", [nq + joint.velocity_start() for joint in joints])
+    torques = _actuation(builder, plant, model, f"{arm}.joint_torques", joints)
+    return {
+        f"{arm}.joint_positions": describe(positions, unit, arm_joint=names),
+        f"{arm}.joint_velocities": describe(velocities, [f"{one}/s" for one in unit], arm_joint=names),
+        f"{arm}.joint_torques": describe(torques, effort, arm_joint=names),
+    }
+
+
+def describe_arm_state(plant: MultibodyPlant, arm: str, port: OutputPort) -> None:
+    """Declares that a port carries positions and then velocities of an arm's joints."""
+    joints = arm_joints(plant, plant.GetModelInstanceByName(arm))
+    of_q, of_v = zip(*map(_joint_units, joints), strict=True)
+    labels = [f"{joint.name()}_{kind}" for kind in "qv" for joint in joints]
+    describe(port, [unit for units in (*of_q, *of_v) for unit in units], arm_state=labels)
+
+
+def _pick(builder: DiagramBuilder, plant: MultibodyPlant, name: str, entries: Sequence[int]) -> OutputPort:
+    """Entries of the plant's state."""
+    selector = builder.AddNamedSystem(name, MatrixGain(np.eye(plant.num_multibody_states())[list(entries)]))
+    builder.Connect(plant.get_state_output_port(), selector.get_input_port())
+    return selector.get_output_port()
+
+
+def _actuation(
+    builder: DiagramBuilder, plant: MultibodyPlant, model: ModelInstanceIndex, name: str, joints: Sequence[Joint]
+) -> OutputPort:
+    """What the actuators of a model apply, in the order of its joints."""
+    actuated = [plant.get_joint_actuator(i).joint().index() for i in plant.GetJointActuatorIndices(model)]
+    rows = [[joint.index() == index for index in actuated] for joint in joints]
+    selector = builder.AddNamedSystem(name, MatrixGain(np.array(rows, dtype=float).reshape(len(joints), -1)))
+    builder.Connect(plant.get_net_actuation_output_port(model), selector.get_input_port())
+    return selector.get_output_port()
+
+
+def state_units(plant: MultibodyPlant) -> list[str]:
+    """The unit of every entry of the plant's state."""
+    positions, velocities = ["1"] * plant.num_positions(), ["1"] * plant.num_velocities()
+    for joint in (plant.get_joint(index) for index in plant.GetJointIndices()):
+        of_q, of_v = _joint_units(joint)
+        positions[joint.position_start() : joint.position_start() + len(of_q)] = of_q
+        velocities[joint.velocity_start() : joint.velocity_start() + len(of_v)] = of_v
+    return positions + velocities
+
+
+def _joint_units(joint: Joint) -> tuple[list[str], list[str]]:
+    if isinstance(joint, QuaternionFloatingJoint):
+        return list(_POSE_UNITS), ["rad/s"] * 3 + ["m/s"] * 3
+    if isinstance(joint, RevoluteJoint):
+        return ["rad"], ["rad/s"]
+    return (["m"], ["m/s"]) if isinstance(joint, PrismaticJoint) else ([], [])

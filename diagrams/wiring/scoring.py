@@ -1,0 +1,101 @@
+"""Scoring, applied: the truth, which only a simulation knows, beside the estimates. Nothing else depends on it."""
+
+from collections.abc import Mapping, Sequence
+
+from pydrake.geometry import Role, SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import Adder, DiscreteTimeDelay, Gain, MatrixGain, ZeroOrderHold
+
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, inputs, vector_outputs
+from soft_gripper.estimation.torque_balance import DELAY
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.signals import describe
+from soft_gripper.truth.metrics import PoseError
+from soft_gripper.truth.true_contact import Shapes, TrueContact
+
+
+class FingerScoring(Diagram):
+    """The truth about one finger, sampled with the sensors, and the errors of what is estimated.
+
+    ::
+
+        joint_angles (N) rad ----> sampled_joint_angles --> PoseError --> pose_error, fingertip_error  (1) m
+        joint_positions, tip_pose ---------------------------^
+        contact_torque (N) N m --> true_external_torque --> delayed ----> external_torque_error  (N) N m
+        external_torque (N) N m ------------------------------^
+
+    The true torque waits for the estimated one, which belongs to samples before, see `torque_balance`.
+    """
+
+    def __init__(self, finger: Finger, period: float):
+        """The finger as it is simulated; samples every `period` s."""
+        super().__init__()
+        joints = finger.segments
+        wires = NamedWires()
+        for name, source, unit in (
+            ("sampled_joint_angles", "joint_angles", "rad"),
+            ("true_external_torque", "contact_torque", "N m"),
+        ):
+            hold = ZeroOrderHold(period, joints)
+            wires.add(name, hold, {"u": source, "y": name})
+            describe(hold.get_output_port(), unit, joint=range(joints))
+        wires.add("pose_error", PoseError(finger))
+        wires.add("delay", DiscreteTimeDelay(period, DELAY, joints), {"u": "contact_torque", "delayed_u": "delayed"})
+        wires.add("minus", Gain(-1.0, joints), {"u0": "delayed", "y0": "minus_delayed"})
+        error = Adder(2, joints)
+        wires.add("sum", error, {"u0": "external_torque", "u1": "minus_delayed", "sum": "external_torque_error"})
+        describe(error.get_output_port(), "N m", joint=range(joints))
+        for internal in ("delayed", "minus_delayed"):
+            del wires.outputs[internal]
+        wires.build_into(self)
+
+
+def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, known: Mapping[str, OutputPort]) -> Ports:
+    """Adds `{finger}.scoring`, with `{finger}.contact_torque` before it.
+
+    Args:
+        builder: of a diagram with the finger's plant.
+        finger: in the finalized plant.
+        period: of the samples, s.
+        known: what `add_sensors` and `add_estimation` returned.
+
+    Returns:
+        the signals by their names without the finger's.
+    """
+    contact = builder.AddNamedSystem(f"{finger.name}.contact_torque", MatrixGain(finger.torque_selector()))
+    forces = finger.plant.get_generalized_contact_forces_output_port(finger.model)
+    builder.Connect(forces, contact.get_input_port())
+    scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period))
+    sources = {**known, "contact_torque": contact.get_output_port()}
+    for name, port in inputs(scoring).items():
+        builder.Connect(sources[name], port)
+    return vector_outputs(scoring)
+
+
+def add_true_contact(
+    builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, fingers: Sequence[PlantFinger]
+) -> Ports:
+    """Adds `true_contact`; returns `{finger}.normal_force`, `{finger}.contact_center` and `width`."""
+    truth = TrueContact({finger.name: _shapes(scene_graph, finger) for finger in fingers})
+    builder.AddNamedSystem("true_contact", truth)
+    builder.Connect(plant.get_contact_results_output_port(), truth.get_input_port())
+    return vector_outputs(truth)
+
+
+def _shapes(scene_graph: SceneGraph, finger: PlantFinger) -> Shapes:
+    """The collision shapes of a finger."""
+    inspector = scene_graph.model_inspector()
+    frames = (finger.plant.GetBodyFrameIdOrThrow(link.index()) for link in finger.links)
+    return frozenset(shape for frame in frames for shape in inspector.GetGeometries(frame, Role.kProximity))
+
+
+def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPort) -> OutputPort:
+    """Adds `object_width_error`: the estimated width less the true one; returns it, (1) m."""
+    minus = builder.AddNamedSystem("minus_true_width", Gain(-1.0, 1))
+    error = builder.AddNamedSystem("object_width_error", Adder(2, 1))
+    builder.Connect(truth, minus.get_input_port())
+    builder.Connect(width, error.get_input_port(0))
+    builder.Connect(minus.get_output_port(), error.get_input_port(1))
+    return describe(error.get_output_port(), "m")

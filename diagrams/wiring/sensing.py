@@ -1,0 +1,96 @@
+"""Sensing, applied: sensors, estimation and, where it is wanted, scoring of the fingers of a plant."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from soft_gripper.diagrams.schema.scenario import BelievedConfig, EstimatorConfig, SensorConfig
+from soft_gripper.diagrams.wiring.belief import believed_layout
+from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
+from soft_gripper.diagrams.wiring.estimation import add_estimation
+from soft_gripper.diagrams.wiring.grip_control import forms_gripper
+from soft_gripper.diagrams.wiring.named_wires import Ports
+from soft_gripper.diagrams.wiring.scoring import add_scoring, add_true_contact, add_width_error
+from soft_gripper.diagrams.wiring.sensors import add_sensors
+from soft_gripper.diagrams.wiring.width import add_object_width
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.plant_finger import PlantFinger
+
+
+@dataclass(frozen=True)
+class SensingConfig:
+    """The parts of a scenario that say what is measured and estimated, and blocks of the user's own."""
+
+    sensor: SensorConfig = field(default_factory=SensorConfig)
+    estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
+    believed: BelievedConfig = field(default_factory=BelievedConfig)
+    make_sensor: MakeSensor | None = None  # in the place of the sensor that `sensor.type` names
+    make_estimator: MakeEstimator | None = None  # in the place of the estimator that `estimator.type` names
+
+
+def add_sensing(
+    builder: DiagramBuilder,
+    fingers: Sequence[PlantFinger],
+    pressures: Mapping[str, OutputPort],
+    config: SensingConfig | None = None,
+) -> Ports:
+    """Adds for every finger `{finger}.sensors`, `{finger}.estimation` and `{finger}.scoring`.
+
+    Args:
+        builder: of a diagram with the fingers' plant.
+        fingers: in the finalized plant.
+        pressures: in the chambers, (1) Pa, by the names of the fingers; see `add_pressure_drive`.
+        config: what is measured and estimated.
+
+    Returns:
+        the signals, `{finger}.{signal}`.
+
+    Raises:
+        InputError: if a sensor, an estimator or a belief is wrong.
+    """
+    config = config or SensingConfig()
+    signals: Ports = {}
+    for finger in fingers:
+        found = _sense(builder, finger, pressures[finger.name], config)
+        signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
+    return signals
+
+
+def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, config: SensingConfig) -> Ports:
+    sensor, make = config.sensor, config.make_estimator
+    gravity = np.array(finger.plant.gravity_field().gravity_vector())
+    layout = believed_layout(finger.finger, sensor, config.believed)
+    measured = add_sensors(builder, finger, sensor, pressure, config.make_sensor)
+    estimated = add_estimation(builder, finger.name, layout, config.estimator, sensor.period, gravity, measured, make)
+    known = {**measured, **estimated}
+    found = {**known, **add_scoring(builder, finger, sensor.period, known)}
+    del found["joint_angles"]  # of every step of the plant; what is sampled is logged
+    if len(found) != len(measured) + len(estimated) + 4:
+        twice = measured.keys() & estimated.keys()
+        raise InputError("estimator", "output port", ", ".join(twice), "is the name of a signal of the sensors")
+    return {"pressure": pressure, **found}
+
+
+def add_contact_width(
+    builder: DiagramBuilder,
+    fingers: Sequence[PlantFinger],
+    scene_graph: SceneGraph,
+    signals: Mapping[str, OutputPort],
+    config: SensingConfig,
+) -> Ports:
+    """Adds `true_contact` and, for the fingers of one gripper, `object_width` and its error; returns the signals.
+
+    `signals` are those of `add_sensing` with contact looked for.
+    """
+    truth = add_true_contact(builder, fingers[0].plant, scene_graph, fingers)
+    true_width = truth.pop("width")
+    if not forms_gripper(fingers):
+        return truth
+    believed = {f.name: believed_layout(f.finger, config.sensor, config.believed).finger for f in fingers}
+    width = add_object_width(builder, fingers, believed, signals)
+    error = add_width_error(builder, width, true_width)
+    widths = {"object_width": width, "true_object_width": true_width, "object_width_error": error}
+    return truth | {f"grip.{name}": port for name, port in widths.items()}

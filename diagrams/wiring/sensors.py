@@ -1,0 +1,106 @@
+"""The sensors of a finger, applied: joint angles and pressure -> readings."""
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import ConstantVectorSource, MatrixGain, ZeroOrderHold
+
+from soft_gripper.diagrams.schema.scenario import SensorConfig
+from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, inputs, vector_outputs
+from soft_gripper.errors import InputError
+from soft_gripper.estimation.bending_plane import pose_entries
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.sensors import base_pose_sensor
+from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
+from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.signals import describe
+
+
+def sensor_layout(finger: Finger, config: SensorConfig) -> SensorLayout:
+    """The sensors that a scenario puts on a finger.
+
+    Raises:
+        InputError: if there are more sections than segments, or the response is no curve.
+    """
+    points = LINEAR if config.response is None else tuple(map(tuple, config.response))
+    return SensorLayout(finger, config.sections, config.one_sided, ResponseCurve(points))
+
+
+class FingerSensors(Diagram):
+    """All that is measured on one finger.
+
+    ::
+
+        joint_angles (N) rad ---> sensor ------------> strain, and whatever else the sensor puts out
+        pressure (1) Pa --------> sampled_pressure --> sampled_pressure (1) Pa
+    """
+
+    def __init__(self, sensor: System, period: float):
+        """Takes `sensor` in; the pressure is sampled every `period` s."""
+        super().__init__()
+        wires = NamedWires()
+        wires.add("sensor", sensor)
+        pressure = ZeroOrderHold(period, 1)
+        wires.add("sampled_pressure", pressure, {"u": "pressure", "y": "sampled_pressure"})
+        describe(pressure.get_output_port(), "Pa")
+        wires.build_into(self)
+
+
+def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
+    """Adds `{finger}.joint_angles`; returns the joint angles of a finger, (N) rad."""
+    selector = builder.AddNamedSystem(f"{finger.name}.joint_angles", MatrixGain(finger.position_selector()))
+    builder.Connect(finger.plant.get_state_output_port(), selector.get_input_port())
+    return describe(selector.get_output_port(), "rad", joint=range(finger.finger.segments))
+
+
+def add_base_pose(builder: DiagramBuilder, finger: PlantFinger, period: float) -> OutputPort:
+    """Adds `{finger}.base_pose`: X_WB (12) [R | p], constant where the base stands still, else sampled."""
+    name = f"{finger.name}.base_pose"
+    if finger.is_anchored:
+        constant = builder.AddNamedSystem(name, ConstantVectorSource(pose_entries(finger.X_WB)))
+        return describe(constant.get_output_port(), base_pose_sensor.UNITS, **base_pose_sensor.AXES)
+    sensor = builder.AddNamedSystem(name, BasePoseSensor(finger.base.index(), period))
+    builder.Connect(finger.plant.get_body_poses_output_port(), sensor.get_input_port())
+    return sensor.get_output_port()
+
+
+def add_sensors(
+    builder: DiagramBuilder,
+    finger: PlantFinger,
+    config: SensorConfig,
+    pressure: OutputPort,
+    make_sensor: MakeSensor | None = None,
+) -> Ports:
+    """Adds `{finger}.sensors`, with `{finger}.joint_angles` and `{finger}.base_pose` before it.
+
+    Args:
+        builder: of a diagram with the finger's plant.
+        finger: in the finalized plant.
+        config: the `sensor` part of a scenario.
+        pressure: in the chamber of the finger, (1) Pa.
+        make_sensor: takes the place of the sensor that `config.type` names, see `choices`.
+
+    Returns:
+        the signals by their names without the finger's.
+
+    Raises:
+        InputError: if the sensor asks for what there is not, or reads nothing.
+    """
+    make, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
+    sensor = make_block("sensor.type", make, layout, config.period)
+    sensors = FingerSensors(sensor, config.period)
+    builder.AddNamedSystem(f"{finger.name}.sensors", sensors)
+    X_WB = add_base_pose(builder, finger, config.period)
+    known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
+    for name, port in inputs(sensors).items():
+        if name not in known:
+            raise InputError("sensor", "input port", name, f"a sensor may take: {', '.join(known)}")
+        if known[name].size() != port.size():
+            expected = f"the signal of that name has {known[name].size()} entries"
+            raise InputError("sensor", f"input port '{name}'", port.size(), expected)
+        builder.Connect(known[name], port)
+    found = vector_outputs(sensors)
+    if "strain" not in found:
+        raise InputError("sensor", "output ports", ", ".join(found), "a sensor puts out its readings as 'strain'")
+    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **found}

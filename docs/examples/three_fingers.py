@@ -1,0 +1,24 @@
+"""Three fingers close around a mesh: the opening follows set points until the torque limit holds the grip."""
+
+import soft_gripper as sg
+
+scenario = sg.Scenario(
+    models=[
+        sg.ModelConfig(name="gripper", file="package://soft_gripper/grippers/three_finger.urdf"),
+        sg.ModelConfig(name="apple", file="package://soft_gripper/objects/apple.obj", free=True),
+    ],
+    gravity=[0.0, 0.0, 0.0],  # the apple floats before the palm
+    control=sg.ControlConfig(
+        set_points=[0.085, 0.05],  # m, twice the mean distance of the tips from their centroid
+        hold=1.5,  # s
+        gains=sg.PidGains(kp=6.2e4, ki=5.8e6, kd=580.0),  # Pa/m, Pa/(m s), Pa s/m
+        torque_limit=0.05,  # N m at the base of a finger
+        torque_gains=sg.PidGains(kp=2e5, ki=4e6),  # Pa/(N m), Pa/(N m s)
+    ),
+    estimator=sg.EstimatorConfig(contact_threshold=2.5e-3),  # N m
+)
+scenario.models[1].X_PC.translation = [0.0, 0.0, 0.13]  # m
+scenario.models[1].mesh.mass = 0.06  # kg
+
+recording = sg.simulate(scenario)
+figure = recording.plot("grip.opening", "grip.torque", "grip.object_width", "finger_1.contact", "apple.pose")

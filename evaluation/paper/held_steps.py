@@ -1,0 +1,20 @@
+"""Held steps: which samples of a recording belong to the hold at the end of each step of pressure."""
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
+
+
+def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:
+    """The averaged samples of every step, (steps, hold_samples, ...).
+
+    `signal` is the name of one, or values for every sample of the recording, (T, ...).
+    """
+    period, hold = scenario.sensor.period, scenario.pressure.hold_samples
+    ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
+    last = np.searchsorted(recording["time"].values, ends + period / 2) - 1
+    rows = last[:, None] + np.arange(-hold + 1, 1)
+    values: Array = recording[signal].values if isinstance(signal, str) else signal
+    return values[rows]

@@ -1,0 +1,82 @@
+"""Pose errors of a run: as its estimator made them, or for several numbers of sensor sections from ONE simulation."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.belief import describe_belief
+from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
+from soft_gripper.estimation.section_arcs import joints_on_arcs
+from soft_gripper.evaluation.paper.held_steps import held_samples
+from soft_gripper.evaluation.paper.readings_again import ReadAgain, read_again
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.truth.metrics import fingertip_error, pose_error
+
+
+@dataclass(frozen=True)
+class PoseRow:
+    """Averages over one held step."""
+
+    scenario: str
+    finger: str
+    estimator: str
+    belief: str
+    sections: int
+    pressure_kpa: float
+    bend_angle_deg: float
+    pose_error_mm: float
+    tip_error_mm: float
+
+
+def pose_table(name: str, station: Station, recording: Recording, sections: Sequence[int]) -> list[PoseRow]:
+    """A row for every finger, number of sections and held step, in this order, of the estimator `arcs`."""
+    rows: list[PoseRow] = []
+    for finger in station.fingers:
+        for count in sections:
+            errors = _errors(recording, finger, read_again(station, recording, finger, count))
+            rows += _rows(name, station, recording, finger, "arcs", count, *errors)
+    return rows
+
+
+def recorded_pose_table(name: str, station: Station, recording: Recording) -> list[PoseRow]:
+    """A row for every finger and held step, of the estimator of the scenario."""
+    rows: list[PoseRow] = []
+    for finger in station.fingers:
+        errors = (recording[f"{finger.name}.{error}"].values for error in ("pose_error", "fingertip_error"))
+        sensor, estimator = station.scenario.sensor, station.scenario.estimator
+        rows += _rows(name, station, recording, finger, estimator.type, sensor.sections, *errors)
+    return rows
+
+
+def _rows(
+    name: str,
+    station: Station,
+    recording: Recording,
+    finger: PlantFinger,
+    estimator: str,
+    sections: int,
+    pose: Array,
+    tip: Array,
+) -> Iterator[PoseRow]:
+    """The rows of one finger from its errors at every sample, m, (T)."""
+    scenario = station.scenario
+    q = held_samples(scenario, recording, f"{finger.name}.sampled_joint_angles")
+    bend = np.degrees(q.sum(axis=-1).mean(axis=-1))
+    pressure = pressure_steps(scenario, finger.name) / 1e3
+    errors = (1e3 * held_samples(scenario, recording, error).mean(axis=-1) for error in (pose, tip))
+    belief = describe_belief(scenario.believed)
+    for step in zip(pressure, bend, *errors, strict=True):
+        yield PoseRow(name, finger.name, estimator, belief, sections, *map(float, step))
+
+
+def _errors(recording: Recording, finger: PlantFinger, again: ReadAgain) -> tuple[Array, Array]:
+    """Pose and fingertip error at every sample, m, (T)."""
+    q = recording[f"{finger.name}.sampled_joint_angles"].values
+    truth = forward_kinematics(q, finger.finger.segment_length)
+    pose = pose_error(truth.joints, joints_on_arcs(again.layout, again.arcs))
+    return pose, fingertip_error(truth.tip, again.arcs.end[..., -1])

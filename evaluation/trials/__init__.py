@@ -1,0 +1,1 @@
+"""Pick and place over random objects, scored against the truth."""

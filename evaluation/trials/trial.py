@@ -1,0 +1,114 @@
+"""One trial of pick and place, judged by what was recorded of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.evaluation.trials.trial_run import TrialRun
+from soft_gripper.manipulation.task_phases import Outcome
+
+MAX_PLACED_ERROR = 10.0  # mm, within which of the goal an object counts as placed
+MAX_SLIP = 2.0  # mm, that a held object may slip
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """What came of one trial; NaN where there was nothing to measure.
+
+    success: nothing went wrong, see `failure`.
+    placed_error_mm: distance of the object's frame from that of the goal at the end.
+    dropped: no finger touched the object while it was to be held, or the task reported that it was lost.
+    peak_force_n: largest normal force of a finger.
+    slip_mm: see `slip`; from the beginning of the first phase that holds the object to the end of the last but one,
+        since the last puts it down.
+    detection_delay_ms: from a finger's first contact to the first that it detects, of the slowest finger.
+    size_error_mm: of the estimated width of the object as the fingers have closed.
+    duration_s: until the task is over.
+    cause: of a failure; empty: none.
+    """
+
+    scenario: str
+    trial: int
+    success: bool
+    placed_error_mm: float
+    dropped: bool
+    peak_force_n: float
+    slip_mm: float
+    detection_delay_ms: float
+    size_error_mm: float
+    duration_s: float
+    cause: str
+
+
+@dataclass(frozen=True)
+class DetailRow:
+    """What was drawn for a trial, see Variation, and where its object is at the end, from the goal; NaN: unknown."""
+
+    scenario: str
+    trial: int
+    x_mm: float
+    y_mm: float
+    yaw_deg: float
+    mass_g: float
+    friction: float
+    size: float
+    placed_x_mm: float
+    placed_y_mm: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of a trial, and what led to it."""
+
+    row: TrialRow
+    details: DetailRow
+
+
+def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:
+    """The row of a trial that left no recording."""
+    return TrialRow(scenario, trial, False, NAN, False, NAN, NAN, NAN, NAN, NAN, cause)
+
+
+def trial_row(scenario: str, trial: int, station: Station, recording: Recording) -> TrialRow:
+    """The row of a trial from its recording."""
+    run = TrialRun(station, recording)
+    cause = failure(run)
+    return TrialRow(
+        scenario,
+        trial,
+        not cause,
+        1e3 * float(np.linalg.norm(run.placed)),
+        run.dropped is not None,
+        run.peak_force,
+        1e3 * run.slip,
+        1e3 * run.detection_delay,
+        1e3 * run.size_error,
+        run.duration,
+        cause,
+    )
+
+
+def failure(run: TrialRun) -> str:
+    """What went wrong, in a phrase; empty if nothing did. What is likely to have led to the rest comes first."""
+    limit, placed_error = run.force_limit, 1e3 * float(np.linalg.norm(run.placed))
+    if run.dropped is not None:
+        return f"dropped {run.when(run.dropped)}"
+    if run.outcome == Outcome.RUNNING:
+        return f"not over {run.when(-1)}"
+    if run.outcome != Outcome.DONE:
+        words = Outcome(run.outcome).words
+        return f"{words} {run.when(int(np.argmax(run.outcomes != Outcome.RUNNING)))}"
+    if run.false_alarm:
+        return run.false_alarm
+    if np.isinf(run.detection_delay):
+        return "contact that was not detected"
+    if limit is not None and run.peak_force > limit:
+        return f"force of {run.peak_force:.2f} N, above {limit:g} N"
+    if not 1e3 * run.slip <= MAX_SLIP:
+        return f"slip of {1e3 * run.slip:.2f} mm, above {MAX_SLIP:g} mm"
+    if not placed_error <= MAX_PLACED_ERROR:
+        return f"placed {placed_error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
+    return ""

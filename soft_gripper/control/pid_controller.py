@@ -1,0 +1,88 @@
+"""SampledPidController: a PID for sampled signals, with limits."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from soft_gripper.arrays import Array
+
+
+@dataclass
+class PidGains:
+    """Gains from a measurement in units [y] to an output in units [u]; negative where the output acts in reverse."""
+
+    kp: float = 0.0  # [u]/[y]
+    ki: float = 0.0  # [u]/([y] s)
+    kd: float = 0.0  # [u] s/[y], on the measurement
+    derivative_filter: float = 0.05  # s, time constant of the low-pass filter of the derivative
+    tracking_time: float = 0.1  # s, in which back-calculation unwinds the integral at a limit
+
+
+class SampledPidController(LeafSystem):
+    """PID with output limits, back-calculation, and a filtered derivative on the measurement.
+
+    ::
+
+        set_point (1) ------> +----------------------+
+        measurement (1) ----> | SampledPidController | ---> output  (1), within the limits
+        applied (1) --------> +----------------------+
+
+    With e the set point less the measurement y, at every sample of period T:
+
+        d = (derivative_filter d' + kd (y - y')) / (derivative_filter + T)      ' marks the sample before
+        v = kp e + I - d
+        u = v within the limits
+        I <- I + T (ki e + (u - v) / tracking_time)
+
+    Where something follows that may choose another output, such as a selector, connect what it chose to
+    `applied`: it stands for u in the last line, so that a controller that is not selected stays ready to take over
+    (Astrom & Hagglund, Advanced PID Control, 2006, 5.4: selectors). Else leave `applied` unconnected.
+
+    Give it a measurement that is sampled with the same period: the output follows its inputs at once, so that
+    the loop gains no delay, and only the memory is sampled. The start is bumpless: I begins so that the
+    first output is `initial_output`. While set point or measurement is not finite the output is held, and so is the
+    memory; while `applied` is not, nothing unwinds.
+    """
+
+    def __init__(self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0):
+        """Limits and `initial_output` in units of the output; `period` of the samples in s."""
+        super().__init__()
+        self._gains, self._period, self._limits = gains, period, (minimum, maximum)
+        self._set_point = self.DeclareVectorInputPort("set_point", 1)
+        self._measurement = self.DeclareVectorInputPort("measurement", 1)
+        self._applied = self.DeclareVectorInputPort("applied", 1)
+        self.DeclareDiscreteState([0.0, 0.0, np.nan, initial_output])  # I, d, y, u
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
+        followed = {self._set_point.ticket(), self._measurement.ticket(), self.xd_ticket()}
+        self.DeclareVectorOutputPort("output", 1, self._calc_output, followed)
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        memory, unlimited = self._step(context)
+        applied = self._applied.Eval(context)[0] if self._applied.HasValue(context) else memory[3]
+        if np.isfinite(applied - unlimited):
+            memory[0] += self._period * (applied - unlimited) / self._gains.tracking_time
+        values.set_value(memory)
+
+    def _calc_output(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([self._step(context)[0][3]])
+
+    def _read(self, context: Context) -> tuple[float, float]:
+        measurement = float(self._measurement.Eval(context)[0])
+        return measurement, float(self._set_point.Eval(context)[0]) - measurement
+
+    def _step(self, context: Context) -> tuple[Array, float]:
+        """The memory after a sample of the present inputs, before back-calculation: I, d, y, u; and the output v."""
+        memory = context.get_discrete_state_vector().value().copy()
+        integral, derivative, last, held = memory
+        measurement, error = self._read(context)
+        if not np.isfinite(error):
+            return memory, np.nan
+        gains, period = self._gains, self._period
+        if np.isnan(last):  # the first measurement
+            integral, last = held - gains.kp * error, measurement
+        smoothing = gains.derivative_filter + period
+        derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
+        unlimited = gains.kp * error + integral - derivative
+        given = min(max(unlimited, self._limits[0]), self._limits[1])
+        return np.array([integral + period * gains.ki * error, derivative, measurement, given]), unlimited

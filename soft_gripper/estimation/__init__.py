@@ -1,0 +1,1 @@
+"""Readings, pressure and base pose -> shape, load, contact."""

@@ -1,0 +1,109 @@
+"""How the joints of a sensor section share its bend.
+
+Two-sided readings give the sum of the joint angles of a section and no more. An arc shares it out equally. A finger
+does not. At every joint the elastic torque balances pressure, weight and external load,
+
+    k q = g p + w + tau ,
+
+with the stiffness k and the pressure gain g.
+
+The load is smooth and zero beyond the tip: let it be linear between the middles of the sections, tau = T tau_S, with
+one unknown a section. The readings, A q = theta, determine these:
+
+    A (g p + w + T tau_S) / k = theta .
+
+So the sum of each section's angles is the measured one, and free bending is exact for every number of sections.
+
+Leading axes are free; S sections, N joints.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+_ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the right pieces of the law are found
+_STEPS = 0.5 ** np.arange(4)  # parts of a step, of which the best is taken: whole steps alone may cycle
+
+
+@dataclass(frozen=True)
+class BendSharing:
+    """The shares of the joints of one finger, as far as its sensors and its stiffness are believed to be known."""
+
+    layout: SensorLayout
+
+    def equal(self, theta: Array) -> Array:
+        """Joint angles, (..., N) rad, if the joints of a section share its bend, (..., S) rad, equally."""
+        layout = self.layout
+        return (theta / layout.joints_per_section).take(layout.joint_sections, axis=-1)
+
+    def joint_angles(self, theta: Array, pressure: Array, gravity: Planar | complex) -> Array:
+        """Joint angles, (..., N) rad, of a finger under load.
+
+        Args:
+            theta: measured bend of the sections, rad, (..., S).
+            pressure: in the chamber, Pa, (...).
+            gravity: in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
+        """
+        finger = self.layout.finger
+        known = pressure[..., None] * finger.pressure_gain
+        if finger.elastic_law is not None:
+            q = self._by_elastic_law(theta, known)
+            return self._by_elastic_law(theta, known + gravity_torque(finger, q, gravity))
+        q = theta @ self._of_bend.T + known @ self._of_torque.T
+        return q + gravity_torque(finger, q, gravity) @ self._of_torque.T
+
+    def _by_elastic_law(self, theta: Array, known: Array) -> Array:
+        """Newton's method for the loads of the sections, from none."""
+        finger, torque, q = self.layout.finger, np.zeros_like(theta), self.layout.finger.angle(known)
+        for _ in range(_ITERATIONS):
+            compliance = 1 / finger.joint_law.slope(q)
+            bends = self._sections @ (compliance[..., None] * self.interpolation)
+            step = np.linalg.solve(bends, (theta - self._sum(q))[..., None])[..., 0]
+            torques = torque + np.multiply.outer(_STEPS, step)
+            shapes = finger.angle(torques @ self.interpolation.T + known)
+            best = np.linalg.norm(theta - self._sum(shapes), axis=-1).argmin(axis=0)[None, ..., None]
+            torque, q = (np.take_along_axis(tried, best, axis=0)[0] for tried in (torques, shapes))
+        return q + self.equal(theta - self._sum(q))
+
+    def _sum(self, q: Array) -> Array:
+        """Bend of the sections, (..., S)."""
+        return np.add.reduceat(q, self.layout.section_ends[:-1], axis=-1)
+
+    @cached_property
+    def _sections(self) -> Array:
+        """The matrix A, (S, N)."""
+        return (self.layout.joint_sections == np.arange(self.layout.sections)[:, None]).astype(float)
+
+    @cached_property
+    def _of_bend(self) -> Array:
+        """Joint angles by the bends of the sections if nothing but the load bends them, (N, S)."""
+        compliant = self.interpolation / self.layout.finger.stiffness[:, None]
+        return compliant @ np.linalg.inv(self._sections @ compliant)
+
+    @cached_property
+    def _of_torque(self) -> Array:
+        """Joint angles by known torques, rad/(N m), with no bend of any section, (N, N)."""
+        free = np.diag(1 / self.layout.finger.stiffness)
+        return free - self._of_bend @ self._sections @ free
+
+    @cached_property
+    def interpolation(self) -> Array:
+        """The matrix T from torques in the middles of the sections to torques at the joints, (N, S).
+
+        The torque is linear between the middles of the sections and beyond the first, and zero at the tip.
+        """
+        layout = self.layout
+        s = layout.finger.joint_arc_lengths
+        middles = np.add.reduceat(s, layout.section_ends[:-1]) / layout.joints_per_section
+        nodes = np.append(middles, layout.finger.length)
+        piece = np.clip(np.searchsorted(nodes, s) - 1, 0, layout.sections - 1)
+        along = (s - nodes[piece]) / (nodes[piece + 1] - nodes[piece])
+        joints = np.arange(len(s))
+        weights = np.zeros((len(s), len(nodes)))
+        weights[joints, piece], weights[joints, piece + 1] = 1 - along, along
+        return weights[:, :-1]

@@ -1,0 +1,42 @@
+"""The bending plane of a finger in the world, from the sampled pose of its base.
+
+Ports carry the pose of B as the 12 numbers of the matrix [R | p], row after row, so that it can be sampled and logged
+as any other signal.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.kinematics import as_points
+
+
+class BendingPlane(NamedTuple):
+    """Axes and origin of the bending plane."""
+
+    axes: Array  # (2, 3) unit vectors, x and z of B
+    origin: Array  # (3,) m
+
+    def planar(self, vector: Array) -> complex:
+        """A vector of the world, (3,), in the bending plane: z + i x."""
+        x, z = self.axes @ vector
+        return complex(z, x)
+
+
+def pose_entries(X_WB: RigidTransform) -> Array:
+    """The 12 numbers by which ports carry a pose."""
+    entries: Array = X_WB.GetAsMatrix34().ravel()
+    return entries
+
+
+def bending_plane(X_WB: Array) -> BendingPlane:
+    """The bending plane of a finger, from the 12 entries of its base pose."""
+    matrix = np.asarray(X_WB).reshape(3, 4)
+    return BendingPlane(matrix[:, :3:2].T.copy(), matrix[:, 3])
+
+
+def to_world(planar: Planar, plane: BendingPlane) -> Array:
+    """Points of the bending plane, (...) m in B -> (..., 3) m in the world."""
+    return as_points(planar) @ plane.axes + plane.origin

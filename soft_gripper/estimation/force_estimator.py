@@ -1,0 +1,88 @@
+"""ForceEstimator: shape and pressure -> external torque at every joint, at rest and in motion."""
+
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimation.finger_shape import ANGLES
+from soft_gripper.estimation.torque_balance import SAMPLES, Motion, TorqueBalance
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.signals import describe
+
+
+class Estimate(NamedTuple):
+    """What one sample leads to."""
+
+    samples: Array  # (5, N + 13), the last of them, row after row
+    torque: Array  # (N) N m
+    tolerance: Array  # (N) N m
+
+
+class ForceEstimator(LeafSystem):
+    """Estimates what bends one finger besides its pressure, its weight and its motion (paper, II.D).
+
+    ::
+
+        estimated_joint_angles (N) rad ---> +----------------+ ---> free_bending_angles  (N) rad, under pressure alone
+        pressure (1) Pa ------------------> | ForceEstimator | ---> external_torque      (N) N m, positive closes
+        X_WB (12) [R | p] ----------------> +----------------+ ---> torque_tolerance     (N) N m
+
+    Torque at the joints, not contact force, from the dynamic balance of `torque_balance`: it belongs to two
+    samples ago, and `torque_tolerance` says what inertia and steps of the pressure may leave in it without contact.
+    NaN until there are five samples, and as long as one of the last five is not finite. Without gravity the
+    weight of the finger stays in the result.
+
+    Give it inputs that are sampled together every `period` s, from time 0, in discrete state.
+    """
+
+    def __init__(self, finger: Finger, gravity: Array, period: float):
+        """A finger as it is believed to be; `gravity` in the world, (3,) m/s^2, or zero for no compensation."""
+        super().__init__()
+        self._finger, self._balance = finger, TorqueBalance(finger)
+        self._gravity, self._period = gravity, period
+        joints = finger.segments
+        self._angles = self.DeclareVectorInputPort(ANGLES, joints)
+        self._pressure = self.DeclareVectorInputPort("pressure", 1)
+        self._X_WB = self.DeclareVectorInputPort("X_WB", 12)
+        self.DeclareDiscreteState(np.full((SAMPLES - 1) * (joints + 13), np.nan))  # the samples before
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
+        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc)
+        inputs = {self.all_input_ports_ticket(), self.xd_ticket()}
+        self._external = self.DeclareCacheEntry("external torque", producer, inputs)
+        external = {self.cache_entry_ticket(self._external.cache_index())}
+        free = self.DeclareVectorOutputPort("free_bending_angles", joints, self._calc_free, {self._pressure.ticket()})
+        describe(free, "rad", joint=range(joints))
+        for name, calc in (("external_torque", self._calc_torque), ("torque_tolerance", self._calc_tolerance)):
+            describe(self.DeclareVectorOutputPort(name, joints, calc, external), "N m", joint=range(joints))
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        """Keeps the sample that was taken a period ago; at time 0 there is none.
+
+        An event that began at `period` instead would drift off those at multiples of it by rounding.
+        """
+        if context.get_time() > 0:
+            values.set_value(self._external.Eval(context).samples[1:].ravel())
+
+    def _read_samples(self, context: Context) -> Array:
+        """The samples remembered and the present one, (5, N + 13): joint angles, pressure, X_WB."""
+        present = (port.Eval(context) for port in (self._angles, self._pressure, self._X_WB))
+        samples = np.concatenate([context.get_discrete_state_vector().value(), *present])
+        return samples.reshape(SAMPLES, -1)
+
+    def _calc(self, context: Context, value: AbstractValue) -> None:
+        samples, joints = self._read_samples(context), self._finger.segments
+        motion = Motion(samples[:, :joints], samples[:, joints], samples[:, joints + 1 :].reshape(SAMPLES, 3, 4))
+        value.set_value(Estimate(samples, *self._balance.external_torque(motion, self._gravity, self._period)))
+
+    def _calc_free(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(free_bending_angles(self._finger, self._pressure.Eval(context)[0]))
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._external.Eval(context).torque)
+
+    def _calc_tolerance(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._external.Eval(context).tolerance)

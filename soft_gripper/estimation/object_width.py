@@ -1,0 +1,110 @@
+"""ObjectWidth: how wide the object is that the fingers of a gripper hold, from their estimated shapes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimation.finger_shape import ANGLES
+from soft_gripper.estimation.gripper_opening import Gripper, spread
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.signals import describe
+
+_POINTS = 4  # on the inner surface, for every segment
+_ROUNDS = 4  # over all fingers, in which the narrowest place is looked for
+
+
+@dataclass(frozen=True)
+class InnerSurface:
+    """Points along the inner side of a finger, a few for every segment, from the base to the edge at the tip."""
+
+    finger: Finger
+
+    @cached_property
+    def levers(self) -> Planar:
+        """How far the direction of each link, and its inner normal, carry each point, m, (N + 1, M)."""
+        finger, ends = self.finger, self.finger.link_ends
+        s = np.linspace(0.0, finger.length, _POINTS * finger.segments + 1)
+        along = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
+        own_link = np.searchsorted(ends[1:-1], s) == np.arange(finger.segments + 1)[:, None]
+        levers: Planar = along + 1j * own_link * finger.interpolate("thickness", s) / 2
+        return levers
+
+    def points(self, q: Array) -> Planar:
+        """The points at joint angles (..., N) rad, m in B, (..., M)."""
+        directions = np.exp(1j * q.cumsum(axis=-1))
+        points: Planar = self.levers[0] + directions @ self.levers[1:]
+        return points
+
+
+def narrowest(curves: Sequence[Array]) -> float:
+    """The smallest spread of points, one of each curve, (M, 3) m each; m.
+
+    Compares all pairs of two curves. Of more it looks at points that lie equally far along them, and from the best of
+    these moves one point at a time.
+    """
+    if len(curves) == 2:
+        return float(np.linalg.norm(curves[0][:, None] - curves[1], axis=-1).min())
+    along = np.linspace(0.0, 1.0, max(map(len, curves)))
+    points = np.stack([curve[np.round(along * (len(curve) - 1)).astype(int)] for curve in curves], axis=1)
+    found = points[np.argmin(spread(points))]
+    for _ in range(_ROUNDS):
+        for i, curve in enumerate(curves):
+            choices = np.repeat(found[None], len(curve), axis=0)
+            choices[:, i] = curve
+            found = choices[np.argmin(spread(choices))]
+    return float(spread(found))
+
+
+class Side(NamedTuple):
+    """What ObjectWidth reads of one finger."""
+
+    surface: InnerSurface
+    angles: InputPort
+    contact: InputPort
+
+    def touches(self, context: Context) -> bool:
+        return bool(self.contact.Eval(context)[0])
+
+    def points(self, context: Context) -> Planar:
+        """Points of the inner surface, m in B, (M)."""
+        return self.surface.points(self.angles.Eval(context))
+
+
+class ObjectWidth(LeafSystem):
+    """Measures what the fingers of one palm hold between them.
+
+    ::
+
+        {finger}.estimated_joint_angles (N) rad ---> +-------------+
+        {finger}.contact (1) 0 or 1 ---------------> | ObjectWidth | ---> object_width  (1) m, NaN unless all touch
+                                                     +-------------+
+
+    The width is the smallest spread (see `gripper_opening`) of points on the inner surfaces, one of each finger: for
+    two fingers the smallest gap, for more the diameter of what they close on. It is that of an object that they hold
+    by its widest place, as tips hold a box. Where the bases stand to each other is part of the gripper and does not
+    change. Skin that gives way is not allowed for, since how much depends on where and how the object is touched.
+    """
+
+    def __init__(self, gripper: Gripper, fingers: Mapping[str, Finger]):
+        """`fingers` are those of the gripper, in its order, by the names of their ports."""
+        super().__init__()
+        self._gripper = gripper
+        self._sides = [self._declare(name, finger) for name, finger in fingers.items()]
+        port = self.DeclareVectorOutputPort("object_width", 1, self._calc_width, {self.all_input_ports_ticket()})
+        describe(port, "m")
+
+    def _declare(self, name: str, finger: Finger) -> Side:
+        angles = self.DeclareVectorInputPort(f"{name}.{ANGLES}", finger.segments)
+        return Side(InnerSurface(finger), angles, self.DeclareVectorInputPort(f"{name}.contact", 1))
+
+    def _calc_width(self, context: Context, output: BasicVector) -> None:
+        width = np.nan
+        if all(side.touches(context) for side in self._sides):
+            curves = [self._gripper.curve(i, side.points(context)) for i, side in enumerate(self._sides)]
+            width = narrowest(curves) if all(np.isfinite(curve).all() for curve in curves) else np.nan
+        output.SetAtIndex(0, width)

@@ -1,0 +1,25 @@
+"""From the sensor readings of a finger to its arcs, one a section, and to the joints of the simulation on them."""
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimation.arcs import Arcs, arcs_from_lengths, points_on_arcs
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+
+def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:
+    """The arcs of a finger, (..., S), from its sensor readings, (..., paths * S).
+
+    A reading that is NaN or infinite makes its arc NaN, and the place of all that follow.
+    """
+    ratios = layout.response.ratio(np.where(np.isfinite(readings), readings, np.nan))
+    lengths = ratios.reshape(*readings.shape[:-1], layout.paths, layout.sections) * layout.rest_lengths
+    outer = lengths[..., -1, :]
+    if layout.one_sided:
+        return arcs_from_lengths(layout.rest_lengths, outer, layout.finger.sensor_spacing, axis_at=0.0)
+    return arcs_from_lengths(lengths[..., 0, :], outer, layout.finger.sensor_spacing)
+
+
+def joints_on_arcs(layout: SensorLayout, arcs: Arcs) -> Planar:
+    """The simulation's joints re-mapped onto the estimated curve, (..., N) m in B."""
+    return points_on_arcs(arcs, layout.joint_sections, layout.joint_fractions)

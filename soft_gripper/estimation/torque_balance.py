@@ -1,0 +1,135 @@
+"""The external torque on a finger, at rest and in motion (paper, II.D): what its known torques do not explain.
+
+At every joint i, with D'Alembert's weight m (g - a) on every link beyond it,
+
+    elastic(q_i) + d_i dq_i/dt = g_i p + sum over links of  m (r x (g - a))  + external_i ,
+
+where r leads from the joint to a point of the link. Positive is what closes the finger. Accelerations are differences
+of estimated positions in the world, so that the motion of the base counts as bending does.
+
+Differences need samples on both sides: the result belongs to the middle one of five, two samples ago. Every term is
+smoothed alike, by 2 3 2 over 7; the second difference of three samples becomes that of a parabola through five,
+which has a fifth of its noise.
+
+This is torque at the joints, not contact force: where and in which direction the finger is touched stays unknown.
+Motion within the five samples that is no parabola, such as a jump of the pressure, is misjudged; `tolerance` bounds by
+how much. Out of the bending plane nothing is measured, and nothing is said.
+
+Leading axes are free; 5 samples, N joints, P = 2 N points.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.finger import Finger
+
+SAMPLES = 5
+DELAY = SAMPLES // 2  # samples, by which the result is late
+_SMOOTHING = np.array([2.0, 3.0, 2.0]) / 7
+# Over three samples, a second difference is a mean of the acceleration; this is the same mean of a value.
+_VALUE = np.convolve(_SMOOTHING, np.array([1.0, 10.0, 1.0]) / 12)
+_ACCELERATION = np.convolve(_SMOOTHING, [1.0, -2.0, 1.0])
+# A real finger is damped at the rate of its moment, a plant in steps of a period at that of half a period later. The
+# rate is taken midway between, and what it changes from there to either counts as tolerance.
+_MIDWAY = _ACCELERATION / 4
+_RATE = np.convolve(_SMOOTHING, [-0.5, 0.0, 0.5]) + _MIDWAY
+_FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
+
+# What else may remain without contact, as parts of what is known less well than the rest.
+_OF_INERTIA = 0.1  # of the torque of inertia
+_OF_PRESSURE = 0.15  # of what the torque of the pressure changes over the samples
+
+
+class Motion(NamedTuple):
+    """Samples of a finger, one after the other."""
+
+    q: Array  # (..., 5, N) rad, joint angles
+    pressure: Array  # (..., 5) Pa
+    X_WB: Array  # (..., 5, 3, 4) pose of the base, [R | p]
+
+
+class ExternalTorque(NamedTuple):
+    """What remains at every joint, at the middle one of five samples."""
+
+    torque: Array  # (..., N) N m, positive where it closes the finger
+    tolerance: Array  # (..., N) N m, what may remain without contact
+
+
+@dataclass(frozen=True)
+class TorqueBalance:
+    """The balance of one finger: every link is two points that move in the bending plane as it does.
+
+    Together they have its mass, its middle and its moment of inertia about the bending axis. Beyond the first joint a
+    point P of mass m_P lies at  b + sum_j L_Pj d_j , with b the first half link and d_j = z + i x the direction of
+    link j. So forces m (a - g) have at joint i the torque  sum over j >= i of  Im conj(d_j) sum_P m_P L_Pj (a_P - g) .
+    """
+
+    finger: Finger
+
+    def external_torque(self, motion: Motion, gravity: Array, period: float) -> ExternalTorque:
+        """What acts from outside, for samples `period` s apart; `gravity` in the world, (3,) m/s^2."""
+        finger, gain = self.finger, self.finger.pressure_gain
+        filtered = _FILTERS @ motion.q
+        value, rate, midway = filtered[..., 0, :], filtered[..., 1, :], filtered[..., 2, :]
+        inertia, weight = self._inertia_and_weight(motion, gravity, period)
+        pressure = (motion.pressure @ _VALUE)[..., None] * gain
+        change = (motion.pressure.max(axis=-1) - motion.pressure.min(axis=-1))[..., None] * gain
+        damping = finger.damping / period
+        tolerance = np.abs(damping * midway) + _OF_INERTIA * np.abs(inertia) + _OF_PRESSURE * change
+        torque = finger.elastic_torque(value) + damping * rate - pressure + inertia - weight
+        return ExternalTorque(torque, tolerance)
+
+    def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> tuple[Array, Array]:
+        """Torques of inertia and of weight at the middle sample, each (..., N) N m."""
+        directions: Planar = np.exp(1j * motion.q.cumsum(axis=-1))
+        # Axes and origin of B at every sample, (..., 5, 4), seen in the bending plane of the middle one: z + i x.
+        plane = motion.X_WB[..., DELAY, :, 2] + 1j * motion.X_WB[..., DELAY, :, 0]
+        frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :] * (_ACCELERATION / period**2)[:, None]
+        x, z = frames[..., None, :, 0], frames[..., None, :, 2]
+        turning = (z @ directions.real + x @ directions.imag)[..., 0, :]
+        moving = (self.finger.segment_length / 2 * frames[..., 2] + frames[..., 3]).sum(axis=-1)
+        conjugate = np.conj(directions[..., DELAY, :])
+        inertia = conjugate * (turning @ self._inertia + moving[..., None] * self._moments)
+        weight = conjugate * ((plane @ gravity)[..., None] * self._moments)
+        return _beyond(inertia.imag), _beyond(weight.imag)
+
+    @cached_property
+    def _levers(self) -> Array:
+        """How far the direction of each link beyond a joint carries each point, L, m, (P, N)."""
+        finger = self.finger
+        ends = finger.link_ends[1:]
+        lengths, middles = np.diff(ends), (ends[:-1] + ends[1:]) / 2
+        radii = np.sqrt((lengths**2 + finger.interpolate("thickness", middles) ** 2) / 12)
+        before = np.tril(np.broadcast_to(lengths, (finger.segments,) * 2), -1)
+        return np.concatenate([before + np.diag(lengths / 2 + radius) for radius in (-radii, radii)])
+
+    @cached_property
+    def _masses(self) -> Array:
+        """Of the points, kg, (P,)."""
+        return np.tile(self.finger.link_masses[1:] / 2, 2)
+
+    @cached_property
+    def _inertia(self) -> Array:
+        """sum_P L_Pi m_P L_Pj, kg m^2, (N, N)."""
+        return self._levers.T @ (self._masses[:, None] * self._levers)
+
+    @cached_property
+    def _moments(self) -> Array:
+        """sum_P m_P L_Pj, kg m, (N,)."""
+        return self._masses @ self._levers
+
+
+def windows(samples: Array) -> Array:
+    """All five samples that follow each other in a recording, (T, ...) -> (T - 4, 5, ...)."""
+    moved = np.lib.stride_tricks.sliding_window_view(samples, SAMPLES, axis=0)
+    return np.moveaxis(moved, -1, 1)
+
+
+def _beyond(parts: Array) -> Array:
+    """Sums over each joint and all beyond it, (..., N)."""
+    sums: Array = parts[..., ::-1].cumsum(axis=-1)[..., ::-1]
+    return sums

@@ -1,0 +1,1 @@
+"""What a finger is, and the chain of links, springs and pressures that stands for it."""

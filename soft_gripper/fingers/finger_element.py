@@ -1,0 +1,170 @@
+"""The <finger> component of a URDF: reading it, with errors that name the file, the field and the value.
+
+    <frame name="fingers: load with soft_gripper.add_fingers, or soft-gripper expand"/>
+    <finger name="left_finger">
+      <parent link="palm"/>
+      <origin xyz="-0.05 0 0" rpy="0 0 0"/>
+      <body length="0.12" segments="12" relaxation_time="0.015"/>
+      <base width="0.02" thickness="0.02" youngs_modulus="8e5" density="1100"
+            chamber_area="1e-4" chamber_eccentricity="8e-3"/>
+      <tip  .../>
+      <sensors spacing="0.018"/>
+      <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="3"/>
+      <elastic_law angle="-0.3 0 0.1 0.3" base_torque="-0.4 0 0.1 0.4" tip_torque="-0.3 0 0.08 0.3"/>
+    </finger>
+
+`origin`, `contact` and `elastic_law` may be left out, as may `segments` and `relaxation_time`; the rest may not.
+An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file;
+it takes the place of Young's modulus, which is left to the damping. For the frame beside the fingers see `urdf`.
+"""
+
+import difflib
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import MISSING, dataclass, fields
+from typing import Any
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import ContactMaterial, CrossSection, ElasticLaw, Finger
+
+_CHILDREN = {
+    "parent": ["link"],
+    "origin": ["xyz", "rpy"],
+    "body": ["length", "segments", "relaxation_time"],
+    "base": [f.name for f in fields(CrossSection)],
+    "tip": [f.name for f in fields(CrossSection)],
+    "sensors": ["spacing"],
+    "contact": [f.name for f in fields(ContactMaterial)],
+    "elastic_law": ["angle", "base_torque", "tip_torque"],
+}
+# What the file calls the fields of a Finger that have another name there.
+_IN_FILE = {
+    "length": "body.length",
+    "segments": "body.segments",
+    "relaxation_time": "body.relaxation_time",
+    "sensor_spacing": "sensors.spacing",
+    "elastic_law.curvature": "elastic_law.angle",
+    "elastic_law.base_moment": "elastic_law.base_torque",
+    "elastic_law.tip_moment": "elastic_law.tip_torque",
+}
+_REQUIRED = ("parent", "body", "base", "tip", "sensors")
+
+
+@dataclass(frozen=True)
+class FingerElement:
+    """A finger and where it is mounted: frame B in the frame of the parent link."""
+
+    finger: Finger
+    parent: str
+    xyz: tuple[float, ...] = (0.0, 0.0, 0.0)  # m
+    rpy: tuple[float, ...] = (0.0, 0.0, 0.0)  # rad
+
+
+class _Reader:
+    """Reads the attributes of one <finger>, so that every complaint can say where it stands."""
+
+    def __init__(self, file: str, element: ET.Element):
+        name = element.get("name")
+        if not name:
+            raise InputError(file, "finger.name", name, "give every <finger> a name")
+        self.name, self.where, self.element = name, f"{file}: finger '{name}'", element
+        _check_names(self.where, "attribute", list(element.keys()), ["name"])
+        children = [child for child in element if isinstance(child.tag, str)]  # comments have none
+        _check_names(self.where, "element", [child.tag for child in children], list(_CHILDREN))
+        for tag in _REQUIRED:
+            if element.find(tag) is None:
+                raise InputError(self.where, tag, None, f"the element <{tag}> is missing")
+        for child in children:
+            _check_names(f"{self.where}: <{child.tag}>", "attribute", list(child.keys()), _CHILDREN[child.tag])
+
+    def text(self, tag: str, attribute: str) -> str:
+        child = self.element.find(tag)
+        value = None if child is None else child.get(attribute)
+        if value is None:
+            raise InputError(self.where, f"{tag}.{attribute}", None, "the attribute is missing")
+        return value
+
+    def number(self, tag: str, attribute: str, kind: type = float) -> Any:
+        value = self.text(tag, attribute)
+        try:
+            return kind(value)
+        except ValueError:
+            expected = "give a whole number" if kind is int else "give a number"
+            raise InputError(self.where, f"{tag}.{attribute}", value, expected) from None
+
+    def vector(self, tag: str, attribute: str) -> tuple[float, ...]:
+        child = self.element.find(tag)
+        value = "0 0 0" if child is None else child.get(attribute, "0 0 0")
+        try:
+            x, y, z = (float(v) for v in value.split())
+        except ValueError:
+            x = y = z = math.nan
+        if not math.isfinite(x + y + z):
+            raise InputError(self.where, f"{tag}.{attribute}", value, "give three finite numbers")
+        return (x, y, z)
+
+    def record(self, tag: str, cls: type) -> Any:
+        """A dataclass whose fields are the attributes of <tag>; those with a default may be left out."""
+        child = self.element.find(tag)
+        given = set() if child is None else set(child.keys())
+        names = [f.name for f in fields(cls) if f.name in given or f.default is MISSING]
+        return cls(**{name: self.number(tag, name) for name in names})
+
+    def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
+        value = self.text(tag, attribute)
+        try:
+            return tuple(float(number) for number in value.split())
+        except ValueError:
+            raise InputError(self.where, f"{tag}.{attribute}", value, "give numbers") from None
+
+    def elastic_law(self, segment_length: float) -> ElasticLaw | None:
+        if self.element.find("elastic_law") is None:
+            return None
+        angle, base, tip = (self.numbers("elastic_law", a) for a in _CHILDREN["elastic_law"])
+        return ElasticLaw(tuple(a / (segment_length or 1.0) for a in angle), base, tip)
+
+    def body(self) -> dict[str, Any]:
+        values: dict[str, Any] = {"length": self.number("body", "length")}
+        body = self.element.find("body")
+        assert body is not None
+        if body.get("segments") is not None:
+            values["segments"] = self.number("body", "segments", int)
+        if body.get("relaxation_time") is not None:
+            values["relaxation_time"] = self.number("body", "relaxation_time")
+        return values
+
+
+def _check_names(where: str, kind: str, names: list[str], known: list[str]) -> None:
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
+            raise InputError(where, kind, name, f"not known here; {hint}")
+        if names.count(name) > 1:
+            raise InputError(where, kind, name, "appears more than once")
+
+
+def read_finger_element(file: str, element: ET.Element, segments: int | None = None) -> FingerElement:
+    """The finger that a <finger> element describes; `segments` takes the place of the file's number.
+
+    Raises:
+        InputError: naming file, finger, field and value, if anything is missing, misspelt or out of range.
+    """
+    reader = _Reader(file, element)
+    body = reader.body()
+    in_file = body.get("segments", Finger.segments)
+    if segments is not None:
+        body["segments"] = segments
+    parts = {
+        "base": reader.record("base", CrossSection),
+        "tip": reader.record("tip", CrossSection),
+        "contact": reader.record("contact", ContactMaterial),
+        "sensor_spacing": reader.number("sensors", "spacing"),
+        "elastic_law": reader.elastic_law(body["length"] / max(in_file, 1)),
+    }
+    mount = (reader.text("parent", "link"), reader.vector("origin", "xyz"), reader.vector("origin", "rpy"))
+    try:
+        return FingerElement(Finger(reader.name, **body, **parts), *mount)
+    except InputError as error:
+        field = _IN_FILE.get(error.field, error.field)
+        raise InputError(f"{file}: {error.where}", field, error.value, error.expected) from None

@@ -1,0 +1,198 @@
+"""A finger as plain URDF: links, joints and spring-damper pairs, as XML elements."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_element import FingerElement
+
+DRAKE = "{http://drake.mit.edu}"
+ET.register_namespace("drake", DRAKE.strip("{}"))
+_COLOR = "0.93 0.55 0.36 1"
+
+
+def link_name(finger: str, index: int) -> str:
+    """Name of a link: 0 is fixed to the parent, N ends at the tip."""
+    return f"{finger}_link_{index}"
+
+
+def joint_name(finger: str, index: int) -> str:
+    """Name of a bending joint, 0 to N - 1 from the base."""
+    return f"{finger}_joint_{index}"
+
+
+def finger_to_urdf(mounted: FingerElement) -> list[ET.Element]:
+    """The URDF elements that stand for a finger, in the order base to tip.
+
+    The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
+    `{finger}_tip` marks the end.
+    """
+    finger = mounted.finger
+    links = [_link(finger, i) for i in range(finger.segments + 1)]
+    joints = [_joint(finger, i) for i in range(finger.segments)]
+    springs = [spring for i in range(finger.segments) for spring in _spring_pair(finger, i)]
+    actuators = [_actuator(finger, i) for i in range(finger.segments)]
+    other = [_tip_frame(finger), _self_collision_filter(finger)]
+    return [*links, _mount(mounted), *joints, *springs, *actuators, *other]
+
+
+def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
+    element = ET.Element(tag, attributes)
+    element.extend(children)
+    return element
+
+
+def _text(*values: float) -> str:
+    return " ".join(f"{v:.15g}" for v in values)
+
+
+def _link(finger: Finger, index: int) -> ET.Element:
+    begin, end = finger.link_ends[index : index + 2]
+    length, middle = end - begin, np.array((begin + end) / 2)
+    width = float(finger.interpolate("width", middle))
+    thickness = float(finger.interpolate("thickness", middle))
+    mass = float(finger.link_masses[index])
+    origin = _element("origin", xyz=_text(0, 0, length / 2))
+    box = _element("geometry", _element("box", size=_text(thickness, width, length)))
+    inertia = mass / 12 * np.array([width**2 + length**2, thickness**2 + length**2, thickness**2 + width**2])
+    moments = dict(zip(("ixx", "iyy", "izz"), map(_text, inertia), strict=True))
+    return _element(
+        "link",
+        _element(
+            "inertial",
+            origin,
+            _element("mass", value=_text(mass)),
+            _element("inertia", **moments, ixy="0", ixz="0", iyz="0"),
+        ),
+        _element("visual", origin, box, _material(finger)),
+        *([_knuckle(finger, width, begin)] if index else []),
+        _element("collision", origin, box, _proximity(finger)),
+        name=link_name(finger.name, index),
+    )
+
+
+def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
+    """A visual cylinder on the joint's axis: it fills the wedge that opens on the outer side.
+
+    It is a little narrower than the link, so that no two surfaces coincide and flicker, and ends with the tip.
+    """
+    radius = min(float(finger.interpolate("thickness", np.array(s))) / 2, finger.length - s)
+    return _element(
+        "visual",
+        _element("origin", rpy=_text(np.pi / 2, 0, 0)),
+        _element("geometry", _element("cylinder", radius=_text(radius), length=_text(0.99 * width))),
+        _material(finger),
+    )
+
+
+def _material(finger: Finger) -> ET.Element:
+    return _element("material", _element("color", rgba=_COLOR), name=f"{finger.name}_skin")
+
+
+def _proximity(finger: Finger) -> ET.Element:
+    contact = finger.contact
+    thinnest = min(finger.base.thickness, finger.tip.thickness)
+    return _element(
+        DRAKE + "proximity_properties",
+        _element(DRAKE + "compliant_hydroelastic"),
+        _element(DRAKE + "mesh_resolution_hint", value=_text(thinnest / 2)),
+        _element(DRAKE + "hydroelastic_modulus", value=_text(contact.hydroelastic_modulus)),
+        _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
+        _element(DRAKE + "mu_static", value=_text(contact.friction)),
+        _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
+    )
+
+
+def _mount(mounted: FingerElement) -> ET.Element:
+    return _element(
+        "joint",
+        _element("parent", link=mounted.parent),
+        _element("child", link=link_name(mounted.finger.name, 0)),
+        _element("origin", xyz=_text(*mounted.xyz), rpy=_text(*mounted.rpy)),
+        name=f"{mounted.finger.name}_mount",
+        type="fixed",
+    )
+
+
+def _joint_height(finger: Finger, index: int) -> float:
+    """Where joint `index` sits along the link before it, m."""
+    return finger.segment_length / (2 if index == 0 else 1)
+
+
+def _joint(finger: Finger, index: int) -> ET.Element:
+    return _element(
+        "joint",
+        _element("parent", link=link_name(finger.name, index)),
+        _element("child", link=link_name(finger.name, index + 1)),
+        _element("origin", xyz=_text(0, 0, _joint_height(finger, index))),
+        _element("axis", xyz="0 1 0"),
+        _element("dynamics", damping=_text(finger.damping[index])),
+        name=joint_name(finger.name, index),
+        type="continuous",
+    )
+
+
+def _spring_pair(finger: Finger, index: int) -> list[ET.Element]:
+    """Two springs across a joint at x = +-d, from z = -h on one link to z = +h on the next.
+
+    Their torque is 4 k sin(t/2) (h^2 (1 - cos(t/2)) + d^2 cos(t/2)). With d = sqrt(3)/2 h the cubic term
+    vanishes and the pair is a linear torsion spring of stiffness 2 k d^2.
+    """
+    h = finger.segment_length / 2
+    d = np.sqrt(3) / 2 * h
+    z = _joint_height(finger, index)
+    values = {
+        "free_length": _text(2 * h),
+        "stiffness": _text(finger.stiffness[index] / (2 * d**2)),
+        "damping": "0",
+    }
+    tag = DRAKE + "linear_spring_damper"
+    return [
+        _element(
+            tag,
+            _element(f"{tag}_body_A", name=link_name(finger.name, index)),
+            _element(f"{tag}_p_AP", value=_text(x, 0, z - h)),
+            _element(f"{tag}_body_B", name=link_name(finger.name, index + 1)),
+            _element(f"{tag}_p_BQ", value=_text(x, 0, h)),
+            *(_element(f"{tag}_{key}", value=value) for key, value in values.items()),
+        )
+        for x in (d, -d)
+    ]
+
+
+def _actuator(finger: Finger, index: int) -> ET.Element:
+    """Takes the torque of the pressure; cenic integrates actuation twice as fast as applied forces."""
+    name = joint_name(finger.name, index)
+    interface = "hardware_interface/EffortJointInterface"
+    return _element(
+        "transmission",
+        _with_text("type", "transmission_interface/SimpleTransmission"),
+        _element("joint", _with_text("hardwareInterface", interface), name=name),
+        _element("actuator", _with_text("hardwareInterface", interface), name=name),
+        name=f"{name}_transmission",
+    )
+
+
+def _with_text(tag: str, text: str) -> ET.Element:
+    element = ET.Element(tag)
+    element.text = text
+    return element
+
+
+def _tip_frame(finger: Finger) -> ET.Element:
+    return _element(
+        "frame",
+        name=f"{finger.name}_tip",
+        link=link_name(finger.name, finger.segments),
+        xyz=_text(0, 0, finger.segment_length / 2),
+        rpy="0 0 0",
+    )
+
+
+def _self_collision_filter(finger: Finger) -> ET.Element:
+    """The links of one finger overlap on the inner side of a bend; that is not contact."""
+    group = f"{finger.name}_links"
+    members = [_element(DRAKE + "member", link=link_name(finger.name, i)) for i in range(finger.segments + 1)]
+    ignored = _element(DRAKE + "ignored_collision_filter_group", name=group)
+    return _element(DRAKE + "collision_filter_group", *members, ignored, name=group)

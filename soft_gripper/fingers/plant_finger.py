@@ -1,0 +1,82 @@
+"""A finger in a MultibodyPlant: which of its links, joints and actuators are the finger's."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Joint, ModelInstanceIndex, RigidBody
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_links import joint_name, link_name
+
+
+@dataclass(frozen=True, eq=False)
+class PlantFinger:
+    """A finger of one model instance of a plant. But for its name, it is asked after the plant is finalized."""
+
+    finger: Finger
+    plant: MultibodyPlant
+    model: ModelInstanceIndex
+
+    @property
+    def name(self) -> str:
+        """Of its blocks and signals: the finger's own; "{model}.{finger}" if another model has one of that name."""
+        own = self.finger.name
+        alone = self.plant.NumBodiesWithName(link_name(own, 0)) == 1
+        return own if alone else f"{self.model_name}.{own}"
+
+    @property
+    def model_name(self) -> str:
+        return str(self.plant.GetModelInstanceName(self.model))
+
+    @cached_property
+    def links(self) -> list[RigidBody]:
+        """From the base to the tip, N + 1; the frame of the first is frame B."""
+        names = (link_name(self.finger.name, i) for i in range(self.finger.segments + 1))
+        return [self.plant.GetBodyByName(name, self.model) for name in names]
+
+    @cached_property
+    def joints(self) -> list[Joint]:
+        """From the base to the tip, N."""
+        names = (joint_name(self.finger.name, i) for i in range(self.finger.segments))
+        return [self.plant.GetJointByName(name, self.model) for name in names]
+
+    @property
+    def base(self) -> RigidBody:
+        return self.links[0]
+
+    @property
+    def is_anchored(self) -> bool:
+        """Whether the base is welded to the world."""
+        return bool(self.plant.IsAnchored(self.base))
+
+    @cached_property
+    def X_WB(self) -> RigidTransform:  # noqa: N802
+        """The base frame in the world in the plant's default context, as a simulation begins."""
+        return self.plant.EvalBodyPoseInWorld(self.plant.CreateDefaultContext(), self.base)
+
+    @property
+    def actuator_names(self) -> list[str]:
+        """The joints that the actuators of the model drive, in the order of these."""
+        indices = self.plant.GetJointActuatorIndices(self.model)
+        return [self.plant.get_joint_actuator(index).joint().name() for index in indices]
+
+    def position_selector(self) -> Array:
+        """Matrix that picks the joint angles out of the plant's state, (N, nq + nv)."""
+        starts = [joint.position_start() for joint in self.joints]
+        return np.eye(self.plant.num_multibody_states())[starts]
+
+    def torque_selector(self) -> Array:
+        """Matrix that picks the joints out of the generalized forces of their model, (N, model's nv)."""
+        of_plant = np.zeros((len(self.joints), self.plant.num_velocities()))
+        starts = [joint.velocity_start() for joint in self.joints]
+        of_plant[np.arange(len(starts)), starts] = 1.0
+        return np.array([self.plant.GetVelocitiesFromArray(self.model, row) for row in of_plant])
+
+    def actuator_selector(self) -> Array:
+        """Matrix that spreads torques on the joints over the actuators of their model, (N, nu)."""
+        names = self.actuator_names
+        return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints]]

@@ -1,0 +1,83 @@
+"""PressureDrive: pressures -> torques on the joints, all of Drake's C++ primitives."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.primitives import (
+    Demultiplexer,
+    FirstOrderLowPassFilter,
+    LinearSystem,
+    MatrixGain,
+    Multiplexer,
+    Saturation,
+)
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.signals import describe
+
+
+class PressureDrive(Diagram):
+    """Commanded pressures, limited and delayed, as torques on the joints of a model.
+
+    ::
+
+                                       +---------------+ ---> {finger}.pressure  (1) Pa, what is in the chamber
+        {finger}.pressure_command ---> | PressureDrive |
+                                       +---------------+ ---> actuation          (nu) N m, of the model's joints
+
+    There is a command, (1) Pa, for every finger; one source wired to all of them is a common pressure.
+    Inside: Saturation -> first-order lag (if there is one) -> MatrixGain (the chamber law,
+    tau_i = p A(s_i) e(s_i)).
+    """
+
+    def __init__(
+        self,
+        torque_maps: Mapping[str, Array],
+        minimum: float,
+        maximum: float,
+        time_constant: float = 0.0,
+        time_step: float = 0.0,
+    ):
+        """
+        Args:
+            torque_maps: for every finger the actuation of the model by one pascal, (nu,) N m/Pa; see
+                `pressure_torque_map`.
+            minimum, maximum: limits of the pressure, Pa.
+            time_constant: of the first-order lag between command and chamber, s; 0 for none.
+            time_step: of a discrete plant, s; the lag then goes in the same steps. 0 for a continuous one.
+        """
+        super().__init__()
+        builder = DiagramBuilder()
+        count = len(torque_maps)
+        ones = np.ones(count)
+        commands = builder.AddNamedSystem("commands", Multiplexer(count))
+        chain = [builder.AddNamedSystem("limits", Saturation(minimum * ones, maximum * ones))]
+        if time_constant > 0:
+            chain.append(builder.AddNamedSystem("lag", _lag(time_constant, time_step, count)))
+        pressures = builder.AddNamedSystem("pressures", Demultiplexer(count))
+        chambers = builder.AddNamedSystem("chambers", MatrixGain(np.column_stack(list(torque_maps.values()))))
+        for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
+            builder.Connect(upstream.get_output_port(), downstream.get_input_port())
+        builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
+        for i, finger in enumerate(torque_maps):
+            builder.ExportInput(commands.get_input_port(i), f"{finger}.pressure_command")
+            builder.ExportOutput(pressures.get_output_port(i), f"{finger}.pressure")
+        builder.ExportOutput(chambers.get_output_port(), "actuation")
+        builder.BuildInto(self)
+        for finger in torque_maps:
+            describe(self.GetOutputPort(f"{finger}.pressure"), "Pa")
+
+
+def _lag(time_constant: float, time_step: float, count: int) -> System:
+    """First-order lag of `count` pressures; in discrete steps it is exact for commands that jump between them."""
+    if time_step == 0:
+        return FirstOrderLowPassFilter(time_constant, count)
+    kept, one = np.exp(-time_step / time_constant), np.eye(count)
+    return LinearSystem(A=kept * one, B=(1 - kept) * one, C=one, D=0 * one, time_period=time_step)
+
+
+def pressure_torque_map(finger: PlantFinger) -> Array:
+    """Actuation of the finger's model by one pascal in its chamber, (nu,) N m/Pa."""
+    return finger.finger.pressure_gain @ finger.actuator_selector()

@@ -1,0 +1,112 @@
+"""URDF files with <finger> components, expanded to plain URDF that any Drake loads.
+
+Drake skips an element that it does not know without a word, and so the fingers of a file that is not expanded. Beside
+its <finger>s a file has an element that makes Drake refuse it, with a message that says what to do:
+
+    <frame name="fingers: load with soft_gripper.add_fingers, or soft-gripper expand"/>
+
+Drake wants every <frame> to name a link. Expanding takes it out.
+"""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
+from soft_gripper.fingers.finger_links import finger_to_urdf
+from soft_gripper.fingers.remove_links import remove_links
+
+GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
+
+
+@dataclass(frozen=True)
+class ExpandedUrdf:
+    """Plain URDF text, and the fingers that it came from in the order of the file."""
+
+    text: str
+    fingers: tuple[Finger, ...]
+
+
+def expand_urdf(
+    file: Path | str,
+    segments: int | None = None,
+    only_name: str | None = None,
+    without: Sequence[str] = (),
+    model_name: str | None = None,
+) -> ExpandedUrdf:
+    """Replaces every <finger> of a URDF by links, joints and springs.
+
+    Args:
+        file: relative mesh names in it become absolute, so that the result may be kept elsewhere.
+        segments: takes the place of every finger's own number of segments.
+        only_name: name of the finger if the file holds just one, so that a file can be loaded twice.
+        without: links that are left out, see `remove_links`.
+        model_name: name of the robot in the result; None: as in the file.
+
+    Raises:
+        InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
+    """
+    path = Path(file)
+    robot = _read_robot(path)
+    remove_links(path, robot, without)
+    _take_guard(path, robot)
+    if model_name is not None:
+        robot.set("name", model_name)
+    if only_name is not None and len(robot.findall("finger")) == 1:
+        robot.findall("finger")[0].set("name", only_name)
+    elements = [read_finger_element(str(path), e, segments) for e in robot.findall("finger")]
+    _check_links(path, robot, elements)
+    children = list(robot)
+    robot[:] = []
+    expanded = iter(elements)
+    for child in children:
+        robot.extend(finger_to_urdf(next(expanded)) if child.tag == "finger" else [child])
+    for mesh in robot.iter("mesh"):
+        if filename := mesh.get("filename"):
+            mesh.set("filename", _absolute(path, filename))
+    ET.indent(robot)
+    text = '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
+    return ExpandedUrdf(text, tuple(e.finger for e in elements))
+
+
+def _read_robot(path: Path) -> ET.Element:
+    try:
+        parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
+        robot = ET.fromstring(path.read_text(encoding="utf-8"), parser)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not a text file"
+        raise InputError(path, "file", path.name, f"cannot be read: {reason}") from None
+    except ET.ParseError as error:
+        raise InputError(path, "file", path.name, f"is not well-formed XML: {error}") from None
+    if robot.tag != "robot" or not robot.get("name"):
+        raise InputError(path, "root element", robot.tag, "a URDF begins with <robot name='...'>")
+    return robot
+
+
+def _take_guard(path: Path, robot: ET.Element) -> None:
+    """Takes out the element by which Drake alone refuses the file; a file with fingers must have it."""
+    guards = [frame for frame in robot.findall("frame") if frame.get("name") == GUARD]
+    for guard in guards:
+        robot.remove(guard)
+    if robot.find("finger") is not None and not guards:
+        expected = f'add <frame name="{GUARD}"/> beside the <finger>s: Drake by itself then refuses the file, whose'
+        raise InputError(path, "frame", None, f"{expected} fingers it would skip without a word")
+
+
+def _check_links(path: Path, robot: ET.Element, elements: list[FingerElement]) -> None:
+    links = [link.get("name") for link in robot.findall("link")]
+    names = [element.finger.name for element in elements]
+    for element in elements:
+        where = f"{path}: finger '{element.finger.name}'"
+        if element.parent not in links:
+            raise InputError(where, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
+        if names.count(element.finger.name) > 1:
+            raise InputError(path, "finger.name", element.finger.name, "appears more than once")
+
+
+def _absolute(path: Path, filename: str) -> str:
+    is_uri = "://" in filename
+    return filename if is_uri else f"file://{(path.parent / filename).resolve()}"

@@ -1,0 +1,1 @@
+"""The arm: kinematics, motions, and the phases of a task."""

@@ -1,0 +1,139 @@
+"""The phases of a task, and the rules by which one follows the other: pure functions of the estimated grip."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.trajectories import Trajectory
+
+QUIET_BAND = 5e-4  # m, within which the opening stays ...
+QUIET_TIME = 0.2  # s, ... for so long, when the fingers are at rest
+GRIP_GAP = 0.1  # s, for which a grip may be missed
+CLOSING_ALLOWANCE = 8e-3  # m, by which the gripper may close further than when it grasped
+
+
+class Outcome(IntEnum):
+    """How a task stands. After a failure the fingers open and the arm goes home."""
+
+    RUNNING = 0
+    DONE = 1
+    NOTHING_GRASPED = 2
+    OBJECT_LOST = 3
+    NOT_RELEASED = 4
+
+    @property
+    def words(self) -> str:
+        """The name as one says it."""
+        return self.name.lower().replace("_", " ")
+
+
+@dataclass(frozen=True)
+class Phase:
+    """The arm moves; then what ends the phase is awaited."""
+
+    name: str
+    motion: Trajectory  # (n) positions of the arm's joints against the time since the phase began, s
+    opening: float  # m, set point of the gripper; NaN: the task does not command it
+    follower: int  # number of the phase that follows; the number of phases: none
+    until: str | None = None  # "grasped", "released"; None: `rest` is over
+    rest: float = 0.0  # s, after the motion
+    holds: bool = False  # the object is in the fingers
+    rescue: int | None = None  # number of the phase that follows a failure; None: nothing can fail
+
+    @property
+    def duration(self) -> float:
+        """Of the motion, s."""
+        return float(self.motion.end_time())
+
+
+class GripObservation(NamedTuple):
+    """One sample of what is estimated."""
+
+    time: float  # s
+    opening: float  # m
+    torque: float  # N m, that opens the fingers
+
+
+class Progress(NamedTuple):
+    """How far a task has come: all that is remembered from sample to sample."""
+
+    phase: int = 0  # the number of phases: the task is over
+    outcome: int = Outcome.RUNNING
+    began: float = 0.0  # s, the phase
+    around: float = np.inf  # m, the opening that the gripper has stayed near to ...
+    since: float = 0.0  # s, ... since then
+    gripped: float = 0.0  # s, when there was a grip last
+    grasped: float = -np.inf  # m, opening at the end of the last phase that grasped
+
+
+@dataclass(frozen=True)
+class Rules:
+    """When a phase ends, and which follows."""
+
+    phases: tuple[Phase, ...]
+    threshold: float  # N m, torque of a grip
+    timeout: float  # s, after the motion, that an end is awaited for
+
+    def step(self, progress: Progress, observed: GripObservation) -> Progress:
+        """The progress after one more sample."""
+        if progress.phase == len(self.phases):
+            return progress
+        phase, progress = self.phases[progress.phase], self._noted(progress, observed)
+        if progress.outcome == Outcome.RUNNING:
+            progress = progress._replace(outcome=self._judge(phase, progress, observed))
+        follower = self._follower(phase, progress, observed)
+        if follower is None:
+            return progress
+        if follower == len(self.phases) and progress.outcome == Outcome.RUNNING:
+            progress = progress._replace(outcome=Outcome.DONE)
+        grasped = observed.opening if phase.until == "grasped" else progress.grasped
+        began = observed.time
+        return Progress(follower, progress.outcome, began, since=began, gripped=began, grasped=grasped)
+
+    def opening(self, progress: Progress) -> float:
+        """The set point of the opening, m; a failure opens the fingers at once."""
+        phase = self.phases[min(progress.phase, len(self.phases) - 1)]
+        if progress.outcome > Outcome.DONE and phase.rescue is not None:
+            return self.phases[phase.rescue].opening
+        return phase.opening
+
+    def _noted(self, progress: Progress, observed: GripObservation) -> Progress:
+        """Notes unrest and grip; what is not finite is unrest, and no grip."""
+        if not abs(observed.opening - progress.around) <= QUIET_BAND:
+            progress = progress._replace(around=observed.opening, since=observed.time)
+        held = observed.torque > self.threshold and observed.opening > progress.grasped - CLOSING_ALLOWANCE
+        return progress._replace(gripped=observed.time) if held else progress
+
+    def _judge(self, phase: Phase, progress: Progress, observed: GripObservation) -> Outcome:
+        """Whether the phase has failed."""
+        if phase.holds and observed.time - progress.gripped > GRIP_GAP:
+            return Outcome.OBJECT_LOST
+        waited = observed.time - progress.began - phase.duration
+        if phase.until == "grasped" and waited >= 0:
+            empty = self._is_quiet(progress, observed) and not observed.torque > self.threshold
+            return Outcome.NOTHING_GRASPED if empty or waited > self.timeout else Outcome.RUNNING
+        if phase.until == "released" and waited > self.timeout:
+            return Outcome.NOT_RELEASED
+        return Outcome.RUNNING
+
+    def _follower(self, phase: Phase, progress: Progress, observed: GripObservation) -> int | None:
+        """The phase that begins now, if any."""
+        waited = observed.time - progress.began - phase.duration
+        if waited < 0:
+            return None
+        if progress.outcome != Outcome.RUNNING and phase.rescue is not None:
+            return phase.rescue
+        if not phase.until:
+            return phase.follower if waited >= phase.rest else None
+        given_up = phase.rescue is None and waited > self.timeout
+        return phase.follower if given_up or self._reached(phase, progress, observed) else None
+
+    def _reached(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
+        """Whether the fingers are at rest, with something between them or with nothing at all."""
+        if phase.until == "grasped":
+            return self._is_quiet(progress, observed) and observed.torque > self.threshold
+        return self._is_quiet(progress, observed) and abs(observed.torque) < self.threshold
+
+    def _is_quiet(self, progress: Progress, observed: GripObservation) -> bool:
+        return observed.time - progress.since >= QUIET_TIME

@@ -1,0 +1,91 @@
+"""Which sensors a finger carries, and the maths of reading them: joint angles -> readings.
+
+Everything here is pure and takes arrays whose leading axes are free, so that a block calls it for one
+sample and an evaluation calls it once for a whole recording.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import segment_path_lengths
+from soft_gripper.sensors.response_curve import ResponseCurve
+
+
+@dataclass(frozen=True)
+class SensorLayout:
+    """Strain sensors along the sides of a finger, `sections` of them one after the other on each path.
+
+    Two-sided (the default), the paths lie half the sensor spacing to either side of the axis. One-sided, the
+    inner side does not stretch: the axis itself is that side, and only the outer path, a whole spacing away,
+    is measured.
+
+    Raises:
+        InputError: if there are fewer than 1 or more sections than segments.
+    """
+
+    finger: Finger
+    sections: int
+    one_sided: bool = False
+    response: ResponseCurve = field(default_factory=ResponseCurve)
+
+    def __post_init__(self) -> None:
+        self.finger.section_ends(self.sections)
+
+    @property
+    def paths(self) -> int:
+        """Number of measured paths: 2 (inner, outer) or 1 (outer)."""
+        return 1 if self.one_sided else 2
+
+    @property
+    def path_names(self) -> tuple[str, ...]:
+        """What the measured paths are called, in the order of the readings."""
+        return ("outer",) if self.one_sided else ("inner", "outer")
+
+    @property
+    def readings(self) -> int:
+        """Number of readings, path after path and from the base to the tip."""
+        return self.paths * self.sections
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Offsets of the measured paths from the axis, m, positive on the inner side, (paths,)."""
+        spacing = self.finger.sensor_spacing
+        return np.array([-spacing] if self.one_sided else [spacing / 2, -spacing / 2])
+
+    @cached_property
+    def section_ends(self) -> NDArray[np.int_]:
+        return self.finger.section_ends(self.sections)
+
+    @cached_property
+    def joints_per_section(self) -> NDArray[np.int_]:
+        """Number of joints in every section, (S,)."""
+        return np.diff(self.section_ends)
+
+    @cached_property
+    def rest_lengths(self) -> Array:
+        """Rest length of every section, m, (S,)."""
+        return self.joints_per_section * self.finger.segment_length
+
+    @cached_property
+    def joint_sections(self) -> NDArray[np.int_]:
+        """Section that every joint lies in, (N,)."""
+        return np.repeat(np.arange(self.sections), self.joints_per_section)
+
+    @cached_property
+    def joint_fractions(self) -> Array:
+        """How far along its section every joint lies, 0 to 1, (N,)."""
+        begin = self.section_ends[self.joint_sections] * self.finger.segment_length
+        return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
+
+
+def extension_ratios(layout: SensorLayout, q: Array) -> Array:
+    """Length over rest length of every section, from joint angles (..., N) rad -> (..., paths * S)."""
+    offsets = layout.offsets[:, None]
+    lengths = segment_path_lengths(q[..., None, :], layout.finger.segment_length, offsets)
+    sections = np.add.reduceat(lengths, layout.section_ends[:-1], axis=-1)
+    return (sections / layout.rest_lengths).reshape(*q.shape[:-1], layout.readings)

@@ -1,0 +1,73 @@
+"""What a port carries: its unit and its axes, declared beside the port and read by whatever logs it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from pydrake.systems.framework import Diagram, OutputPort
+
+_DECLARED = "_signals"  # attribute of a system: what its output ports carry, by their names
+
+
+class Signal(NamedTuple):
+    """The unit of a port's vector, or one unit for each entry of its last axis, and the axes that it is folded into.
+
+    `axes` holds the labels along every axis, by its name. `meanings` names the values 0, 1, 2 ... of a signal that
+    counts states.
+    """
+
+    unit: str | tuple[str, ...] = "1"
+    axes: Mapping[str, Sequence[Any]] = {}
+    meanings: tuple[str, ...] = ()
+
+
+XYZ = ("x", "y", "z")
+XZ = ("x", "z")
+POSE = ("x", "z", "heading")  # of a point of the bending plane, with ("m", "m", "rad")
+
+
+def describe(
+    port: OutputPort, unit: str | Sequence[str] = "1", meanings: Sequence[str] = (), **axes: Sequence[Any]
+) -> OutputPort:
+    """Declares what a vector port carries; returns the port.
+
+    Args:
+        port: an output port of any system.
+        unit: of all entries, or of each along the last axis; "1" for none.
+        meanings: names of the values 0, 1, 2 ..., if it counts states.
+        axes: labels along each axis, by its name, from the slowest; their product is the size of the port.
+
+    Raises:
+        ValueError: if the axes do not fill the port, or the units not the last axis.
+    """
+    size = 1
+    for labels in axes.values():
+        size *= len(labels)
+    if size != port.size():
+        raise ValueError(f"port '{port.get_name()}': axes of {size} entries for {port.size()} in the port")
+    units = unit if isinstance(unit, str) else tuple(unit)
+    if isinstance(units, tuple) and (not axes or len(units) != len(list(axes.values())[-1])):
+        raise ValueError(f"port '{port.get_name()}': {len(units)} units do not fit its last axis")
+    if isinstance(units, tuple) and len(set(units)) == 1:
+        units = units[0]
+    return _declare(port, Signal(units, dict(axes), tuple(meanings)))
+
+
+def signal_of(port: OutputPort) -> Signal:
+    """What a vector port carries; where nothing is declared, no unit, and entries that are counted."""
+    declared: dict[str, Signal] = getattr(port.get_system(), _DECLARED, {})
+    counted = {"entry": range(port.size())} if port.size() > 1 else {}
+    return declared.get(port.get_name(), Signal(axes=counted))
+
+
+def export_outputs(diagram: Diagram, sources: Mapping[str, OutputPort]) -> None:
+    """Declares for the ports of a built diagram, by name, what the ports inside carry."""
+    for name, source in sources.items():
+        _declare(diagram.GetOutputPort(name), signal_of(source))
+
+
+def _declare(port: OutputPort, signal: Signal) -> OutputPort:
+    system = port.get_system()
+    if not hasattr(system, _DECLARED):
+        setattr(system, _DECLARED, {})
+    getattr(system, _DECLARED)[port.get_name()] = signal
+    return port

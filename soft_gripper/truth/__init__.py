@@ -1,0 +1,1 @@
+"""What only a simulation knows, for estimates to be scored against."""

@@ -1,0 +1,227 @@
+"""The commands list, show, expand and run: what they print and which files they write."""
+
+import csv
+import shutil
+import xml.etree.ElementTree as ET
+from html.parser import HTMLParser
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import short, soft_gripper
+
+from soft_gripper.commands import main
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import SHIPPED, load_scenario
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
+
+FINGER = DIRECTORY / "grippers" / "finger.urdf"
+COLUMNS = "scenario,finger,estimator,belief,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm"
+FORCE_COLUMNS = "scenario,finger,estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"
+pytestmark = pytest.mark.usefixtures("empty_folder")
+
+
+@pytest.fixture
+def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def files() -> list[str]:
+    """All files below the working folder."""
+    return sorted(str(path) for path in Path().rglob("*") if path.is_file())
+
+
+def table(path: str) -> list[dict[str, str]]:
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_list_names_every_scenario_with_its_description() -> None:
+    lines = soft_gripper("list").out.splitlines()
+    shipped = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+    assert [line.split()[0] for line in lines] == shipped
+    for line, name in zip(lines, shipped, strict=True):
+        assert load_scenario(name).description
+        assert line.endswith(load_scenario(name).description)
+
+
+def test_show_prints_a_scenario_that_loads_again() -> None:
+    shown = soft_gripper("show", "free_bending", "--sections", 3, "--set", "pressure.settle=0.7")
+    assert shown.code == 0
+    Path("resolved.yaml").write_text(shown.out)
+    assert soft_gripper("show", "resolved.yaml").out == shown.out
+    scenario = load_scenario("resolved.yaml")
+    assert (scenario.sensor.sections, scenario.pressure.settle) == (3, 0.7)
+    assert scenario.pressure.steps == load_scenario("free_bending").pressure.steps
+
+
+def test_show_prints_defaults_too() -> None:
+    assert "time_constant" not in (SHIPPED / "free_bending.yaml").read_text()
+    assert "time_constant: 0.05" in soft_gripper("show", "free_bending").out
+
+
+@pytest.mark.parametrize("ending", ["dot", "svg"])
+def test_show_draws_the_blocks(ending: str) -> None:
+    assert soft_gripper("show", "free_bending", "--graphviz", f"blocks.{ending}").code == 0
+    drawing = Path(f"blocks.{ending}").read_text()
+    if ending == "svg":
+        assert ET.fromstring(drawing).tag.endswith("svg")
+    of_a_finger = ("pressure_drive", "pressure_steps", "sensors", "estimation", "scoring")
+    for block in ("plant", "logs", *(f"left_finger.{name}" for name in of_a_finger)):
+        assert block in drawing
+    assert files() == [f"blocks.{ending}"]
+
+
+def test_expand_prints_what_pydrake_alone_loads(load_plant) -> None:
+    text = soft_gripper("expand", FINGER).out
+    assert not list(ET.fromstring(text).iter("finger"))
+    assert "soft_gripper" not in text
+    assert load_plant(text, base="mount").num_positions() == 12
+
+
+def test_expand_writes_the_same_to_a_file() -> None:
+    printed = soft_gripper("expand", FINGER).out
+    written = soft_gripper("expand", FINGER, "-o", "plain.urdf")
+    assert (written.code, written.out) == (0, "")
+    assert Path("plain.urdf").read_text() == printed
+    assert files() == ["plain.urdf"]
+
+
+def test_expand_takes_another_number_of_segments_for_every_finger(load_plant) -> None:
+    two_fingers = "package://soft_gripper/grippers/two_finger.urdf"
+    text = soft_gripper("expand", two_fingers, "--segments", 7).out
+    assert load_plant(text, base="palm").num_positions() == 2 * 7
+
+
+def test_run_writes_scenario_recording_and_tables() -> None:
+    run = soft_gripper("run", "free_bending", *short())
+    assert run.code == 0
+    folder = "results/free_bending"
+    assert files() == [f"{folder}/{name}" for name in ("forces.csv", "metrics.csv", "recording.nc", "scenario.yaml")]
+    assert folder in run.out
+    assert soft_gripper("show", f"{folder}/scenario.yaml").out == Path(f"{folder}/scenario.yaml").read_text()
+    recording = Recording.load(f"{folder}/recording.nc")
+    assert recording["left_finger.pressure"].attrs["units"] == "Pa"
+    assert recording["left_finger.pressure"].values[-1] == pytest.approx(60e3, rel=0.01)
+
+
+def test_run_has_a_row_for_every_held_step_of_every_finger() -> None:
+    soft_gripper("run", "free_bending", *short(), "--out", "here")
+    assert Path("here/metrics.csv").read_text().splitlines()[0] == COLUMNS
+    rows = table("here/metrics.csv")
+    assert [(row["finger"], float(row["pressure_kpa"])) for row in rows] == [
+        (finger, pressure) for finger in ("left_finger", "right_finger") for pressure in (0.0, 60.0)
+    ]
+    assert [float(row["bend_angle_deg"]) > 10 for row in rows] == [False, True, False, True]
+
+
+def test_run_has_a_torque_for_every_joint() -> None:
+    soft_gripper("run", "free_bending", *short(), "--out", "here")
+    assert Path("here/forces.csv").read_text().splitlines()[0] == FORCE_COLUMNS
+    rows = table("here/forces.csv")
+    assert [(row["finger"], float(row["pressure_kpa"]), int(row["joint"])) for row in rows] == [
+        (finger, pressure, joint)
+        for finger in ("left_finger", "right_finger")
+        for pressure in (0.0, 60.0)
+        for joint in range(12)
+    ]
+
+
+def test_a_wrong_belief_is_named_and_shows_in_the_forces() -> None:
+    """A finger believed to be stiffer than it is seems to be bent by somebody."""
+    options = short("pressure.settle=1", "gravity=[0, 0, 0]")
+    soft_gripper("run", "free_bending", *options, "--out", "right")
+    believed = soft_gripper("run", "free_bending", *options, "--set", "believed.youngs_modulus=+10 %", "--out", "wrong")
+    assert believed.code == 0
+    for name in ("metrics.csv", "forces.csv"):
+        assert {row["belief"] for row in table(f"right/{name}")} == {"true"}
+        assert {row["belief"] for row in table(f"wrong/{name}")} == {"youngs_modulus +10 %"}
+    right, wrong = (
+        np.array([float(row["estimated_nm"]) - float(row["true_nm"]) for row in table(f"{folder}/forces.csv")])
+        for folder in ("right", "wrong")
+    )
+    straight, bent = (wrong.reshape(2, 2, 12)[:, step] for step in (0, 1))
+    assert np.abs(right).max() < 0.05e-3
+    assert np.abs(straight).max() < 0.01e-3
+    # A tenth of what bends the base joint, which without weight is the torque of the pressure.
+    (finger,) = expand_urdf(FINGER).fingers
+    np.testing.assert_allclose(bent[:, 0], 0.1 * 60e3 * finger.pressure_gain[0], rtol=0.02)
+
+
+def test_run_places_as_many_sensors_as_asked_for() -> None:
+    soft_gripper("run", "free_bending", *short(), "--sections", 2, "--out", "here")
+    assert Recording.load("here/recording.nc")["left_finger.kappa"].sizes["section"] == 2
+    assert {row["sections"] for row in table("here/metrics.csv")} == {"2"}
+
+
+def test_run_repeats_itself_from_the_scenario_that_it_wrote() -> None:
+    soft_gripper("run", "free_bending", *short("gravity=[0, 0, 0]"), "--out", "first")
+    assert soft_gripper("run", "first/scenario.yaml", "--out", "second").code == 0
+    first, second = (Recording.load(f"{folder}/recording.nc") for folder in ("first", "second"))
+    assert first.data.identical(second.data)
+
+
+def test_run_finds_models_beside_the_scenario_file() -> None:
+    Path("mine").mkdir()
+    shutil.copy(FINGER, "mine/own.urdf")
+    Path("mine/own.yaml").write_text("models: [{name: only, file: own.urdf}]")
+    assert soft_gripper("run", "mine/own.yaml", *short()).code == 0
+    assert {row["finger"] for row in table("results/own/metrics.csv")} == {"only"}
+    assert soft_gripper("run", "results/own/scenario.yaml", "--out", "again").code == 0
+
+
+class Links(HTMLParser):
+    """Collects what a page would fetch."""
+
+    def __init__(self, page: str):
+        super().__init__()
+        self.found: list[str | None] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found += [value for name, value in attrs if name in ("src", "href") and tag != "a"]
+
+
+def test_run_keeps_a_replay_that_needs_nothing_else() -> None:
+    assert soft_gripper("run", "free_bending", *short(), "--html", "replays/one.html").code == 0
+    page = Path("replays/one.html").read_text()
+    assert [link for link in Links(page).found if not (link or "").startswith("data:")] == []
+    assert "Meshcat" in page
+    assert len(page) > 1e6, "the viewer itself is in the page"
+    assert [name for name in files() if name.startswith("replays")] == ["replays/one.html"]
+
+
+def test_progress_reaches_the_end_of_the_run() -> None:
+    err = soft_gripper("run", "free_bending", *short("pressure.settle=0.95"), terminal=True).err
+    assert "2/2 s simulated" in err
+
+
+def test_progress_is_for_terminals() -> None:
+    assert soft_gripper("run", "free_bending", *short()).err == ""
+
+
+def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == f"soft-gripper {version('soft-gripper')}\n"
+
+
+def test_help_names_all_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    text = capsys.readouterr().out
+    assert all(command in text for command in ("run", "evaluate", "list", "show", "expand"))
+
+
+def test_run_records_finite_numbers() -> None:
+    soft_gripper("run", "free_bending", *short(), "--out", "here")
+    for name, signal in Recording.load("here/recording.nc").data.items():
+        if not str(name).endswith(".arcs"):  # a straight arc has no centre
+            dynamic = str(name).endswith(("external_torque", "torque_tolerance", "external_torque_error"))
+            first = (
+                5 if dynamic and ".true_" not in str(name) else 0
+            )  # a balance of five samples, of which one is read twice
+            assert np.isnan(signal.values[:first]).all(), name
+            assert np.isfinite(signal.values[first:]).all(), name

@@ -1,0 +1,140 @@
+"""soft-gripper grasp-trials: whole trials, one alone, processes, Ctrl-C, and what it refuses."""
+
+import csv
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import LISTENING, soft_gripper
+from pick_and_place import LOOKED_FOR
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RigidTransform
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.trials.trials import run_trial
+from soft_gripper.evaluation.trials.variation import draw, random_numbers
+
+COMMAND = [*LISTENING, "grasp-trials"]
+BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
+BRIEF = "task.time_limit=0.5"
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Callable[..., Path]:
+    """Writes `pick_and_place_box` with contact looked for, and other changes, to a file."""
+
+    def write(*changes: str, name: str = "box") -> Path:
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(dump_scenario(load_scenario("pick_and_place_box", [LOOKED_FOR, *changes])))
+        return path
+
+    return write
+
+
+def records(file: Path) -> list[dict[str, str]]:
+    with file.open(newline="") as table:
+        return list(csv.DictReader(table))
+
+
+def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(scenario, tmp_path):
+    done = soft_gripper("grasp-trials", "--scenario", scenario(), "--trial", "4", "--seed", "2", "--out", tmp_path)
+    assert done.code == 0
+    printed = {line[:21].strip(): line[21:] for line in done.out.splitlines() if line[20:21] == " "}
+    assert (printed["success"], printed["dropped"], printed["cause"]) == ("True", "False", "")
+    recording = Recording.load(tmp_path / "box_4" / "recording.nc")
+    kept = load_scenario(str(tmp_path / "box_4" / "scenario.yaml"))
+    drawn = draw(random_numbers(2, "box", 4))
+    assert kept.models[3].mesh.mass == pytest.approx(1e-3 * drawn.mass_g)
+    box = recording["plant.state"].sel(state=["box_box_x", "box_box_y", "box_box_z"]).values
+    start = np.array([0.45 + 1e-3 * drawn.x_mm, -0.18 + 1e-3 * drawn.y_mm, 0.03 * drawn.size + 1e-5])
+    np.testing.assert_allclose(box[0], start, atol=1e-9)
+    goal = kept.task.X_WGoal.GetDeterministicValue().translation()
+    assert float(printed["placed_error_mm"]) == pytest.approx(1e3 * np.linalg.norm(box[-1] - goal), abs=1e-3)
+    forces = [recording[f"{finger}_finger.normal_force"].values for finger in ("left", "right")]
+    held = int(np.argmax(recording["task.phase"].values == 3))  # lift
+    q, p = (recording["plant.state"].sel(state=[f"box_box_{name}" for name in names]).values[held] for names in BOX)
+    X_OW = RigidTransform(Quaternion(q / np.linalg.norm(q)), p).inverse()
+    for finger in ("left", "right"):
+        x, _, z = X_OW @ recording[f"{finger}_finger.contact_center"].values[held]
+        assert abs(x) == pytest.approx(0.022 * drawn.size, abs=2e-4)
+        assert abs(z) < 0.03 * drawn.size
+    weight = kept.models[3].mesh.mass * 9.81
+    assert float(printed["peak_force_n"]) == pytest.approx(np.max(forces), abs=1e-3)
+    assert np.max(forces) > weight / 2 / kept.models[3].mesh.friction
+
+
+def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path):
+    file = scenario(BRIEF)
+    done = soft_gripper("grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)
+    here = [run_trial(str(file), 1, trial) for trial in (2, 0, 1)]
+    write_csv(tmp_path / "here.csv", sorted((trial.row for trial in here), key=lambda row: row.trial))
+    assert (tmp_path / "trials.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()
+    cause = records(tmp_path / "trials.csv")[2]["cause"]
+    assert done.code == 0
+    assert "box: 0 of 3 succeeded" in done.out
+    assert f"trial 2: {cause}" in done.out
+    assert f"soft-gripper grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
+
+
+def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
+    """Ctrl-C reaches the whole process group, workers too."""
+    out = tmp_path / "out"
+    arguments = ["--scenario", scenario(BRIEF), "--trials", "200", "--jobs", "1", "--out", out]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([*COMMAND, *arguments], start_new_session=True, **pipes) as process:
+        while process.poll() is None and not (out / "trials.csv").exists():
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        printed, complaint = process.communicate(timeout=30)
+    assert process.returncode == 130
+    found = records(out / "trials.csv")
+    assert all(record["cause"].startswith("not over at 0.50 s") for record in found)
+    assert f"{len(found)} of 200 trials ended" in printed
+    assert "Traceback" not in complaint
+    assert {path.name for path in out.iterdir()} == {"trials.csv", "trials_details.csv"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--trials", "0"], "--trials = '0': give a whole number of at least 1"),
+        (["--seed", "-1"], "--seed = '-1': give a whole number of at least 0"),
+        (["--jobs", "many"], "--jobs = 'many': give a whole number of at least 1"),
+        (["--trial", "1.5"], "--trial = '1.5': give a whole number of at least 0"),
+        (["--scenario", "nowhere"], "name = 'nowhere': not shipped"),
+        (["--scenario", "box_grasp"], "task = None: give a task to be tried"),
+        (["--scenario", "box_grasp", "--scenario", "my/box_grasp.yaml"], "give scenarios of different names"),
+    ],
+)
+def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
+    done = soft_gripper("grasp-trials", *arguments, "--out", tmp_path)
+    assert done.code == 2
+    assert complaint in done.err
+    assert len(done.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (
+            "estimator.contact_threshold=null",
+            "estimator.contact_threshold = None: give a torque, so that contact is looked for",
+        ),
+        ("models.3.file=package://soft_gripper/objects/box.sdf", "task.object = 'box': give the model of a bare mesh"),
+        ("models.3.X_PC.translation=[2, 0, 0.03001]", "task.phases[0] 'approach': to = 'object'"),
+    ],
+    ids=["no contact", "no mesh", "out of reach"],
+)
+def test_a_scenario_that_cannot_be_tried_is_refused(scenario, change, complaint, tmp_path):
+    done = soft_gripper("grasp-trials", "--scenario", scenario(change), "--out", tmp_path / "out")
+    assert done.code == 2
+    assert complaint in done.err
+    assert len(done.err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()

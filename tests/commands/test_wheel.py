@@ -1,0 +1,90 @@
+"""The wheel: it holds all that the project ships, and works in an environment where the source is not."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import venv
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from command_line import short
+
+from soft_gripper.diagrams.schema.scenario_file import SHIPPED
+
+ROOT = Path(__file__).parents[2]
+NOT_SOURCE = shutil.ignore_patterns(".*", "__pycache__", "build", "dist", "results", "*.egg-info")
+Run = Callable[..., str]
+
+
+def run(*command: object, cwd: Path) -> str:
+    """What a command prints; fails with what it complains about."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    arguments = [str(part) for part in command]
+    done = subprocess.run(arguments, cwd=cwd, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from a copy of the source."""
+    folder = tmp_path_factory.mktemp("wheel")
+    shutil.copytree(ROOT, folder / "source", ignore=NOT_SOURCE)
+    run(sys.executable, "-m", "build", "--wheel", "--outdir", folder, folder / "source", cwd=folder)
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def fresh_venv(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder with the commands of an environment that has the wheel, and borrows Drake and the rest.
+
+    A path that stands in a .pth file adds the packages there, but no editable install of the source.
+    """
+    folder = tmp_path_factory.mktemp("fresh_venv")
+    venv.create(folder, symlinks=True)
+    python = folder / "bin" / "python"
+    run(sys.executable, "-m", "pip", "--python", python, "install", "--no-deps", "--no-index", wheel, cwd=folder)
+    (site_packages,) = folder.glob("lib/python*/site-packages")
+    (site_packages / "borrowed.pth").write_text(sysconfig.get_path("purelib"))
+    return python.parent
+
+
+def test_holds_every_file_of_every_package(wheel: Path) -> None:
+    setup = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for package in setup["packages"]:
+        source = ROOT / setup["package-dir"].get(package, package)
+        files = [file.relative_to(source) for file in source.rglob("*") if file.is_file()]
+        shipped = {f"{package.replace('.', '/')}/{file}" for file in files if "__pycache__" not in file.parts}
+        assert shipped - names == set()
+    assert {"soft_gripper/models/package.xml", "soft_gripper/diagrams/scenarios/free_bending.yaml"} <= names
+
+
+def test_takes_no_name_but_its_own(wheel: Path) -> None:
+    tops = {name.split("/")[0].split("-")[0] for name in zipfile.ZipFile(wheel).namelist()}
+    assert tops == {"soft_gripper"}
+
+
+def test_its_code_is_what_runs(fresh_venv: Path, tmp_path: Path) -> None:
+    files = "(module.__file__ for name, module in sys.modules.items() if 'soft_g' in name)"
+    code = f"import sys, soft_gripper.commands.dispatch; print(*{files})"
+    files = run(fresh_venv / "python", "-c", code, cwd=tmp_path).split()
+    assert len(files) > 10
+    assert [file for file in files if not file.startswith(str(fresh_venv.parent))] == []
+
+
+def test_lists_the_scenarios(fresh_venv: Path, tmp_path: Path) -> None:
+    lines = run(fresh_venv / "soft-gripper", "list", cwd=tmp_path).splitlines()
+    assert [line.split()[0] for line in lines] == sorted(file.stem for file in SHIPPED.glob("*.yaml"))
+
+
+def test_runs_a_scenario_in_an_empty_folder(fresh_venv: Path, tmp_path: Path) -> None:
+    run(fresh_venv / "soft-gripper", "run", "free_bending", *short(), cwd=tmp_path)
+    written = {file.name for file in (tmp_path / "results" / "free_bending").iterdir()}
+    assert written == {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv"}

@@ -1,0 +1,98 @@
+"""GripTorque: torques of a thing between fingers, from statics of the shipped gripper."""
+
+import numpy as np
+import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable
+
+from soft_gripper.control.grip_torque import GripTorque
+from soft_gripper.fingers.finger_links import joint_name, link_name
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
+from soft_gripper.signals import signal_of
+
+FINGERS = ("left_finger", "right_finger")
+FORCE = 0.7  # N
+
+
+@pytest.fixture(scope="module")
+def gripper():
+    """The shipped gripper in a plant of pydrake alone, its fingers straight."""
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModelsFromString(expand_urdf(DIRECTORY / "grippers/two_finger.urdf").text, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("palm"))
+    plant.Finalize()
+    return plant
+
+
+def grip_torque(*torques):
+    """What the block says of the torques at the joints of some fingers, N m."""
+    block = GripTorque({f"f{i}": len(of_finger) for i, of_finger in enumerate(torques)})
+    context = block.CreateDefaultContext()
+    for i, of_finger in enumerate(torques):
+        block.GetInputPort(f"f{i}.external_torque").FixValue(context, of_finger)
+    (torque,) = block.GetOutputPort("torque").Eval(context)
+    return torque
+
+
+def by_finger(plant, forces):
+    """Generalized forces, (nv), as torques at the joints of both fingers, each (12) N m."""
+    joints = ([plant.GetJointByName(joint_name(finger, i)) for i in range(12)] for finger in FINGERS)
+    return [forces[[joint.velocity_start() for joint in of_finger]] for of_finger in joints]
+
+
+def pushed(plant, forces_W):
+    """Torques of forces on the tips, one a finger, (3,) N."""
+    context, total = plant.CreateDefaultContext(), 0.0
+    for finger, force in zip(FINGERS, forces_W, strict=True):
+        link = plant.GetFrameByName(link_name(finger, 12))
+        p_WTip = plant.GetFrameByName(link_name(finger, 0)).CalcPoseInWorld(context) @ np.array([0, 0, 0.12])
+        p_LinkTip = link.CalcPoseInWorld(context).inverse() @ p_WTip
+        world = plant.world_frame()
+        by_v = JacobianWrtVariable.kV
+        total += plant.CalcJacobianTranslationalVelocity(context, by_v, link, p_LinkTip, world, world).T @ force
+    return by_finger(plant, total)
+
+
+def test_mean_of_the_base_joints_counts_what_opens():
+    """Torques that would close a finger are positive, and the fingers need not be alike."""
+    assert grip_torque([-0.03, 5.0, -7.0], [-0.05, 9.0]) == pytest.approx(0.04)
+    assert grip_torque([-0.03, 5.0], [-0.05], [0.02, 1.0]) == pytest.approx(0.02)
+
+
+def test_a_thing_between_the_tips(gripper):
+    """It pushes both apart, with the lever from the tip to the joint in the middle of the first of 12 segments."""
+    torque = grip_torque(*pushed(gripper, ([-FORCE, 0, 0], [FORCE, 0, 0])))
+    assert torque == pytest.approx(FORCE * (0.12 - 0.005), rel=1e-9)
+
+
+def test_one_finger_that_is_pushed_counts_half(gripper):
+    torque = grip_torque(*pushed(gripper, ([0, 0, 0], [FORCE, 0, 0])))
+    assert torque == pytest.approx(FORCE * (0.12 - 0.005) / 2, rel=1e-9)
+
+
+def test_both_pushed_the_same_way_cancel_out(gripper):
+    first, second = pushed(gripper, ([FORCE, 0, 0], [FORCE, 0, 0]))
+    assert abs(first[0]) > 0.05
+    assert grip_torque(first, second) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("swing", [[6.0, 0, 0], [0, 6.0, 0], [-6.0, 2.0, -9.81]])
+def test_a_swing_of_the_palm_cancels_out(gripper, swing):
+    """It acts on the fingers as gravity does, m/s^2."""
+    gripper.mutable_gravity_field().set_gravity_vector(swing)
+    first, second = by_finger(gripper, gripper.CalcGravityGeneralizedForces(gripper.CreateDefaultContext()))
+    assert (abs(first[0]) > 1e-3) == (abs(swing[0]) > 0)
+    assert grip_torque(first, second) == pytest.approx(0, abs=1e-9)
+
+
+def test_a_new_reading_is_a_new_torque():
+    block = GripTorque({"left": 1, "right": 1})
+    context = block.CreateDefaultContext()
+    for name in ("left", "right"):
+        block.GetInputPort(f"{name}.external_torque").FixValue(context, [0.0])
+    block.get_output_port().Eval(context)
+    block.GetInputPort("right.external_torque").FixValue(context, [-0.2])
+    assert block.get_output_port().Eval(context) == [0.1]
+    assert signal_of(block.get_output_port()).unit == "N m"

@@ -1,0 +1,150 @@
+"""SampledPidController: against Drake's PID, at its limits, at its start and without a measurement."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.controllers import PidController
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Multiplexer, Sine, ZeroOrderHold
+
+from soft_gripper.control.pid_controller import PidGains, SampledPidController
+
+T = 0.01
+NAN = np.nan
+
+
+def outputs(gains, set_points, measurements, initial_output=0.0, limit=1e3, applied=()):
+    """The output at every sample; `applied` of every sample, if anything is to be connected there."""
+    pid = SampledPidController(gains, T, -limit, limit, initial_output)
+    simulator = Simulator(pid)
+    context = simulator.get_mutable_context()
+    given = []
+    for sample, (set_point, measurement) in enumerate(np.broadcast(set_points, measurements)):
+        if len(applied):
+            pid.GetInputPort("applied").FixValue(context, [applied[sample]])
+        pid.GetInputPort("set_point").FixValue(context, [set_point])
+        pid.GetInputPort("measurement").FixValue(context, [measurement])
+        if sample == 0:
+            simulator.Initialize()
+        given.append(pid.GetOutputPort("output").Eval(context)[0])
+        simulator.AdvanceTo((sample + 0.5) * T)
+    return np.array(given)
+
+
+def deviation(period):
+    """Largest difference from Drake's PidController on a sine, well after the start."""
+    kp, ki, kd, set_point = 2.0, 5.0, 0.3, 0.4
+    gains = PidGains(kp, ki, kd, derivative_filter=0.0)
+    builder = DiagramBuilder()
+    sine = builder.AddSystem(Sine(1.0, 3.0, 0.0, 1))
+    state = builder.AddSystem(Multiplexer(2))
+    desired = builder.AddSystem(ConstantVectorSource([set_point, 0.0]))
+    drake = builder.AddSystem(PidController(kp=[kp], ki=[ki], kd=[kd]))
+    hold = builder.AddSystem(ZeroOrderHold(period, 1))
+    ours = builder.AddSystem(SampledPidController(gains, period, -100, 100, initial_output=kp * set_point))
+    target = builder.AddSystem(ConstantVectorSource([set_point]))
+    for i in range(2):
+        builder.Connect(sine.get_output_port(i), state.get_input_port(i))
+    builder.Connect(state.get_output_port(), drake.get_input_port_estimated_state())
+    builder.Connect(desired.get_output_port(), drake.get_input_port_desired_state())
+    builder.Connect(sine.get_output_port(0), hold.get_input_port())
+    builder.Connect(hold.get_output_port(), ours.GetInputPort("measurement"))
+    builder.Connect(target.get_output_port(), ours.GetInputPort("set_point"))
+    logs = [LogVectorOutput(block.get_output_port(), builder, period) for block in (drake, ours)]
+    simulator = Simulator(builder.Build())
+    simulator.get_mutable_integrator().set_maximum_step_size(1e-3)
+    simulator.AdvanceTo(2.0)
+    drakes, own = (log.FindLog(simulator.get_context()).data()[0] for log in logs)
+    return np.abs(drakes - own)[int(0.1 / period) :].max()
+
+
+def test_small_samples_converge_to_drakes_pid_in_first_order():
+    errors = [deviation(period) for period in (0.02, 0.01, 0.005)]
+    assert errors[-1] < 0.05
+    assert errors[0] / errors[1] == pytest.approx(2, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(2, rel=0.1)
+
+
+def test_output_stays_within_its_limits():
+    given = outputs(PidGains(kp=50.0, tracking_time=1e9), [0.0, 1.0, -1.0, 0.001], 0.0, limit=5.0)
+    np.testing.assert_allclose(given, [0, 5, -5, 0.05], rtol=1e-6)
+
+
+def test_back_calculation_leaves_the_limit_sooner():
+    set_points = np.r_[np.full(100, 2.0), np.full(900, -0.5)]
+    held = {}
+    for tracking_time in (0.1, 1e9):
+        given = outputs(PidGains(ki=10.0, tracking_time=tracking_time), set_points, 0.0, limit=1.0)
+        assert given[99] == 1
+        held[tracking_time] = np.argmax(given[100:] < 1) * T
+    assert held[0.1] < 0.5
+    assert held[1e9] > 3  # the integral of 20 a second over 1 s takes 4 s to unwind at 5 a second
+
+
+def test_integral_at_a_limit_settles_where_back_calculation_balances_the_error():
+    gains = PidGains(kp=1.0, ki=10.0, tracking_time=0.1)
+    given = outputs(gains, np.r_[np.full(300, 2.0), -0.5], 0.0, limit=1.0)
+    assert given[-2] == 1
+    # There v - u = tracking_time ki e = 2, so I = 3 - kp e = 1; the next output is I - 0.5 kp.
+    assert given[-1] == pytest.approx(0.5, abs=1e-9)
+
+
+def test_its_own_output_applied_changes_nothing():
+    gains = PidGains(2.0, 5.0, 0.3)
+    set_points, measurements = np.random.default_rng(2).uniform(-1, 1, (2, 50))
+    alone = outputs(gains, set_points, measurements, limit=1.0)
+    assert (abs(alone) == 1).any()
+    np.testing.assert_array_equal(outputs(gains, set_points, measurements, limit=1.0, applied=alone), alone)
+
+
+@pytest.mark.parametrize("error", [0.0, 0.3, -0.3])
+def test_follows_what_is_applied_instead(error):
+    """What it asks for settles where back-calculation balances the error: v - applied = tracking_time ki e."""
+    gains = PidGains(kp=3.0, ki=10.0, tracking_time=0.2)
+    given = outputs(gains, error, np.zeros(400), applied=np.full(400, 5.0))
+    assert given[-1] == pytest.approx(5 + 0.2 * 10 * error, abs=1e-6)
+    # First order, by 1 - T / tracking_time a sample.
+    left = np.abs(given - given[-1])
+    np.testing.assert_allclose(left[1:100] / left[:99], 1 - T / 0.2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("gains", [PidGains(3.0, 2.0, 1.0), PidGains(-3.0, -2.0, -1.0)], ids=["direct", "reverse"])
+def test_start_is_bumpless(gains):
+    given = outputs(gains, 0.7, np.full(3, 0.2), initial_output=4.0)
+    np.testing.assert_allclose(given, 4 + gains.ki * 0.5 * T * np.arange(3), rtol=1e-12)
+
+
+def test_derivative_is_of_the_measurement_alone():
+    gains = PidGains(kd=2.0, derivative_filter=0.04)
+    assert not outputs(gains, [0.0, 1.0, -3.0, 5.0], 0.0).any()
+    step = outputs(gains, 0.0, np.r_[0.0, np.ones(60)])
+    # A first-order filter: a kick of kd / (filter + T) against the step, which decays by filter / (filter + T).
+    np.testing.assert_allclose(step[1:], -2 / 0.05 * 0.8 ** np.arange(60), rtol=1e-12)
+
+
+def test_without_a_measurement_the_output_is_held():
+    measurements = np.r_[0.0, 0.1, 0.2, [NAN] * 5, 0.2, 0.3]
+    gains = PidGains(2.0, 3.0, 0.1)
+    given = outputs(gains, 1.0, measurements)
+    np.testing.assert_array_equal(given[3:8], given[2])
+    # Nothing of the gap is remembered: what follows is what would have followed without it.
+    without = outputs(gains, 1.0, measurements[np.isfinite(measurements)])
+    np.testing.assert_array_equal(given[8:], without[3:])
+
+
+def test_what_is_applied_may_be_unknown_for_a_while():
+    applied = np.r_[[2.0] * 3, NAN, [2.0] * 96]
+    given = outputs(PidGains(2.0, 3.0, 0.1), 1.0, np.ones(100), applied=applied)
+    assert given[-1] == pytest.approx(2, rel=1e-3)
+
+
+def test_start_without_a_measurement_is_bumpless_once_there_is_one():
+    given = outputs(PidGains(2.0, 0.0, 1.0), 1.0, [NAN, NAN, 0.5, 0.5], initial_output=4.0)
+    np.testing.assert_allclose(given, 4.0)
+
+
+def test_ports():
+    pid = SampledPidController(PidGains(), T, 0, 1)
+    names = [pid.get_input_port(i).get_name() for i in range(pid.num_input_ports())]
+    assert names == ["set_point", "measurement", "applied"]
+    assert (pid.num_output_ports(), pid.get_output_port().get_name()) == (1, "output")

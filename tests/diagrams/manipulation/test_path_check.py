@@ -1,0 +1,218 @@
+"""A ball on a slide, led by the phases of a task through a wall and a thing, with places from geometry."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arm_plants import joint, small_arm
+from pydrake.common.schema import Transform
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial
+from scenario_plants import add_scene, arm_of
+
+from soft_gripper.diagrams.manipulation import path_check
+from soft_gripper.diagrams.manipulation.collision_check import TOUCH_DEPTH
+from soft_gripper.diagrams.manipulation.path_check import POSTURE_SPACING, check_paths
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.errors import InputError
+from soft_gripper.manipulation.arm_motion import joint_path
+from soft_gripper.manipulation.task_phases import Phase
+
+BALL, SMALL = 0.05, 0.006  # m, radii
+AHEAD = 0.3  # m, from the ball on the slide to the thing in its grasp
+WALL = 3.0  # m, where the wall begins
+BEGIN, GOAL = -2.0, 2.0  # m, places of the thing on the slide
+SLIDE = joint("prismatic", "base", "x", "1 0 0") + "<link name='x'/>" + joint("revolute", "x", "flange", "1 0 0")
+
+
+def ball(name, radius):
+    return f"""<robot name="{name}"><link name="{name}"><inertial><mass value="1"/>
+      <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><sphere radius="{radius}"/></geometry></collision></link></robot>"""
+
+
+WALL_URDF = f"""<robot name="wall"><link name="wall"><collision><origin xyz="{WALL + 0.5} 0 0"/>
+  <geometry><box size="1 1 1"/></geometry></collision></link></robot>"""
+
+
+class Slide:
+    """A ball as the gripper on a slide, a thing of the same radius, and a wall."""
+
+    def __init__(self, folder, radius):
+        self.scenario = small_arm(folder, SLIDE + "<link name='flange'/>", [0.0, 0.0])
+        for name, text in (("hand", ball("hand", radius)), ("thing", ball("thing", radius)), ("wall", WALL_URDF)):
+            (folder / f"{name}.urdf").write_text(text)
+        self.thing = ModelConfig("thing", str(folder / "thing.urdf"), X_PC=at(BEGIN), free=True)
+        self.scenario.models += [ModelConfig("wall", str(folder / "wall.urdf")), self.thing]
+        self.scenario.task = TaskConfig("thing", X_OG=at(-AHEAD), X_WGoal=at(GOAL))
+        builder = DiagramBuilder()
+        scene = add_scene(builder, self.scenario)
+        self.plant, self.scene_graph, self.arm = scene.plant, scene.scene_graph, arm_of(self.scenario, scene)
+        self.diagram = builder.Build()
+
+    def check(self, *phases, rescues=0):
+        """Looks at phases, the last of which are rescues."""
+        own = phases[: len(phases) - rescues]
+        self.scenario.task.phases = [PhaseConfig(phase.name, holds=phase.holds) for phase in own]
+        models, task = self.scenario.models, self.scenario.task
+        check_paths(self.diagram, self.plant, self.scene_graph, models, self.arm, task, phases)
+
+    def complaint(self, *phases, rescues=0):
+        with pytest.raises(InputError) as caught:
+            self.check(*phases, rescues=rescues)
+        assert "\n" not in str(caught.value)
+        return str(caught.value)
+
+
+def at(x):
+    return Transform(RigidTransform([x, 0, 0]))
+
+
+def phase(name, start, end, holds=False):
+    """The ball goes from x to x, m, slowly at both ends."""
+    ease = PiecewisePolynomial.CubicHermite([0.0, 2.0], [[0.0, 1.0]], [[0.0, 0.0]])
+    motion = PathParameterizedTrajectory(joint_path(np.array([start, 0.0]), np.array([end, 0.0])), ease)
+    return Phase(name, motion, 0.05, 0, holds=holds)
+
+
+@pytest.fixture(scope="module")
+def slide(tmp_path_factory):
+    return Slide(tmp_path_factory.mktemp("slide"), BALL)
+
+
+def numbers(complaint):
+    """How much of the way is gone, and how deep it is then, m."""
+    found = re.search(r"(\d+)% on its way .* is ([\d.]+) mm inside", complaint)
+    return float(found[1]) / 100, float(found[2]) / 1e3
+
+
+def test_free_ways(slide):
+    slide.check(phase("there", 0.0, 1.0), phase("stay", 1.0, 1.0), phase("back", 1.0, 0.0))
+
+
+def test_the_phase_that_leads_into_something_is_named(slide):
+    complaint = slide.complaint(phase("there", 0.0, 1.0), phase("into", 1.0, 3.5), phase("back", 3.5, 0.0))
+    # The thing, at its begin, is not on the way.
+    assert complaint.startswith("task.phases[1]: name = 'into': leads through something: ")
+    assert "'hand::hand' is " in complaint
+    assert complaint.endswith(" inside 'wall::wall'")
+    part, depth = numbers(complaint)
+    assert TOUCH_DEPTH < depth < TOUCH_DEPTH + 2 * POSTURE_SPACING
+    assert part == pytest.approx((WALL - BALL + depth - 1.0) / 2.5, abs=0.02)
+
+
+def test_end_of_a_way_counts(slide):
+    slide.check(phase("near", 0.0, WALL - BALL + 0.9 * TOUCH_DEPTH))
+    part, depth = numbers(slide.complaint(phase("into", 0.0, WALL - BALL + 1.9 * TOUCH_DEPTH)))
+    assert (part, depth) == (1.0, pytest.approx(1.9e-3, abs=5.1e-5))
+
+
+def test_a_stay_inside_something(slide):
+    assert "'stay'" in slide.complaint(phase("stay", WALL, WALL))
+
+
+def test_what_is_held_sticks_out(slide):
+    """It is in the wall where the ball that holds it is not yet."""
+    end = WALL - AHEAD
+    slide.check(phase("empty", 0.0, end))
+    complaint = slide.complaint(phase("empty", 0.0, 0.1), phase("carry", 0.1, end, holds=True))
+    assert complaint.startswith("task.phases[1]: name = 'carry': ")
+    assert "'thing::thing' is " in complaint
+    assert complaint.endswith("'wall::wall'")
+    part, depth = numbers(complaint)
+    assert part == pytest.approx((WALL - BALL + depth - AHEAD - 0.1) / (end - 0.1), abs=0.02)
+
+
+def test_what_is_held_may_touch_the_gripper(slide):
+    slide.scenario.task.X_OG = at(-BALL)
+    slide.check(phase("carry", 0.0, 1.0, holds=True))
+    slide.scenario.task.X_OG = at(-AHEAD)
+
+
+THROUGH_BEGIN, THROUGH_GOAL = (0.0, -2.5), (0.0, 2.5)
+
+
+@pytest.mark.parametrize(
+    ("held_before", "way", "holds", "meets"),
+    [
+        (False, THROUGH_BEGIN, False, True),
+        (False, THROUGH_GOAL, False, False),
+        (False, THROUGH_BEGIN, True, False),
+        (False, THROUGH_GOAL, True, False),
+        (True, THROUGH_BEGIN, False, False),
+        (True, THROUGH_GOAL, False, True),
+    ],
+)
+def test_where_the_thing_lies_before_and_after_it_is_held(slide, held_before, way, holds, meets):
+    phases = (phase("before", 0.0, 0.0, holds=held_before), phase("through", *way, holds=holds))
+    if not meets:
+        slide.check(*phases)
+        return
+    complaint = slide.complaint(*phases)
+    assert complaint.startswith("task.phases[1]: name = 'through': ")
+    assert complaint.endswith("inside 'thing::thing'")
+
+
+def test_before_it_is_held_the_thing_is_not_at_the_goal_yet(slide):
+    slide.check(phase("through", *THROUGH_GOAL), phase("back", 2.5, 0.0), phase("carry", 0.0, 1.0, holds=True))
+
+
+@pytest.mark.parametrize("way", [THROUGH_BEGIN, THROUGH_GOAL])
+@pytest.mark.parametrize("holds", [True, False])
+def test_in_a_rescue_nobody_knows_where_the_thing_is(slide, way, holds):
+    slide.check(phase("before", 0.0, 0.0, holds=holds), phase("rescue", *way), rescues=1)
+
+
+def test_a_rescue_may_not_lead_into_a_wall(slide):
+    complaint = slide.complaint(phase("before", 0.0, 0.0), phase("rescue: rise", 0.0, WALL), rescues=1)
+    assert complaint.startswith("task.phases[1]: name = 'rescue: rise': leads through something: ")
+
+
+def test_a_rescue_is_reported_with_the_phase_that_it_follows(slide):
+    fine, watched = phase("before", 0.0, 0.0), replace(phase("watched", 0.0, 0.0), rescue=2)
+    opened, risen = phase("rescue: open", 0.0, 0.0), phase("rescue: rise", 0.0, WALL)
+    complaint = slide.complaint(fine, watched, opened, risen, rescues=2)
+    assert complaint.startswith("task.phases[1]: name = 'rescue: rise': leads through something: ")
+
+
+def test_a_task_without_an_object(slide):
+    task, slide.scenario.task = slide.scenario.task, TaskConfig()
+    slide.check(phase("free", 0.0, 1.0))
+    assert "'wall::wall'" in slide.complaint(phase("into", 0.0, WALL))
+    slide.scenario.task = task
+
+
+def test_something_thin_is_not_skipped(tmp_path):
+    """The balls overlap by more than a touch along 22 mm, which is more than a step, wherever the thing lies."""
+    slide = Slide(tmp_path, SMALL)
+    assert 2 * (2 * SMALL - TOUCH_DEPTH) > POSTURE_SPACING
+    skipped = []
+    for x in np.linspace(0.5, 0.6, 41):
+        slide.thing.X_PC = at(x)
+        try:
+            slide.check(phase("through", -3.5, 2.5))
+        except InputError:
+            continue
+        skipped.append(x)
+    assert skipped == []
+
+
+@pytest.mark.parametrize("travel", [0.5, 3.0, 6.2])
+def test_no_joint_moves_further_than_a_step_between_two_postures(slide, monkeypatch, travel):
+    """The slide by a part of what the other joint turns."""
+    seen = []
+    monkeypatch.setattr(path_check, "first_collision", lambda *args: seen.append(args[-1]))
+    way = joint_path(np.array([0.0, 0.0]), np.array([0.3 * travel, -travel]))
+    ease = PiecewisePolynomial.CubicHermite([0.0, 2.0], [[0.0, 1.0]], [[0.0, 0.0]])
+    slide.check(Phase("turn", PathParameterizedTrajectory(way, ease), 0.05, 0))
+    context = slide.plant.CreateDefaultContext()
+    arm, postures = slide.plant.GetModelInstanceByName("arm"), []
+    for q in seen[0]:
+        slide.plant.SetPositions(context, q)
+        postures.append(slide.plant.GetPositions(context, arm))
+    np.testing.assert_allclose(postures[0], [0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(postures[-1], [0.3 * travel, -travel], atol=1e-9)
+    assert np.abs(np.diff(postures, axis=0)).max() <= POSTURE_SPACING * (1 + 1e-9)
+    assert len(postures) <= 2 + travel / POSTURE_SPACING

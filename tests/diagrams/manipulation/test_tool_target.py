@@ -1,0 +1,97 @@
+"""The tool of an arm follows a pose that is given as input."""
+
+import numpy as np
+import pytest
+from arm_plants import HOME, joint, small_arm, ur5e
+from pydrake.common.value import Value
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from soft_gripper.diagrams.simulation import make_simulator
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+
+# From where the tool begins, in the world: a shift, m, and a turn, rad.
+NEAR = (RigidTransform([0.03, -0.02, 0.01]), RollPitchYaw(0.1, -0.05, 0.15))
+BACK = (RigidTransform([-0.01, 0.03, -0.02]), RollPitchYaw(-0.05, 0.1, -0.1))
+FAR = (RigidTransform([0.1, -0.15, -0.1]), RollPitchYaw(0.2, -0.1, 0.4))
+
+
+class Follower:
+    """The UR5e with its gripper, whose tool is commanded."""
+
+    def __init__(self):
+        scenario = ur5e()
+        scenario.external = ["tool"]
+        self.station = make_station(scenario)
+        self.simulator = make_simulator(self.station)
+        self.context = self.simulator.get_mutable_context()
+        self.start = self.pose()
+
+    def pose(self):
+        plant = self.station.plant
+        return plant.GetFrameByName("tool0").CalcPoseInWorld(plant.GetMyContextFromRoot(self.context))
+
+    def go(self, shift, turn, duration):
+        """Commands a pose; how far the tool is from it `duration` s later, m and rad."""
+        wanted = shift @ self.start @ RigidTransform(turn, [0, 0, 0])
+        self.station.diagram.GetInputPort("arm.X_WTool").FixValue(self.context, Value(wanted))
+        self.simulator.AdvanceTo(self.context.get_time() + duration)
+        missing = self.pose().inverse() @ wanted
+        return np.linalg.norm(missing.translation()), missing.rotation().ToAngleAxis().angle()
+
+    def signal(self, name):
+        return self.station.recording(self.context)[f"arm.{name}"].values
+
+
+def test_the_tool_rests_where_it_is_wanted():
+    follower = Follower()
+    for target in (NEAR, BACK):
+        distance, angle = follower.go(*target, 4.0)
+        assert distance < 1e-3
+        assert angle < 2e-3
+        assert np.abs(follower.signal("joint_velocities")[-1]).max() < 1e-3
+
+
+def test_where_it_begins_nothing_moves():
+    follower = Follower()
+    distance, _ = follower.go(RigidTransform(), RollPitchYaw(0, 0, 0), 0.5)
+    assert distance < 1e-5
+    np.testing.assert_allclose(follower.signal("desired_state"), np.tile([*HOME, *np.zeros(6)], (51, 1)), atol=1e-6)
+
+
+def test_joints_keep_their_velocity_limits():
+    follower = Follower()
+    follower.go(*FAR, 1.0)
+    velocities = follower.signal("desired_state")[:, 6:]
+    assert np.abs(velocities).max() <= np.pi * (1 + 1e-6)
+    assert np.abs(velocities).max() > 0.05
+
+
+def test_joints_keep_their_acceleration_limits():
+    follower = Follower()
+    follower.go(*FAR, 1.0)
+    follower.go(*BACK, 1.0)
+    period, limit = follower.station.scenario.sensor.period, follower.station.scenario.arm.acceleration
+    assert np.abs(np.diff(follower.signal("desired_state")[:, 6:], axis=0)).max() / period <= limit * 1.01
+
+
+def test_the_limits_are_made_use_of():
+    """The acceleration would let the joints go 0.6 rad in half a second."""
+    distance, _ = Follower().go(*FAR, 2.0)
+    assert distance < 1e-3
+
+
+def test_the_pose_is_an_input_and_the_joints_a_signal():
+    station = Follower().station
+    assert list(station.parts.inputs) == ["arm.X_WTool"]
+    assert station.diagram.num_input_ports() == 1
+    assert station.diagram.GetOutputPort("arm.desired_state").size() == 12
+
+
+def test_an_arm_without_limits_is_refused(tmp_path):
+    scenario = small_arm(tmp_path, "<link name='flange'/>" + joint("revolute", "base", "flange"), [0.0])
+    path = tmp_path / "arm.urdf"
+    path.write_text(path.read_text().replace('velocity="50"', 'velocity="0"'))
+    scenario.external = ["tool"]
+    with pytest.raises(InputError, match=r"velocity"):
+        make_station(scenario)

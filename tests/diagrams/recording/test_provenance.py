@@ -1,0 +1,43 @@
+"""What a recording says about itself is enough to run it again."""
+
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.diagrams.simulation import simulate
+
+EVERYTHING = str(Path(__file__).parents[2] / "scenarios/one_of_everything.yaml")
+SHORT = ["task=null", "pressure.settle=0.02"]
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """A scenario, and its recording from a file."""
+    scenario, path = load_scenario(EVERYTHING, SHORT), tmp_path_factory.mktemp("kept") / "recording.nc"
+    simulate(scenario).save(path)
+    return scenario, Recording.load(path)
+
+
+def test_the_scenario_in_the_file_runs_again(kept, tmp_path):
+    scenario, recording = kept
+    path = tmp_path / "again.yaml"
+    path.write_text(recording.data.attrs["scenario"])
+    again = load_scenario(str(path))
+    assert dump_scenario(again) == dump_scenario(scenario) == recording.data.attrs["scenario"]
+    anew = simulate(again)
+    for name in recording.data.data_vars:
+        np.testing.assert_array_equal(anew[name], recording[name], err_msg=name)
+
+
+def test_description_versions_and_frames(kept):
+    scenario, recording = kept
+    attributes = recording.data.attrs
+    assert attributes["description"] == scenario.description
+    for package in ("soft-gripper", "drake", "numpy"):
+        assert f"{package} {version(package)}" in attributes["versions"]
+    for signal in ("joint_positions", "tip_pose", "contact_center", "X_WB", ".pose", "contact_wrench"):
+        assert signal in attributes["frames"]

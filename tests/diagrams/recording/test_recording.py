@@ -1,0 +1,154 @@
+"""Recordings: labelled signals with units, true to the maths of the blocks, saved and drawn."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from finger_plants import free_bending
+from scipy.io import netcdf_file
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.wiring.sensors import sensor_layout
+from soft_gripper.estimation.bend_sharing import BendSharing
+from soft_gripper.estimation.bending_plane import bending_plane, pose_entries, to_world
+from soft_gripper.estimation.section_arcs import arcs_from_readings, joints_on_arcs
+from soft_gripper.estimation.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.sensors.sensor_layout import extension_ratios
+from soft_gripper.truth.metrics import fingertip_error, pose_error
+
+RESPONSE = "sensor.response=[[0.7, -0.2], [1.0, 0.0], [1.4, 0.9]]"
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["two-sided", "one-sided"])
+def run(request):
+    """A station of fingers under different pressures, and what it recorded."""
+    scenario = free_bending(
+        [0.0],
+        0.4,
+        "pressure.steps.left_finger=[120.0e3, -30.0e3]",
+        "pressure.steps.right_finger=[60.0e3]",
+        "sensor.sections=3",
+        f"sensor.one_sided={request.param}".lower(),
+        RESPONSE,
+    )
+    station = make_station(scenario)
+    return station, run_station(station)
+
+
+def test_every_signal_has_a_unit_and_the_time_of_the_samples(run):
+    station, recording = run
+    assert set(recording.data.data_vars) == set(station.logs.signals)
+    assert recording["time"].attrs["units"] == "s"
+    np.testing.assert_allclose(recording["time"], np.arange(81) * 0.01, atol=1e-12)
+    for name in station.logs.signals:
+        signal = recording[name]
+        units = signal.attrs["units"] if "units" in signal.attrs else signal.coords[f"{signal.dims[-1]}_units"].values
+        assert all(units)
+        assert signal.dims[0] == "time"
+        assert signal[0].size == station.diagram.GetOutputPort(name).size()
+
+
+def test_labels(run):
+    station, recording = run
+    paths = ["outer"] if station.scenario.sensor.one_sided else ["inner", "outer"]
+    assert recording["left_finger.strain"].dims == ("time", "path", "section")
+    assert recording["left_finger.strain"]["path"].values.tolist() == paths
+    assert recording["left_finger.theta"].shape == (81, 3)
+    assert recording["left_finger.joint_positions_world"].shape == (81, 12, 3)
+    assert recording["plant.state"]["state"].values.tolist() == station.plant.GetStateNames()
+
+
+def test_samples_are_the_plants_state_one_sample_before(run):
+    station, recording = run
+    state = recording["plant.state"].values
+    for finger in station.fingers:
+        positions = station.plant.GetPositionsFromArray
+        truth = [positions(finger.model, row[: station.plant.num_positions()]) for row in state]
+        sampled = recording[f"{finger.name}.sampled_joint_angles"].values
+        np.testing.assert_array_equal(sampled[1:], truth[:-1])
+
+
+def expected_signals(station, recording, finger):
+    """The signals of a finger, (time, ...), by the batch functions from its sampled joint angles."""
+    layout = sensor_layout(finger.finger, station.scenario.sensor)
+    q = recording[f"{finger.name}.sampled_joint_angles"].values
+    pressure = recording[f"{finger.name}.pressure"].values.ravel()
+    held_pressure = np.concatenate([pressure[:1], pressure[:-1]])  # sampled with the angles
+    plane, gravity = bending_plane(pose_entries(finger.X_WB)), np.array(station.scenario.gravity)
+    truth = forward_kinematics(q, finger.finger.segment_length)
+    ratios = extension_ratios(layout, q)
+    strain = layout.response.reading(ratios)
+    arcs = arcs_from_readings(layout, strain)
+    joints, tip = joints_on_arcs(layout, arcs), arcs.end[..., -1]
+    begin, center = as_points(arcs.start), as_points(arcs.centers)
+    estimated = BendSharing(layout).joint_angles(arcs.theta, held_pressure, plane.planar(gravity))
+    X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(q), 1, 1))
+    motion = Motion(*map(windows, (estimated, held_pressure, X_WB)))
+    balance = TorqueBalance(finger.finger).external_torque(motion, gravity, station.scenario.sensor.period)
+    return {
+        "extension_ratio": ratios,
+        "strain": strain,
+        "theta": arcs.theta,
+        "kappa": arcs.kappa,
+        "arcs": np.dstack([begin[..., 0], begin[..., 1], arcs.heading, arcs.kappa, arcs.length, center]),
+        "joint_positions": as_points(joints),
+        "joint_positions_world": to_world(joints, plane),
+        "tip_pose": np.column_stack([as_points(tip), arcs.tip_heading]),
+        "pose_error": pose_error(truth.joints, joints),
+        "fingertip_error": fingertip_error(truth.tip, tip),
+        "free_bending_angles": free_bending_angles(finger.finger, held_pressure),
+        "sampled_pressure": held_pressure,
+        "X_WB": X_WB,
+        "estimated_joint_angles": estimated,
+        "external_torque": balance.torque,
+        "torque_tolerance": balance.tolerance,
+    }
+
+
+def test_blocks_compute_what_the_batch_functions_compute(run):
+    station, recording = run
+    for finger in station.fingers:
+        for name, expected in expected_signals(station, recording, finger).items():
+            recorded = recording[f"{finger.name}.{name}"].values
+            if len(expected) < len(recorded):  # of the first samples nothing is known, and the initial one counts twice
+                assert np.isnan(recorded[:SAMPLES]).all()
+                recorded, expected = recorded[SAMPLES:], expected[1:]
+            np.testing.assert_allclose(recorded, expected.reshape(recorded.shape), rtol=1e-12, atol=1e-15, err_msg=name)
+
+
+def test_world_positions_are_the_plants_own(run):
+    """Many sensors find the joints where Drake's kinematics has them, in the world."""
+    station, recording = run
+    plant, context = station.plant, station.plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, recording["plant.state"].values[-2])
+    for finger in station.fingers:
+        first = plant.GetBodyByName(f"{finger.name}_link_1", finger.model)
+        joint = plant.EvalBodyPoseInWorld(context, first).translation()
+        estimate = recording[f"{finger.name}.joint_positions_world"].values[-1, 0]
+        np.testing.assert_allclose(estimate, joint, atol=1e-4)
+
+
+def test_saved_file_holds_the_same_and_opens_without_xarray(run, tmp_path):
+    _, recording = run
+    path = tmp_path / "recording.nc"
+    recording.save(path)
+    xr.testing.assert_identical(Recording.load(path).data, recording.data)
+    with netcdf_file(path, mmap=False) as file:
+        theta = file.variables["left_finger.theta"]
+        np.testing.assert_array_equal(theta[:], recording["left_finger.theta"])
+        assert theta.units == b"rad"
+
+
+def test_plot_has_a_panel_for_every_signal(run):
+    _, recording = run
+    names = ["left_finger.pressure", "left_finger.theta", "right_finger.strain"]
+    figure = recording.plot(*names)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == names
+    assert [axes.get_ylabel() for axes in figure.axes] == ["[Pa]", "[rad]", "[1]"]
+    lines = [int(recording[name][0].size) for name in names]
+    assert [len(axes.lines) for axes in figure.axes] == lines
+    assert figure.axes[-1].get_xlabel() == "time [s]"
+    np.testing.assert_array_equal(figure.axes[1].lines[2].get_ydata(), recording["left_finger.theta"][:, 2])

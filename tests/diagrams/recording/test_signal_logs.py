@@ -1,0 +1,124 @@
+"""Logs of any ports: when they are sampled, and how a recording keeps units, meanings and axes."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.diagrams.recording.recording import Recording, read_logs
+from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.signals import XZ, describe
+
+PHASES = ("go there", "close", "over")
+
+
+def recorded(**signals):
+    """A recording of constants, counted up, each with what `describe` takes; names with __ in the place of a dot."""
+    builder, ports = DiagramBuilder(), {}
+    for name, (unit, axes) in signals.items():
+        size = int(np.prod([len(labels) for labels in axes.values()]))
+        source = builder.AddSystem(ConstantVectorSource(np.arange(size, dtype=float)))
+        ports[name.replace("__", ".")] = describe(source.get_output_port(), unit, **axes)
+    logs = add_logs(builder, ports, 0.1)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.25)
+    return read_logs(logs, simulator.get_context())
+
+
+def test_every_signal_is_sampled_with_the_period():
+    builder = DiagramBuilder()
+    ramp = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 5.0]])))
+    logs = add_logs(builder, {"ramp": ramp.get_output_port()}, 0.125)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.5)
+    recording = read_logs(logs, simulator.get_context(), {"about": "a ramp"})
+    assert recording["time"].values.tolist() == [0.0, 0.125, 0.25, 0.375, 0.5]
+    np.testing.assert_allclose(recording["ramp"], 5.0 * recording["time"])
+    assert recording.data.attrs == {"about": "a ramp"}
+    assert logs.find_log("ramp", simulator.get_context()).num_samples() == 5
+
+
+def test_a_vector_is_folded_along_its_axes():
+    data = recorded(a__points=("m", {"joint": range(3), "xz": XZ}))["a.points"]
+    assert data.dims == ("time", "joint", "xz")
+    assert data.attrs == {"units": "m"}
+    assert data[-1].values.tolist() == [[0, 1], [2, 3], [4, 5]]
+    assert data.sel(joint=1, xz="z")[-1] == 3
+
+
+def test_units_of_each_entry():
+    data = recorded(a__pose=(["m", "rad"], {"joint": range(2), "part": ("x", "heading")}))["a.pose"]
+    assert "units" not in data.attrs
+    assert data["part_units"].dims == ("part",)
+    assert data["part_units"].values.tolist() == ["m", "rad"]
+
+
+def test_units_that_are_all_the_same_are_one():
+    data = recorded(a__state=(["rad", "rad"], {"part": ("x", "y")}))["a.state"]
+    assert data.attrs["units"] == "rad"
+    assert "part_units" not in data.coords
+
+
+def test_what_is_not_described_is_counted():
+    builder = DiagramBuilder()
+    ports = {f"own.{i}": builder.AddSystem(ConstantVectorSource(np.ones(i))).get_output_port() for i in (1, 2)}
+    logs = add_logs(builder, ports, 0.1)
+    recording = read_logs(logs, Simulator(builder.Build()).get_context())
+    assert recording["own.1"].dims == ("time",)
+    assert recording["own.2"].dims == ("time", "entry")
+    assert recording["own.2"].attrs == {"units": "1"}
+
+
+def test_axes_that_are_alike_are_shared():
+    recording = recorded(a__q=("rad", {"joint": range(3)}), b__q=("rad", {"joint": range(3)}))
+    assert recording["a.q"].dims == recording["b.q"].dims == ("time", "joint")
+
+
+def test_other_axes_have_the_name_of_their_owner():
+    """Of one owner they are shared."""
+    recording = recorded(
+        a__q=("rad", {"joint": range(3)}),
+        a__points=("m", {"joint": range(3), "xz": XZ}),
+        b__q=("rad", {"joint": range(5)}),
+    )
+    assert recording["a.q"].dims == ("time", "a.joint")
+    assert recording["a.points"].dims == ("time", "a.joint", "xz")
+    assert recording["b.q"].dims == ("time", "b.joint")
+    assert recording["b.q"].sel({"b.joint": 4})[-1] == 4
+
+
+def test_axes_that_differ_within_one_owner_have_the_name_of_the_signal():
+    recording = recorded(arm__q=(["m", "rad"], {"joint": range(2)}), arm__v=(["m/s", "rad/s"], {"joint": range(2)}))
+    for name, units in (("arm.q", ["m", "rad"]), ("arm.v", ["m/s", "rad/s"])):
+        assert recording[name].dims == ("time", f"{name}.joint")
+        assert recording[name][f"{name}.joint_units"].values.tolist() == units
+
+
+def test_signals_without_an_owner_are_their_own():
+    recording = recorded(q=("rad", {"joint": range(2)}), p=("rad", {"joint": range(3)}))
+    assert (recording["q"].dims, recording["p"].dims) == (("time", "q.joint"), ("time", "p.joint"))
+
+
+@pytest.fixture
+def phases():
+    builder = DiagramBuilder()
+    source = builder.AddSystem(ConstantVectorSource([1.0]))
+    logs = add_logs(builder, {"task.phase": describe(source.get_output_port(), meanings=PHASES)}, 0.1)
+    return read_logs(logs, Simulator(builder.Build()).get_context())
+
+
+def test_states_are_named_as_the_cf_conventions_have_it(phases, tmp_path):
+    phases.save(tmp_path / "a.nc")
+    for recording in (phases, Recording.load(tmp_path / "a.nc")):
+        attributes = recording["task.phase"].attrs
+        assert attributes["units"] == "1"
+        assert np.asarray(attributes["flag_values"]).tolist() == [0, 1, 2]
+        assert attributes["flag_meanings"] == "go_there close over"
+
+
+def test_a_plot_names_the_units_of_its_entries():
+    recording = recorded(a__pose=(["m", "rad", "m"], {"part": "xyz"}), a__q=("rad", {"joint": range(3)}))
+    figure = recording.plot("a.pose", "a.q")
+    assert [axes.get_ylabel() for axes in figure.axes] == ["[m, rad]", "[rad]"]

@@ -1,0 +1,47 @@
+"""Nothing may begin inside something else; what just touches may."""
+
+import pytest
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+
+ANOTHER_BOX = "{name: other, file: package://soft_gripper/objects/box.sdf, free: true}"
+
+
+def at(model, x, y, z):
+    return f"models.{model}.X_PC.translation=[{x}, {y}, {z}]"
+
+
+# Scenario, what is moved (m), and the models that are then in each other. Half the box is 22 x 20 x 30 mm. The fingers
+# of its scenario reach from x = 35 mm outward and from z = 128 mm down, the palm from there up, the table from 0 down.
+# The peg has a radius of 10 mm, the finger beside it a half thickness of 9.7 mm.
+INSIDE = {
+    "object in a finger": ("box_grasp", [at(2, -0.03, 0, 0.09)], {"gripper::left_finger", "box::box"}),
+    "object in the table": ("box_grasp", [at(2, 0, 0, 0.025)], {"table::top", "box::box"}),
+    "object in the palm": ("box_grasp", [at(2, 0, 0, 0.11)], {"gripper::palm", "box::box"}),
+    "mesh in a finger": ("irregular_grasp", [at(2, 0.03, 0, 0.09)], {"gripper::right_finger", "irregular::irregular"}),
+    "peg in a finger": ("obstructed_inside", [at(1, 0.015, 0, 0.125)], {"finger::finger_link", "peg::peg"}),
+    "finger in a finger": ("free_bending", [at(1, -0.11, 0, 0.2)], {"left_finger::", "right_finger::"}),
+    "object in an object": ("box_grasp", [f"models.1={ANOTHER_BOX}", at(1, 0, 0, 0.05)], {"other::box", "box::box"}),
+}
+TOUCHING = {
+    "object at a finger": ("box_grasp", [at(2, -0.0129, 0, 0.09)]),
+    "object on the table": ("box_grasp", [at(2, 0, 0, 0.03)]),
+    "object at the palm": ("box_grasp", [at(2, 0, 0, 0.098)]),
+    "peg at a finger": ("obstructed_inside", [at(1, 0.0196, 0, 0.125)]),
+    "object on an object": ("box_grasp", [f"models.1={ANOTHER_BOX}", at(1, 0, 0, 0.09)]),
+}
+
+
+@pytest.mark.parametrize(("name", "overrides", "models"), INSIDE.values(), ids=INSIDE)
+def test_a_start_inside_is_refused(name, overrides, models):
+    with pytest.raises(InputError, match=r"begins inside '.*'; move one of them away") as caught:
+        make_station(load_scenario(name, overrides))
+    assert all(model in str(caught.value) for model in models)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "overrides"), TOUCHING.values(), ids=TOUCHING)
+def test_a_touch_is_not(name, overrides):
+    make_station(load_scenario(name, overrides))

@@ -1,0 +1,97 @@
+"""The plant: models in their places, the fingers found in them, and mistakes in either."""
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+
+FINGER = "package://soft_gripper/grippers/finger.urdf"
+GRIPPER = "package://soft_gripper/grippers/two_finger.urdf"
+BOX = "package://soft_gripper/objects/box.sdf"
+
+
+def station(tmp_path, *models):
+    """A station of models, each written as a line of YAML."""
+    path = tmp_path / "scenario.yaml"
+    path.write_text("models:\n" + "".join(f"- {{{model}}}\n" for model in models))
+    return make_station(load_scenario(str(path)))
+
+
+def test_two_models_of_one_file_are_two_fingers_in_two_places():
+    left, right = make_station(load_scenario("free_bending")).fingers
+    assert (left.name, right.name) == ("left_finger", "right_finger")
+    assert left.model != right.model
+    for finger, x, yaw in ((left, -0.12, 0.0), (right, 0.12, np.pi)):
+        expected = RigidTransform(RollPitchYaw(np.pi, 0, yaw), [x, 0, 0.2])
+        assert finger.X_WB.IsNearlyEqualTo(expected, 1e-12)
+
+
+def test_fingers_of_one_model_stand_where_its_file_mounts_them(tmp_path):
+    built = station(tmp_path, f"name: hand, file: '{GRIPPER}', X_PC: {{translation: [0, 0, 1]}}")
+    left, right = built.fingers
+    assert (left.name, right.name) == ("left_finger", "right_finger")
+    assert left.model == right.model == built.plant.GetModelInstanceByName("hand")
+    np.testing.assert_allclose(left.X_WB.translation(), [-0.045, 0, 1.03], atol=1e-12)
+    np.testing.assert_allclose(right.X_WB.rotation().col(0), [-1, 0, 0], atol=1e-12)
+
+
+def test_segments_of_the_scenario_take_the_place_of_the_files(tmp_path):
+    beside = "X_PC: {translation: [0, 1, 0]}"
+    built = station(tmp_path, f"name: a, file: '{FINGER}', segments: 5", f"name: b, file: '{FINGER}', {beside}")
+    assert [finger.finger.segments for finger in built.fingers] == [5, 12]
+    assert built.plant.num_positions() == 17
+
+
+def test_a_model_is_welded_to_a_frame_of_another(tmp_path):
+    built = station(
+        tmp_path,
+        f"name: a, file: '{FINGER}', X_PC: {{translation: [0, 0, 1]}}",
+        f"name: b, file: '{FINGER}', parent: 'a::mount', child: b_tip, X_PC: {{translation: [0.1, 0, 0]}}",
+    )
+    _, b = built.fingers
+    np.testing.assert_allclose(b.X_WB.translation(), [0.1, 0, 1 - 0.12], atol=1e-12)
+
+
+def test_a_free_model_begins_where_it_is_put(tmp_path):
+    built = station(tmp_path, f"name: box, file: '{BOX}', free: true, X_PC: {{translation: [1, 2, 3]}}")
+    box = built.plant.GetBodyByName("box")
+    pose = built.plant.EvalBodyPoseInWorld(built.plant.CreateDefaultContext(), box)
+    np.testing.assert_array_equal(pose.translation(), [1, 2, 3])
+    assert built.plant.num_velocities() == 6
+
+
+@pytest.mark.parametrize(
+    ("model", "complaint"),
+    [
+        (f"file: '{FINGER}', parent: 'b::mount'", r"models\[0\]: parent = 'b::mount': no such frame"),
+        (f"file: '{FINGER}', parent: mount", r"models\[0\]: parent = 'mount': write \"model::frame\""),
+        (f"file: '{FINGER}', child: palm", r"models\[0\]: child = 'a::palm': no such frame"),
+        ("file: package://soft_griper/a.urdf", "no package 'soft_griper'; known: .*soft_gripper"),
+        ("file: package://soft_gripper/grippers/none.urdf", r"grippers/none\.urdf"),
+        ("file: none.urdf", r"none\.urdf"),
+        ("file: none.sdf", r"none\.sdf"),
+        ("file: scenario.yaml", r"scenario\.yaml"),
+        ("file: broken.sdf", r"broken\.sdf"),
+    ],
+)
+def test_models_that_cannot_be_added(tmp_path, model, complaint):
+    (tmp_path / "broken.sdf").write_text("<sdf version='1.7'><model>")
+    with pytest.raises(InputError, match=complaint):
+        station(tmp_path, f"name: a, {model}")
+
+
+def test_fingers_of_the_same_name_have_that_of_their_model_before_it(tmp_path):
+    beside = "X_PC: {translation: [0, 1, 0]}"
+    built = station(tmp_path, f"name: hand, file: '{GRIPPER}'", f"name: left_finger, file: '{FINGER}', {beside}")
+    names = ["hand.left_finger", "right_finger", "left_finger.left_finger"]
+    assert [finger.name for finger in built.fingers] == names
+    assert {f"{name}.strain" for name in names} < set(built.logs.signals)
+
+
+def test_a_model_with_fingers_is_welded(tmp_path):
+    """The sensing knows where a finger's base stands; a free base would move away from there."""
+    with pytest.raises(InputError, match="free"):
+        station(tmp_path, f"name: a, file: '{FINGER}', free: true")

@@ -1,0 +1,107 @@
+"""No Python runs at the plant's rate: the blocks are called with the samples of the sensors and at no other time."""
+
+import sys
+from collections import Counter
+from functools import cache
+
+import pytest
+from finger_plants import free_bending
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import solver_config
+from soft_gripper.diagrams.station import make_station
+
+BEGIN = 0.5025  # s, between two samples
+CONTACT = "estimator.contact_threshold=2.5e-3"
+
+
+def calls_per_second(scenario):
+    """Calls of every function of soft_gripper in one simulated second."""
+    simulator = Simulator(make_station(scenario).diagram)
+    ApplySimulatorConfig(solver_config(scenario), simulator)
+    simulator.AdvanceTo(BEGIN)
+    calls = Counter()
+
+    def count(frame, event, _):
+        module = frame.f_globals.get("__name__", "")
+        if event == "call" and module.startswith("soft_gripper."):
+            calls[f"{module}.{frame.f_code.co_name}"] += 1
+
+    sys.setprofile(count)
+    try:
+        simulator.AdvanceTo(BEGIN + 1.0)
+    finally:
+        sys.setprofile(None)
+    return calls
+
+
+def bending(time_step, period=0.01):
+    """Calls in a station of two fingers and pressure steps."""
+    return calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={time_step}", f"sensor.period={period}"))
+
+
+@cache
+def handling(name, time_step):
+    """Calls in a station of an arm, a task, the grip control and all that is sensed, while the arm moves.
+
+    How many contacts there are belongs to the plant: functions that go through them are left out.
+    """
+    calls = calls_per_second(load_scenario(name, [f"plant_config.time_step={time_step}", CONTACT]))
+    return Counter(
+        {name: n for name, n in calls.items() if not name.startswith("soft_gripper.truth.true_contact.")}
+    ), calls
+
+
+@pytest.fixture(scope="module")
+def baseline():
+    return bending(time_step=0.01)
+
+
+def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
+    two_fingers = 2 * 100
+    assert baseline["soft_gripper.sensors.strain_sensor._sample"] == two_fingers
+    assert baseline["soft_gripper.estimation.arc_pose_estimator._estimate"] == two_fingers
+    assert baseline["soft_gripper.truth.metrics._calc_chain"] == two_fingers
+
+
+@pytest.mark.parametrize("time_step", [0.002, 0.0])
+def test_steps_of_the_plant_call_no_python(baseline, time_step):
+    assert bending(time_step) == baseline
+
+
+def test_calls_scale_with_the_sensors(baseline):
+    assert bending(0.01, period=0.005) == Counter({name: 2 * n for name, n in baseline.items()})
+
+
+CALLBACKS = {  # calls in a second, with two fingers
+    "sensors.base_pose_sensor._sample": 200,
+    "estimation.arc_pose_estimator._calc_angles": 200,
+    "estimation.force_estimator._calc": 200,
+    "estimation.force_estimator._remember": 200,
+    "estimation.contact_detector._calc_touch": 200,
+    "estimation.contact_detector._remember": 200,
+    "estimation.object_width._calc_width": 100,
+    "truth.true_contact._collect": 100,
+    "estimation.gripper_opening._calc_opening": 100,
+    "control.pid_controller._remember": 100,
+    "control.pid_controller._calc_output": 100,
+    "manipulation.task_machine._update": 100,
+    "manipulation.task_phases.step": 100,
+}
+
+
+def test_blocks_of_a_task_work_once_a_sample():
+    _, calls = handling("pick_and_place_box", 0.01)
+    assert {name: calls[f"soft_gripper.{name}"] for name in CALLBACKS} == CALLBACKS
+
+
+@pytest.mark.parametrize("time_step", [0.002, 0.0])
+@pytest.mark.parametrize(
+    "name",
+    ["pick_and_place_box", "pick_and_place_delicate", "tip_distance_steps"],
+)
+def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
+    own, calls = handling(name, time_step)
+    assert own == handling(name, 0.01)[0]
+    assert calls["soft_gripper.truth.true_contact._collect"] == 100

@@ -1,0 +1,47 @@
+"""Runs: from the beginning to the end, the same every time, and without a trace on the scenario."""
+
+import pytest
+import xarray as xr
+from finger_plants import free_bending
+
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.diagrams.simulation import run_station, simulate, solver_config
+from soft_gripper.diagrams.station import make_station
+
+
+def test_progress_reports_the_time_after_every_step():
+    times = []
+    recording = simulate(free_bending([0.0, 50e3, 20e3], 0.2), progress=times.append)
+    assert times == pytest.approx([0.2, 0.4, 0.6])
+    assert recording["time"][-1] == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("time_step", [0.01, 0.0])
+def test_runs_are_the_same_every_time(time_step):
+    scenario = free_bending([80e3], 0.3, f"plant_config.time_step={time_step}")
+    station = make_station(scenario)
+    first, again, anew = run_station(station), run_station(station), simulate(scenario)
+    xr.testing.assert_identical(first.data, again.data)
+    xr.testing.assert_identical(first.data, anew.data)
+
+
+def test_scenario_is_left_as_it_was():
+    scenario = free_bending([80e3], 0.1)
+    before = dump_scenario(scenario)
+    simulate(scenario)
+    assert dump_scenario(scenario) == before
+
+
+def test_the_scenarios_integrator_is_for_a_continuous_plant():
+    discrete = solver_config(load_scenario("free_bending", ["plant_config.time_step=0.005"]))
+    assert (discrete.integration_scheme, discrete.use_error_control) == ("explicit_euler", False)
+    continuous = solver_config(load_scenario("free_bending", ["plant_config.time_step=0"]))
+    assert (continuous.integration_scheme, continuous.use_error_control) == ("cenic", True)
+
+
+def test_interruption_leaves_the_run_at_once():
+    def interrupt(time):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(free_bending([0.0, 0.0], 0.1), progress=interrupt)

@@ -1,0 +1,48 @@
+"""Block diagrams as text and as pictures."""
+
+import sys
+
+import pytest
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.view.block_diagram import graphviz, save_block_diagram
+from soft_gripper.errors import InputError
+
+BEGINNINGS = {"dot": b"digraph", "gv": b"digraph", "svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    return make_station(load_scenario("free_bending")).diagram
+
+
+def test_text_shows_the_blocks_as_deep_as_asked(diagram):
+    top, inside = graphviz(diagram, max_depth=1), graphviz(diagram, max_depth=2)
+    for block in ("plant", "left_finger.sensors", "left_finger.estimation", "right_finger.pressure_drive", "logs"):
+        assert block in top
+    for inner in ("force_estimator", "true_external_torque", "sampled_pressure"):
+        assert f"name={inner}\n" not in top
+        assert f"name={inner}\n" in inside
+
+
+@pytest.mark.parametrize(("suffix", "beginning"), BEGINNINGS.items())
+def test_file_is_of_the_kind_that_its_name_says(tmp_path, diagram, suffix, beginning):
+    path = tmp_path / f"station.{suffix}"
+    save_block_diagram(diagram, path)
+    assert path.read_bytes().startswith(beginning)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", ["station.jpg", "station", "station.SVG.txt"])
+def test_other_endings_are_refused(tmp_path, diagram, name):
+    with pytest.raises(InputError, match=r"end it in \.dot, \.gv, \.svg, \.png, \.pdf"):
+        save_block_diagram(diagram, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_picture_without_pygraphviz_says_what_to_install(tmp_path, diagram, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pygraphviz", None)
+    with pytest.raises(InputError, match="needs pygraphviz: pip install"):
+        save_block_diagram(diagram, tmp_path / "station.svg")
+    save_block_diagram(diagram, tmp_path / "station.dot")

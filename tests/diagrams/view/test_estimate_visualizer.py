@@ -1,0 +1,203 @@
+"""EstimateVisualizer: what it draws where, in which colours, and when."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from drawing import Drawing
+from pydrake.common.value import Value
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.torque_colors import color
+from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimation.bending_plane import pose_entries
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+X_WB = RigidTransform(RollPitchYaw(0.3, -0.4, 1.1), [0.1, -0.2, 0.3])
+LIMIT = 0.2
+NAME = "hand.finger"  # of blocks and signals; the finger itself is called otherwise
+ROUNDING = 3e-6  # m; poses are rounded to about a micrometre
+
+
+class Scene:
+    """One finger of given readings and torques, drawn once."""
+
+    def __init__(self, layout: SensorLayout, strain: Array, torque: Array, end: float = 0.0):
+        builder = DiagramBuilder()
+        self.drawing, self.layout = Drawing(), layout
+        skin = tuple((f"/link_{i}/box", f"/link_{i}/knuckle") for i in range(layout.finger.segments + 1))
+        drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(2), skin)
+        visualizer = builder.AddSystem(EstimateVisualizer(self.drawing, [drawn], LIMIT, period=0.05))
+        pose = builder.AddSystem(ArcPoseEstimator(layout, np.zeros(3)))
+        other = RigidTransform([9.0, 9.0, 9.0])
+        poses = builder.AddSystem(ConstantValueSource(Value([other, other, X_WB, other])))
+        builder.Connect(poses.get_output_port(), visualizer.GetInputPort("body_poses"))
+        for vector, port in (
+            (strain, pose.GetInputPort("strain")),
+            (np.zeros(1), pose.GetInputPort("pressure")),
+            (pose_entries(X_WB), pose.GetInputPort("X_WB")),
+            (torque, visualizer.GetInputPort(f"{NAME}.external_torque")),
+        ):
+            builder.Connect(builder.AddSystem(ConstantVectorSource(vector)).get_output_port(), port)
+        builder.Connect(pose.GetOutputPort("arcs"), visualizer.GetInputPort(f"{NAME}.arcs"))
+        self.pose, self.diagram = pose, builder.Build()
+        self.simulator = Simulator(self.diagram)
+        self.simulator.Initialize()
+        self.simulator.AdvanceTo(end)
+
+    def estimate(self, port: str) -> Array:
+        context = self.pose.GetMyContextFromRoot(self.simulator.get_context())
+        return self.pose.GetOutputPort(port).Eval(context)
+
+    @property
+    def arcs(self) -> Array:
+        """x, z, heading, kappa, length, centre's x and z of the arcs, (S, 7)."""
+        return self.estimate("arcs").reshape(-1, 7)
+
+    def pieces(self) -> list[str]:
+        return list(self.drawing.objects)
+
+
+MakeScene = Callable[..., Scene]
+
+
+@pytest.fixture
+def scene(bent: Callable[..., Array]) -> MakeScene:
+    """Draws a bent finger with the sensors of `layout`; a reading or torque can be replaced."""
+
+    def make(layout: SensorLayout, q: Array | None = None, failed: int | None = None, **other: Any) -> Scene:
+        joints = layout.finger.segments
+        angles = bent(joints) if q is None else q
+        strain = layout.response.reading(extension_ratios(layout, angles))
+        if failed is not None:
+            strain[failed] = np.nan
+        return Scene(layout, strain, other.pop("torque", np.zeros(joints)), **other)
+
+    return make
+
+
+def in_finger(points: Array) -> Array:
+    """Points of the world in B."""
+    return X_WB.inverse() @ points
+
+
+def test_ports(scene: MakeScene, layout: SensorLayout) -> None:
+    drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(0), ())
+    system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
+    ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3)}
+    assert ports == {"body_poses": 0, f"{NAME}.arcs": 7 * layout.sections, f"{NAME}.external_torque": 12}
+    assert system.num_output_ports() == 0
+
+
+def test_pieces_are_chords_of_the_estimated_arcs(scene: MakeScene, layout: SensorLayout) -> None:
+    seen = scene(layout)
+    per_arc = len(seen.pieces()) // layout.sections
+    assert len(seen.pieces()) == per_arc * layout.sections
+    for i, path in enumerate(seen.pieces()):
+        _, _, _, kappa, length, *center = seen.arcs[i // per_arc]
+        x, y, z = in_finger(seen.drawing.in_world(path, [0, 0, 0]))
+        direction = in_finger(seen.drawing.in_world(path, [0, 0, 1])) - (x, y, z)
+        from_center = np.array((x, z)) - center
+        assert y == pytest.approx(0, abs=ROUNDING)
+        # The middle of a chord lies nearer to the centre than the arc, and the chord at a right angle to it.
+        assert np.linalg.norm(from_center) == pytest.approx(
+            np.cos(kappa * length / per_arc / 2) / abs(kappa), abs=ROUNDING
+        )
+        assert direction[::2] @ from_center == pytest.approx(0, abs=ROUNDING)
+
+
+def test_pieces_join_from_the_base_to_the_estimated_tip(scene: MakeScene, layout: SensorLayout) -> None:
+    seen = scene(layout)
+    per_arc = len(seen.pieces()) // layout.sections
+    end = np.zeros(3)
+    for i, path in enumerate(seen.pieces()):
+        theta, length = np.prod(seen.arcs[i // per_arc, 3:5]) / per_arc, seen.arcs[i // per_arc, 4] / per_arc
+        half = length * np.sinc(theta / 2 / np.pi) / 2
+        begin, next_end = (in_finger(seen.drawing.in_world(path, [0, 0, side * half])) for side in (-1, 1))
+        np.testing.assert_allclose(begin, end, atol=ROUNDING)
+        end = next_end
+        assert length < seen.drawing.objects[path].height() < 1.3 * length, "no gaps where the curve is bent"
+    np.testing.assert_allclose(end[::2], seen.estimate("tip_pose")[:2], atol=ROUNDING)
+
+
+def test_the_curve_stands_out_of_both_sides(scene: MakeScene, tapered_finger: Finger) -> None:
+    seen = scene(SensorLayout(tapered_finger, 2))
+    widths = {seen.drawing.objects[path].depth() for path in seen.pieces()}
+    assert tapered_finger.base.width < min(widths)
+    assert max(widths) < 1.2 * tapered_finger.base.width
+
+
+def test_arcs_have_their_centre_and_end_where_the_curve_does(scene: MakeScene, layout: SensorLayout) -> None:
+    seen = scene(layout, np.repeat([-0.1, 0.2], [3, 9]))
+    ends = np.vstack([seen.arcs[1:, :2], seen.estimate("tip_pose")[:2]])
+    for i, (arc, end) in enumerate(zip(seen.arcs, ends, strict=True)):
+        path = f"{ARCS}/{NAME}/{i}/unit"
+        on_circle = in_finger(seen.drawing.in_world(f"{path}/circle", seen.drawing.lines[f"{path}/circle"]))
+        distances = np.linalg.norm(on_circle[::2] - arc[5:, None], axis=0)
+        np.testing.assert_allclose(distances, 1 / abs(arc[3]), atol=ROUNDING)
+        for radius, tip in (("begin", arc[:2]), ("end", end)):
+            line = seen.drawing.lines[f"{path}/{radius}"]
+            drawn = in_finger(seen.drawing.in_world(f"{path}/{radius}", line))
+            np.testing.assert_allclose(drawn[::2].T, [arc[5:], tip], atol=ROUNDING)
+
+
+def test_arcs_are_hidden_together_and_straight_ones_by_themselves(scene: MakeScene, shipped_finger: Finger) -> None:
+    q = np.where(np.arange(12) < 6, 0.0, 0.1)
+    shown = scene(SensorLayout(shipped_finger, 2), q).drawing.properties
+    assert shown[ARCS, "visible"] is False
+    assert [shown[f"{ARCS}/{NAME}/{i}", "visible"] for i in range(2)] == [False, True]
+
+
+def test_behind_a_failed_sensor_nothing_is_drawn(scene: MakeScene, shipped_finger: Finger) -> None:
+    seen = scene(SensorLayout(shipped_finger, 3), failed=1, torque=np.full(12, np.nan))
+    middles = np.array([seen.drawing.in_world(path, [0, 0, 0]) for path in seen.pieces()])
+    known = len(middles) // 3
+    assert len(np.unique(middles[:known].round(9), axis=0)) == known
+    np.testing.assert_array_equal(middles[known:], np.tile(middles[known - 1], (2 * known, 1)))
+    assert [seen.drawing.properties[f"{ARCS}/{NAME}/{i}", "visible"] for i in range(3)] == [True, False, False]
+    assert shown_colors(seen) == pytest.approx(np.tile(color(np.nan, LIMIT), (13, 1)), abs=1e-3)
+
+
+def test_a_finger_of_which_nothing_is_known_leaves_finite_poses(scene: MakeScene, layout: SensorLayout) -> None:
+    seen = scene(layout, failed=0)
+    placing = [value for (_, name), value in seen.drawing.properties.items() if name in ("position", "rotation[y]")]
+    assert len(placing) == 2 * len(seen.pieces())
+    assert np.isfinite(np.hstack(placing)).all()
+
+
+def shown_colors(seen: Scene) -> Array:
+    """Colours of the links as they appear (sRGB), (N + 1, 3); both shapes of a link have the same."""
+    shapes = [
+        [
+            [seen.drawing.properties[f"/link_{i}/{shape}/<object>", f"material.color[{c}]"] for c in "rgb"]
+            for i in range(13)
+        ]
+        for shape in ("box", "knuckle")
+    ]
+    np.testing.assert_array_equal(*shapes)
+    linear = np.array(shapes[0])
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def test_links_have_the_color_of_the_torque_where_they_begin(scene: MakeScene, shipped_finger: Finger) -> None:
+    torque = np.linspace(-0.25, 0.15, 12)
+    colors = shown_colors(scene(SensorLayout(shipped_finger, 4), torque=torque))
+    np.testing.assert_allclose(colors[1:], color(torque, LIMIT), atol=1e-3)
+    np.testing.assert_array_equal(colors[0], colors[1])
+
+
+def test_draws_at_its_rate_and_on_demand(scene: MakeScene, shipped_finger: Finger) -> None:
+    seen = scene(SensorLayout(shipped_finger, 2), end=1.0)
+    assert np.unique(seen.drawing.times) == pytest.approx(np.arange(21) * 0.05)
+    of_one_frame = len(seen.drawing.times) / 21
+    diagram: Diagram = seen.diagram
+    diagram.ForcedPublish(seen.simulator.get_context())
+    assert len(seen.drawing.times) == 22 * of_one_frame

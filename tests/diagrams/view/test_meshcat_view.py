@@ -1,0 +1,130 @@
+"""What Meshcat holds after a run, and what a replay keeps of it."""
+
+import base64
+import gzip
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydrake.geometry import Meshcat
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE
+from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW
+from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.diagrams.view.viewpoint import upright_view
+
+
+@pytest.fixture(scope="module")
+def replay(tmp_path_factory: pytest.TempPathFactory) -> tuple[Meshcat, str]:
+    """A short grasp shown in Meshcat, and the page of its replay."""
+    meshcat, path = Meshcat(), tmp_path_factory.mktemp("replay") / "replay.html"
+    short = ["pressure.steps.all=[50e3, 100e3]", "pressure.settle=0.1", "pressure.hold_samples=1"]
+    run_station(make_station(load_scenario("box_grasp", short), meshcat), meshcat)
+    write_replay(meshcat, path)
+    return meshcat, unpacked(path)
+
+
+def unpacked(path: Path) -> str:
+    (packed,) = re.findall(r"base64,([A-Za-z0-9+/=]+)", path.read_text())
+    return gzip.decompress(base64.b64decode(packed)).decode()
+
+
+def test_meshcat_has_bodies_estimates_and_legend(replay: tuple[Meshcat, str]) -> None:
+    meshcat, _ = replay
+    for finger in ("left_finger", "right_finger"):
+        for path in (
+            f"{CURVE}/{finger}/0",
+            f"{ARCS}/{finger}/0/unit/circle",
+            f"/drake/visualizer/gripper/{finger}_link_12/gripper/Box/<object>",
+            f"/drake/visualizer/gripper/{finger}_link_12/gripper/Cylinder/<object>",
+        ):
+            assert meshcat.HasPath(path), path
+    assert meshcat.HasPath("/Cameras/default/rotated/<object>/legend")
+
+
+def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
+    meshcat = Meshcat()
+    short = ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=own_blocks:mean_bend"]
+    run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
+    assert meshcat.HasPath(f"{ARCS}/finger/11/unit/circle")
+    assert not meshcat.HasPath(f"{ARCS}/finger/12")
+
+
+def test_all_that_is_colored_is_there_to_be_colored(replay: tuple[Meshcat, str]) -> None:
+    """The paths of the links' shapes are those at which MeshcatVisualizer draws, in this version of Drake."""
+    messages = messages_of(replay[1])
+    objects = {path for kind, path in messages if kind == b"set_object"}
+    colored = {path for kind, path in messages if kind == b"set_property" and path.endswith(b"/<object>")}
+    links = {path.removesuffix(b"/<object>") for path in colored if path.startswith(b"/drake/visualizer")}
+    assert len(links) == 2 * (13 + 12), "a box for every link, and a knuckle for all but the first of a finger"
+    assert links <= objects
+
+
+def test_the_recording_holds_colors_poses_and_arcs(replay: tuple[Meshcat, str]) -> None:
+    (animation,) = (data for data in payloads_of(replay[1]) if b"set_animation" in data)
+    for track in (b".material.color[r]", b".position", b".quaternion", b".scale", b".rotation[y]", b".visible"):
+        assert track in animation, track
+
+
+def payloads_of(page: str) -> list[bytes]:
+    return [base64.b64decode(data) for data in re.findall(r"octet-binary;base64,([A-Za-z0-9+/=]+)", page)]
+
+
+def messages_of(page: str) -> set[tuple[bytes, bytes]]:
+    """What Meshcat's messages do (set_object ...), and to which path."""
+    found = (
+        re.search(rb"\xa4type.(\w+?)\xa4path(?:\xd9.|[\xa0-\xbf])(/[ -~]+)", data, re.DOTALL)
+        for data in payloads_of(page)
+    )
+    return {(match[1], match[2]) for match in found if match}
+
+
+class WatchedMeshcat(Meshcat):
+    """Remembers where its camera was put."""
+
+    def SetCameraPose(self, camera_in_world: Array, target_in_world: Array) -> None:  # noqa: N802
+        self.eye, self.target = np.array(camera_in_world), np.array(target_in_world)
+        super().SetCameraPose(camera_in_world, target_in_world)
+
+
+@pytest.mark.parametrize("name", ["box_grasp", "pick_and_place_box", "arm_motion"])
+def test_the_camera_sees_arm_gripper_and_goal_above_the_legend(name: str) -> None:
+    meshcat, scenario = WatchedMeshcat(), load_scenario(name)
+    station = make_station(scenario, meshcat)
+    plant, context = station.plant, station.plant.CreateDefaultContext()
+    view = upright_view(meshcat.target - meshcat.eye).matrix()
+    task, arm = scenario.task, scenario.arm
+    postures = [phase.posture for phase in task.phases if phase.posture] if task else []
+    points = [[0.45, 0.18, 0.03], [0.45, -0.18, 0.03]] if task and task.object else []
+    for posture in postures or [arm.home if arm else []]:
+        if arm:
+            plant.SetPositions(context, plant.GetModelInstanceByName(arm.model), posture)
+        models = map(ModelInstanceIndex, range(2, plant.num_model_instances()))
+        bodies = (plant.get_body(i) for m in models if plant.num_positions(m) for i in plant.GetBodyIndices(m))
+        points += [plant.EvalBodyPoseInWorld(context, body).translation() for body in bodies]
+    right, down, ahead = ((np.array(points) - meshcat.eye) @ view).T
+    edge = np.tan(FIELD_OF_VIEW / 2)
+    assert np.all(ahead > 0)
+    assert np.max(np.abs(right / ahead)) < 1.5 * edge
+    assert -0.98 * edge < np.min(down / ahead)
+    assert 0.0 < np.max(down / ahead) < 0.75 * edge
+
+
+def test_the_light_of_an_arm_comes_from_the_side_of_the_camera() -> None:
+    meshcat = WatchedMeshcat()
+    lights: dict[str, Any] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            WatchedMeshcat, "SetProperty", lambda self, path, name, *value: lights.update({path + name: value[0]})
+        )
+        make_station(load_scenario("pick_and_place_box"), meshcat)
+    toward = meshcat.eye - meshcat.target
+    position = np.array(lights["/Lights/FillLight/<object>position"])
+    assert position @ toward / np.linalg.norm(position) / np.linalg.norm(toward) > 0.8

@@ -1,0 +1,80 @@
+"""Sensors and estimators by name: the project's own, a user's from anywhere that Python or the current folder has."""
+
+import sys
+
+import pytest
+
+from soft_gripper.diagrams.wiring.choices import ESTIMATORS, SENSORS, find_estimator, find_sensor, make_block
+from soft_gripper.errors import InputError
+from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.strain_sensor import StrainSensor
+
+
+def test_names_of_the_project(shipped_finger):
+    layout = SensorLayout(shipped_finger, 3)
+    assert (list(SENSORS), list(ESTIMATORS)) == (["strain"], ["arcs"])
+    assert isinstance(find_sensor("strain")(layout, 0.01), StrainSensor)
+    assert isinstance(find_estimator("arcs")(layout, [0, 0, -9.81], 0.01), ArcPoseEstimator)
+
+
+def test_functions_of_the_users(monkeypatch, tmp_path):
+    """From the current folder too, which is not left on Python's path."""
+    (tmp_path / "lab_sensors.py").write_text("def make(layout, period):\n    return period\n")
+    monkeypatch.chdir(tmp_path)
+    path = list(sys.path)
+    assert find_sensor("lab_sensors:make")(None, 0.5) == 0.5
+    assert sys.path == path
+    assert find_estimator("own_blocks:mean_bend").__name__ == "mean_bend"
+
+
+def test_what_is_installed_comes_before_the_current_folder(monkeypatch, tmp_path):
+    (tmp_path / "math.py").write_text("def sqrt(x):\n    return 'mine'\n")
+    monkeypatch.chdir(tmp_path)
+    assert find_sensor("math:sqrt")(4.0) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("strane", 'known: strain; or give "module:function" of your own'),
+        ("", "known: strain"),
+        (":make", "known: strain"),
+        ("own_blocks:", "known: strain"),
+        ("own_blocks:nosuch", "cannot be imported: module 'own_blocks' has no attribute 'nosuch'"),
+        ("nosuch_module:make", "cannot be imported: No module named 'nosuch_module'"),
+        ("broken_module:make", "cannot be imported: "),
+        ("own_blocks:NOT_CALLABLE", "is no function"),
+    ],
+)
+def test_what_is_not_there(monkeypatch, tmp_path, name, complaint):
+    (tmp_path / "broken_module.py").write_text("def make(:\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as caught:
+        find_sensor(name)
+    assert str(caught.value).startswith(f"scenario: sensor.type = {name!r}: {complaint}")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_function_that_fails_is_named(shipped_finger):
+    def broken(layout, period):
+        raise KeyError("nothing")
+
+    for make, complaint in ((broken, "failed: KeyError: 'nothing'"), (lambda *_: 3, "made a int; a Drake System is")):
+        with pytest.raises(InputError, match=complaint) as caught:
+            make_block("sensor.type", make, SensorLayout(shipped_finger, 3), 0.01)
+        assert str(caught.value).startswith("scenario: sensor.type = ")
+
+
+def test_what_a_users_function_refuses_is_passed_on_as_it_is():
+    def refuse():
+        raise InputError("own", "field", 1, "own words")
+
+    with pytest.raises(InputError) as caught:
+        make_block("sensor.type", refuse)
+    assert str(caught.value) == "own: field = 1: own words"
+
+
+def test_the_field_is_that_of_the_estimator():
+    with pytest.raises(InputError, match=r"estimator\.type = 'arc': known: arcs"):
+        find_estimator("arc")

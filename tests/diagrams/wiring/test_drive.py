@@ -1,0 +1,98 @@
+"""The drive in a diagram: pressures, and what an elastic law adds, as actuation of every model."""
+
+import numpy as np
+import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.diagrams.loading.model_files import add_fingers
+from soft_gripper.diagrams.schema.scenario import PressureConfig
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.errors import InputError
+from soft_gripper.models import DIRECTORY
+from soft_gripper.signals import signal_of
+
+COMMANDS = {"left_finger": 40e3, "right_finger": -20e3}  # Pa
+STIFFER = '<elastic_law angle="-0.2 0.2" base_torque="-0.5 0.5" tip_torque="-0.5 0.5"/>'
+
+
+class Driven:
+    """A gripper with its drive, the joints bent by so much, rad."""
+
+    def __init__(self, file, config=None, bend=0.0, time_step=0.01):
+        builder = DiagramBuilder()
+        plant, _ = AddMultibodyPlantSceneGraph(builder, time_step)
+        self.fingers = add_fingers(Parser(plant), file)
+        plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("palm"))
+        plant.Finalize()
+        self.drive = add_pressure_drive(builder, self.fingers, config)
+        for name, command in self.drive.commands.items():
+            builder.ExportInput(command, name)
+        self.diagram = builder.Build()
+        self.root = self.diagram.CreateDefaultContext()
+        self.plant, self.context = plant, plant.GetMyMutableContextFromRoot(self.root)
+        plant.SetPositions(self.context, np.full(plant.num_positions(), bend))
+        for name, pressure in COMMANDS.items():
+            self.diagram.GetInputPort(name).FixValue(self.root, [pressure])
+
+    def value(self, port):
+        return port.Eval(port.get_system().GetMyContextFromRoot(self.root))
+
+    def torques(self, finger):
+        """On the joints of a finger, as they enter the plant, N m."""
+        return finger.actuator_selector() @ self.plant.get_actuation_input_port(finger.model).Eval(self.context)
+
+
+NO_LAG = PressureConfig(time_constant=0.0)
+GRIPPER = "package://soft_gripper/grippers/two_finger.urdf"
+
+
+def test_pressures_are_torques_of_the_fingers_own_joints():
+    driven = Driven(GRIPPER, NO_LAG)
+    for finger in driven.fingers:
+        assert driven.value(driven.drive.pressures[finger.name]) == [COMMANDS[finger.name]]
+        np.testing.assert_allclose(driven.torques(finger), COMMANDS[finger.name] * finger.finger.pressure_gain)
+
+
+def test_limits_and_lag_are_those_of_the_config():
+    """With a lag, as by default, nothing has come yet."""
+    limited = PressureConfig(minimum=-10e3, maximum=30e3, time_constant=0.0)
+    for config, expected in ((limited, [30e3, -10e3]), (None, [0, 0])):
+        driven = Driven(GRIPPER, config)
+        assert [driven.value(port)[0] for port in driven.drive.pressures.values()] == expected
+
+
+@pytest.fixture
+def stiff_file(tmp_path):
+    """The gripper, whose left finger has an elastic law."""
+    text = (DIRECTORY / "grippers/two_finger.urdf").read_text()
+    path = tmp_path / "gripper.urdf"
+    path.write_text(text.replace("</finger>", f"{STIFFER}</finger>", 1))
+    return path
+
+
+def test_actuation_is_what_the_plant_takes_in(stiff_file):
+    for file in (GRIPPER, stiff_file):
+        driven = Driven(file, NO_LAG, bend=0.1)
+        ((model, port),) = driven.drive.actuations.items()
+        assert model == "two_finger"
+        taken = driven.plant.get_actuation_input_port(driven.fingers[0].model).Eval(driven.context)
+        np.testing.assert_array_equal(driven.value(port), taken)
+        assert np.abs(taken).min() > 0
+        assert signal_of(port).unit == "N m"
+        assert len(signal_of(port).axes["actuator"]) == 24
+
+
+def test_an_elastic_law_takes_the_place_of_the_springs(stiff_file):
+    """2.5 N m/rad at every joint: together with the springs of the chain the finger is as stiff as that."""
+    driven = Driven(stiff_file, NO_LAG, bend=0.1)
+    left, right = driven.fingers
+    added = driven.torques(left) - COMMANDS["left_finger"] * left.finger.pressure_gain
+    np.testing.assert_allclose(added, (left.finger.stiffness - 2.5) * 0.1, rtol=1e-9)
+    np.testing.assert_allclose(driven.torques(right), COMMANDS["right_finger"] * right.finger.pressure_gain)
+
+
+def test_a_step_that_is_too_long_is_refused():
+    with pytest.raises(InputError, match=r"time_step = 0\.05: longer than stable_time_step\(\) = 0\.03 s of finger"):
+        Driven(GRIPPER, time_step=0.05)

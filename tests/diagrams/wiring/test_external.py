@@ -1,0 +1,103 @@
+"""Commands from outside: input ports in the place of what a scenario commands, and signals of what comes in."""
+
+import numpy as np
+import pytest
+from arm_plants import HOME, ur5e
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import make_simulator, run_station
+from soft_gripper.diagrams.station import add_station, make_station
+from soft_gripper.errors import InputError
+
+GAINS = "control.gains={kp: 6.2e4, ki: 5.8e6, kd: 580}"
+TURNED = np.add(HOME, [0.2, -0.1, 0.1, 0.0, 0.3, -0.2])  # rad
+
+
+def recorded(station, commands, duration):
+    """What a station records under constant commands."""
+    simulator = make_simulator(station)
+    context = simulator.get_mutable_context()
+    for name, value in commands.items():
+        station.diagram.GetInputPort(name).FixValue(context, value)
+    simulator.AdvanceTo(duration)
+    return station.recording(context)
+
+
+def arm_station(*external):
+    scenario = ur5e()
+    scenario.external = list(external)
+    return make_station(scenario)
+
+
+def test_pressures_come_from_outside():
+    station = make_station(load_scenario("free_bending", ["external=[pressure]", "gravity=[0, 0, 0]"]))
+    commands = {"left_finger.pressure_command": [50e3], "right_finger.pressure_command": [400e3]}
+    assert list(station.parts.inputs) == list(commands)
+    recording = recorded(station, commands, 1.5)
+    for finger, pressure in zip(station.fingers, (50e3, station.scenario.pressure.maximum), strict=True):
+        assert recording[f"{finger.name}.pressure"].values[-1] == pytest.approx(pressure, rel=1e-9)
+        free = pressure * finger.finger.pressure_gain / finger.finger.stiffness
+        np.testing.assert_allclose(recording[f"{finger.name}.sampled_joint_angles"].values[-1], free, rtol=2e-3)
+    assert recording["right_finger.pressure_command"].values[-1] == 400e3
+    assert recording["right_finger.pressure_command"].attrs["units"] == "Pa"
+
+
+def test_the_opening_comes_from_outside():
+    station = make_station(
+        load_scenario("tip_distance_steps", ["control.set_points=null", "external=[opening]", GAINS])
+    )
+    assert list(station.parts.inputs) == ["grip.set_point"]
+    recording = recorded(station, {"grip.set_point": [0.06]}, 2.0)
+    assert recording["grip.opening"].values[-1] == pytest.approx(0.06, abs=1e-4)
+    assert (recording["grip.set_point"].values == 0.06).all()
+    assert recording["grip.set_point"].attrs["units"] == "m"
+
+
+def test_joints_come_from_outside():
+    station = arm_station("joints")
+    assert list(station.parts.inputs) == ["arm.desired_state"]
+    recording = recorded(station, {"arm.desired_state": [*TURNED, *np.zeros(6)]}, 1.5)
+    np.testing.assert_allclose(recording["arm.joint_positions"].values[-1], TURNED, atol=1e-4)
+    desired = recording["arm.desired_state"]
+    assert desired.dims == ("time", "arm_state")
+    assert desired["arm_state_units"].values.tolist() == ["rad"] * 6 + ["rad/s"] * 6
+    assert desired["arm_state"].values.tolist()[::6] == ["shoulder_pan_joint_q", "shoulder_pan_joint_v"]
+
+
+def test_arm_and_fingers_may_both_be_commanded():
+    assert list(arm_station("joints", "pressure").parts.inputs) == [
+        "left_finger.pressure_command",
+        "right_finger.pressure_command",
+        "arm.desired_state",
+    ]
+
+
+@pytest.mark.parametrize("external", [["pressure"], ["joints"], ["tool"]])
+def test_a_run_of_its_own_needs_every_command(external):
+    station = arm_station(*external)
+    with pytest.raises(InputError, match=r"external = .*: connect or fix") as caught:
+        run_station(station)
+    assert all(name in str(caught.value) for name in station.parts.inputs)
+
+
+def test_a_station_in_a_diagram_of_ones_own_is_wired_to_other_blocks():
+    """Its inputs are connected before the diagram is built."""
+    builder = DiagramBuilder()
+    parts = add_station(builder, load_scenario("free_bending", ["external=[pressure]"]))
+    ramp = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 80e3]])))
+    for command in parts.inputs.values():
+        builder.Connect(ramp.get_output_port(), command)
+    logs = add_logs(builder, parts.signals, 0.01)
+    diagram = builder.Build()
+    parts.check(diagram)
+    assert diagram.num_input_ports() == 0
+    context = diagram.CreateDefaultContext()
+    context.SetTime(0.5)
+    assert parts.signals["left_finger.pressure_command"].Eval(
+        parts.signals["left_finger.pressure_command"].get_system().GetMyContextFromRoot(context)
+    ) == pytest.approx(40e3)
+    assert set(logs.signals) == set(parts.signals)

@@ -1,0 +1,100 @@
+"""Signals of plant, objects and arm: the right entries of the state, with the units of each."""
+
+import numpy as np
+import pytest
+from arm_plants import MASS, joint, motor, small_arm
+
+from soft_gripper.diagrams.recording.recording import read_logs
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import make_simulator, simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.wiring.plant_signals import state_units
+
+# The file names the last joint first, and the motors in the order of the file.
+LIFT, TURN = "prismatic_to_carriage", "revolute_to_flange"
+JOINTS = joint("revolute", "carriage", "flange") + joint("prismatic", "base", "carriage")
+UNCOUPLED = f'<link name="flange"/><link name="carriage"/>{JOINTS}{motor(TURN)}{motor(LIFT)}'
+WEIGHT = (MASS + 2e-3) * 9.81  # N, of the hand and of two links, which weigh a gram each
+
+
+@pytest.fixture(scope="module")
+def grasp():
+    """The station of a short box grasp, and what it recorded."""
+    station = make_station(load_scenario("box_grasp", ["pressure.steps.all=[60e3]", "pressure.settle=0.5"]))
+    simulator = make_simulator(station)
+    simulator.AdvanceTo(1.5)
+    return station, read_logs(station.logs, simulator.get_context())
+
+
+def test_units_of_a_state(grasp):
+    station, recording = grasp
+    units = dict(zip(station.plant.GetStateNames(), state_units(station.plant), strict=True))
+    assert units["box_box_qw"] == "1"
+    assert units["box_box_x"] == "m"
+    assert units["box_box_wx"] == "rad/s"
+    assert units["box_box_vx"] == "m/s"
+    assert units["gripper_left_finger_joint_3_q"] == "rad"
+    assert units["gripper_left_finger_joint_3_w"] == "rad/s"
+    assert recording["plant.state"]["state_units"].values.tolist() == list(units.values())
+    assert recording["plant.state"]["state"].values.tolist() == list(units)
+
+
+def test_pose_of_an_object_is_its_part_of_the_state(grasp):
+    _, recording = grasp
+    pose = recording["box.pose"]
+    names = [f"box_box_{name}" for name in ("qw", "qx", "qy", "qz", "x", "y", "z")]
+    np.testing.assert_array_equal(pose, recording["plant.state"].sel(state=names))
+    assert pose["pose_entry"].values.tolist() == ["q_w", "q_x", "q_y", "q_z", "x", "y", "z"]
+    assert pose["pose_entry_units"].values.tolist() == ["1"] * 4 + ["m"] * 3
+
+
+def test_the_contact_wrench_carries_the_object(grasp):
+    _, recording = grasp
+    wrench = recording["box.contact_wrench"]
+    assert wrench["wrench_units"].values.tolist() == ["N m"] * 3 + ["N"] * 3
+    assert wrench.sel(wrench="force_z").values[-1] == pytest.approx(0.05 * 9.81, rel=0.01)
+    assert np.abs(wrench.sel(wrench=["torque_x", "torque_y", "torque_z"]).values[-1]).max() < 1e-3
+
+
+def test_the_contact_wrench_acts_about_the_origin_of_the_object(grasp):
+    """Oracle: all contact surfaces of the box, each with its force and moment about its centre, in the world."""
+    station, _ = grasp
+    simulator = make_simulator(station)
+    simulator.AdvanceTo(0.3)  # the fingers still close: the wrench turns, too
+    plant, context = station.plant, station.plant.GetMyContextFromRoot(simulator.get_context())
+    results = plant.get_contact_results_output_port().Eval(context)
+    box = plant.GetBodyByName("box")
+    shapes, origin, expected = plant.GetCollisionGeometriesForBody(box), box.EvalPoseInWorld(context), np.zeros(6)
+    for i in range(results.num_hydroelastic_contacts()):
+        info = results.hydroelastic_contact_info(i)
+        surface, on_m = info.contact_surface(), info.F_Ac_W()
+        sign = 1 if surface.id_M() in shapes else -1 if surface.id_N() in shapes else 0
+        moment = on_m.rotational() + np.cross(surface.centroid() - origin.translation(), on_m.translational())
+        expected += sign * np.concatenate([moment, on_m.translational()])
+    found = station.diagram.GetOutputPort("box.contact_wrench").Eval(simulator.get_context())
+    assert np.abs(expected).max() > 0.1
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """What is recorded of a slide that carries a wrist, held where it begins."""
+    scenario = small_arm(tmp_path_factory.mktemp("arm"), UNCOUPLED, [0.25, 0.5])
+    scenario.pressure.settle, scenario.pressure.hold_samples = 0.3, 1
+    return simulate(scenario)
+
+
+def test_signals_of_an_arm_are_in_the_order_of_its_joints(small):
+    """Whatever the order of its motors."""
+    for name, units in (
+        ("joint_positions", ["m", "rad"]),
+        ("joint_velocities", ["m/s", "rad/s"]),
+        ("joint_torques", ["N", "N m"]),
+    ):
+        signal = small[f"arm.{name}"]
+        (axis,) = signal.dims[1:]
+        assert signal[axis].values.tolist() == [LIFT, TURN]
+        assert signal[f"{axis}_units"].values.tolist() == units
+    np.testing.assert_allclose(small["arm.joint_positions"].values[-1], [0.25, 0.5], atol=1e-6)
+    np.testing.assert_allclose(small["arm.joint_velocities"].values[-1], 0.0, atol=1e-6)
+    np.testing.assert_allclose(small["arm.joint_torques"].values[-1], [WEIGHT, 0.0], atol=1e-6)

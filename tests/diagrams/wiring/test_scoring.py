@@ -1,0 +1,83 @@
+"""The truth beside the estimates: each is compared with the truth of its own sample."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource, ZeroOrderHold
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.wiring.scoring import FingerScoring
+from soft_gripper.estimation.torque_balance import DELAY, SAMPLES
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
+from soft_gripper.truth.metrics import fingertip_error, pose_error
+
+# Name, overrides, and a finger whose contact torque changes all the time.
+STEPS = ["pressure.settle=0.4", "pressure.hold_samples=10"]
+CHANGING = {
+    "grasp": ("box_grasp", [*STEPS, "pressure.steps.all=[60e3, 100e3, 80e3, 120e3]"], "left_finger"),
+    "peg": ("obstructed_inside", [*STEPS, "pressure.steps.all=[0, 60e3, 20e3, 120e3]"], "finger"),
+}
+PERIOD = 0.01  # s
+
+
+@pytest.fixture(scope="module", params=CHANGING.values(), ids=CHANGING)
+def changing(request):
+    """The signals of one finger, by their names."""
+    name, overrides, finger = request.param
+    recording = simulate(load_scenario(name, overrides))
+    return lambda signal: recording[f"{finger}.{signal}"].values
+
+
+def test_the_torque_error_is_that_of_the_same_sample(changing):
+    """The estimate belongs to two samples before."""
+    estimate, truth = changing("external_torque"), changing("true_external_torque")
+    assert DELAY == 2
+    known = SAMPLES  # the first estimate, logged a sample later
+    assert np.isnan(estimate[:known]).all()
+    expected = estimate[known:] - truth[known - DELAY : -DELAY]
+    np.testing.assert_array_equal(changing("external_torque_error")[known:], expected)
+    assert np.ptp(truth, axis=0)[0] > 0.05
+
+
+def test_no_other_delay_fits_as_well(changing):
+    estimate, truth = changing("external_torque"), changing("true_external_torque")
+    begin = 2 * SAMPLES
+    errors = [estimate[begin:] - truth[begin - delay : len(truth) - delay] for delay in range(SAMPLES)]
+    sizes = np.sqrt([np.mean(error**2) for error in errors])
+    assert np.argmin(sizes) == DELAY
+    assert sizes[DELAY] < 0.9 * np.delete(sizes, DELAY).min()
+
+
+def test_the_pose_errors_are_those_of_the_same_sample(changing):
+    chain = forward_kinematics(changing("sampled_joint_angles"), 0.01)
+    joints, tip = (as_planar(changing(name)[..., :2]) for name in ("joint_positions", "tip_pose"))
+    np.testing.assert_allclose(changing("pose_error"), pose_error(chain.joints, joints), atol=1e-15)
+    np.testing.assert_allclose(changing("fingertip_error"), fingertip_error(chain.tip, tip), atol=1e-15)
+
+
+def test_an_estimate_that_is_late_by_just_as_much_has_no_error(tapered_finger):
+    """The contact torque rises; what is estimated is the same, held and late by two samples."""
+    joints, builder = tapered_finger.segments, DiagramBuilder()
+    scoring = builder.AddSystem(FingerScoring(tapered_finger, PERIOD))
+
+    def ramp(late):
+        values = np.outer(np.arange(joints) + 1.0, [-late, 1.0 - late])
+        return builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], values)))
+
+    estimate = builder.AddSystem(ZeroOrderHold(PERIOD, joints))
+    builder.Connect(ramp(2 * PERIOD).get_output_port(), estimate.get_input_port())
+    builder.Connect(estimate.get_output_port(), scoring.GetInputPort("external_torque"))
+    builder.Connect(ramp(0.0).get_output_port(), scoring.GetInputPort("contact_torque"))
+    for name, size in (("joint_angles", joints), ("joint_positions", 2 * joints), ("tip_pose", 3)):
+        still = TrajectorySource(PiecewisePolynomial(np.zeros((size, 1))))
+        builder.Connect(builder.AddSystem(still).get_output_port(), scoring.GetInputPort(name))
+    simulator = Simulator(builder.Build())
+    context = scoring.GetMyContextFromRoot(simulator.get_context())
+    for time in (0.105, 0.355, 0.715):
+        simulator.AdvanceTo(time)
+        np.testing.assert_allclose(scoring.GetOutputPort("external_torque_error").Eval(context), 0.0, atol=1e-12)
+        held = (np.arange(joints) + 1.0) * (time - PERIOD / 2)
+        np.testing.assert_allclose(scoring.GetOutputPort("true_external_torque").Eval(context), held, atol=1e-12)

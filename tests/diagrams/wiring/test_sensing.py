@@ -1,0 +1,140 @@
+"""Sensing in a station: which signals there are, what the blocks are made for, and which shapes the truth looks at."""
+
+import numpy as np
+import pytest
+from pydrake.common.schema import Transform
+from pydrake.math import RigidTransform
+
+from soft_gripper.diagrams.schema.scenario import ModelConfig, Scenario
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.wiring import estimation, scoring
+from soft_gripper.estimation.contact_detector import ContactDetector
+from soft_gripper.estimation.force_estimator import ForceEstimator
+from soft_gripper.fingers.finger_links import joint_name, link_name
+from soft_gripper.truth.true_contact import TrueContact
+
+ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "obstructed_inside", "box_grasp", "three_finger_grasp"
+SCENARIOS = (ONE_FINGER, TWO_FINGERS, THREE_FINGERS)
+CONTACT_SIGNALS = ("contact", "contact_residual", "contact_time", "normal_force", "contact_center")
+WIDTH_SIGNALS = ("object_width", "true_object_width", "object_width_error")
+
+
+def station(name, threshold, *overrides):
+    return make_station(load_scenario(name, [f"estimator.contact_threshold={threshold}", *overrides]))
+
+
+def contact_signals(built):
+    """What the station logs of contact."""
+    kinds = CONTACT_SIGNALS + WIDTH_SIGNALS
+    return {name for name in built.logs.signals if name.partition(".")[2] in kinds}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_without_a_threshold_contact_is_not_looked_for(name):
+    built = station(name, "null")
+    assert contact_signals(built) == set()
+    assert not built.diagram.HasSubsystemNamed("true_contact")
+
+
+@pytest.mark.parametrize(("name", "count"), [(ONE_FINGER, 1), (TWO_FINGERS, 2), (THREE_FINGERS, 3)])
+def test_signals_of_every_finger_and_the_width_between_them(name, count):
+    built = station(name, 2.5e-3)
+    fingers = [finger.name for finger in built.fingers]
+    assert len(fingers) == count
+    expected = {f"{finger}.{signal}" for finger in fingers for signal in CONTACT_SIGNALS}
+    if count > 1:
+        expected |= {f"grip.{signal}" for signal in WIDTH_SIGNALS}
+    assert contact_signals(built) == expected
+    context = built.diagram.CreateDefaultContext()
+    for signal in expected:
+        size = built.diagram.GetOutputPort(signal).Eval(context).shape
+        assert size == ((3,) if signal.endswith("contact_center") else (1,))
+
+
+def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch):
+    """Oracle: what moves with the first joint of a finger, and its base."""
+    seen = {}
+
+    def spy(shapes):
+        seen.update(shapes)
+        return TrueContact(shapes)
+
+    monkeypatch.setattr(scoring, "TrueContact", spy)
+    plant = station(TWO_FINGERS, 2.5e-3).plant
+    assert set(seen) == {"left_finger", "right_finger"}
+    for finger, shapes in seen.items():
+        moved = plant.GetBodiesKinematicallyAffectedBy([plant.GetJointByName(joint_name(finger, 0)).index()])
+        bodies = [plant.GetBodyByName(link_name(finger, 0)), *(plant.get_body(index) for index in moved)]
+        expected = [shape for body in bodies for shape in plant.GetCollisionGeometriesForBody(body)]
+        assert len(bodies) == 13
+        assert len(expected) >= 13
+        assert shapes == frozenset(expected)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
+    """Of 12 joints 4 lie in the first of three sections; the force is estimated of the finger that is believed in."""
+    detectors, forces = [], []
+
+    def detector(*arguments):
+        detectors.append(arguments)
+        return ContactDetector(*arguments)
+
+    def force_estimator(finger, gravity, period):
+        forces.append((finger.name, finger.length, gravity.tolist(), period))
+        return ForceEstimator(finger, gravity, period)
+
+    monkeypatch.setattr(estimation, "ContactDetector", detector)
+    monkeypatch.setattr(estimation, "ForceEstimator", force_estimator)
+    overrides = ("sensor.sections=3", "sensor.period=0.02", "gravity=[1, 2, -3]", "believed.length=+5 %")
+    fingers = station(name, 3e-3, *overrides).fingers
+    assert detectors == [(12, 4, 0.02, 3e-3)] * len(fingers)
+    believed = [(finger.name, pytest.approx(1.05 * finger.finger.length), [1, 2, -3], 0.02) for finger in fingers]
+    assert forces == believed
+
+
+def test_without_compensation_gravity_is_left_out(monkeypatch):
+    seen = []
+
+    def force_estimator(finger, gravity, period):
+        seen.append(gravity.tolist())
+        return ForceEstimator(finger, gravity, period)
+
+    monkeypatch.setattr(estimation, "ForceEstimator", force_estimator)
+    station(ONE_FINGER, "null", "estimator.compensate_gravity=false")
+    assert seen == [[0, 0, 0]]
+
+
+@pytest.mark.parametrize(("touching", "x"), [("left_finger", -0.0245), ("right_finger", 0.0245)])
+def test_contact_is_that_of_the_finger_that_touches(touching, x):
+    """A peg stands in the way of one finger; contact and its truth belong to that one, and nothing is held."""
+    models = [
+        ModelConfig("gripper", "package://soft_gripper/grippers/two_finger.urdf"),
+        ModelConfig("peg", "package://soft_gripper/objects/peg.sdf", X_PC=Transform(RigidTransform([x, 0, 0.105]))),
+    ]
+    scenario = Scenario(models=models)
+    scenario.pressure.steps = {"all": [0.0, 60e3]}
+    scenario.pressure.settle, scenario.estimator.contact_threshold = 0.5, 2.5e-3
+    recording = simulate(scenario)
+    for finger in ("left_finger", "right_finger"):
+        last = {name: recording[f"{finger}.{name}"].values[-1] for name in CONTACT_SIGNALS}
+        assert bool(last["contact"]) == (finger == touching)
+        assert (last["normal_force"] > 0.1) == (finger == touching)
+        assert np.isfinite(last["contact_center"]).all() == (finger == touching)
+    begun = recording[f"{touching}.contact_time"].values[-1]
+    first = recording["time"].values[recording[f"{touching}.normal_force"].values > 0][0]
+    assert 0 <= begun - first < 0.08
+    assert np.abs(recording[f"{touching}.contact_center"].values[-1] - [x, 0, 0.105]).max() < 0.012
+    for name in WIDTH_SIGNALS:
+        assert np.isnan(recording[f"grip.{name}"].values).all()
+
+
+def test_width_of_what_both_fingers_hold():
+    overrides = ["estimator.contact_threshold=2.5e-3", "pressure.steps.all=[0, 60.0e3]"]
+    recording = simulate(load_scenario("box_grasp", overrides))
+    last = {name: recording[f"grip.{name}"].values[-1] for name in WIDTH_SIGNALS}
+    assert last["true_object_width"] == pytest.approx(0.044, abs=5e-4)
+    assert last["object_width_error"] == pytest.approx(last["object_width"] - last["true_object_width"], abs=1e-12)
+    assert abs(last["object_width_error"]) < 3e-3

@@ -1,0 +1,114 @@
+"""The sensors of a finger in a diagram: what they read, a user's own, and what cannot be a sensor."""
+
+import numpy as np
+import pytest
+from own_blocks import WARMTH, WarmSensor
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.primitives import ConstantVectorSource
+
+from soft_gripper.diagrams.schema.scenario import SensorConfig
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import make_simulator, run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.wiring.named_wires import vector_outputs
+from soft_gripper.diagrams.wiring.sensors import FingerSensors, sensor_layout
+from soft_gripper.errors import InputError
+from soft_gripper.estimation.bending_plane import pose_entries
+
+SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
+
+
+def short(name="free_bending", *overrides):
+    return load_scenario(name, [*SHORT, *overrides])
+
+
+def test_layout_of_a_scenario(tapered_finger):
+    config = SensorConfig(sections=3, one_sided=True, response=[[0.8, -1.0], [1.2, 2.0]])
+    layout = sensor_layout(tapered_finger, config)
+    assert (layout.finger, layout.sections, layout.path_names) == (tapered_finger, 3, ("outer",))
+    assert layout.response.reading(np.array([0.8, 1.0, 1.2])).tolist() == [-1.0, 0.5, 2.0]
+    strain = sensor_layout(tapered_finger, SensorConfig()).response.reading(np.array([0.9, 1.0, 1.3]))
+    np.testing.assert_allclose(strain, [-0.1, 0.0, 0.3])
+
+
+def test_the_pressure_is_sampled_with_the_strain():
+    recording = run_station(make_station(short()))
+    pressure, sampled = (recording[f"left_finger.{name}"].values for name in ("pressure", "sampled_pressure"))
+    np.testing.assert_array_equal(sampled[1:], pressure[:-1])
+
+
+@pytest.mark.parametrize("name", ["free_bending", "pick_and_place_box"])
+def test_the_pose_of_the_base_is_known_at_once(name):
+    """Where it stands still, for ever; under an arm it is sampled."""
+    station = make_station(short(name))
+    simulator = make_simulator(station)
+    simulator.Initialize()
+    plant = station.plant
+    for time in (0.0, 0.355):
+        simulator.AdvanceTo(time)
+        plant_context = plant.GetMyContextFromRoot(simulator.get_context())
+        for finger in station.fingers:
+            found = station.diagram.GetOutputPort(f"{finger.name}.X_WB").Eval(simulator.get_context())
+            moved = np.abs(found - pose_entries(plant.EvalBodyPoseInWorld(plant_context, finger.base))).max()
+            assert moved < (0.02 if name == "pick_and_place_box" and time else 1e-12)
+
+
+def warm(**options):
+    return run_station(make_station(short("free_bending", *options.pop("overrides", [])), **options))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"make_sensor": WarmSensor}, {"overrides": ["sensor.type=own_blocks:warm_sensor"]}],
+    ids=["call", "name"],
+)
+def test_a_sensor_of_the_users_takes_the_place_of_ours(options):
+    """What it puts out besides is recorded, with its unit; all else is as it was."""
+    own, ours = warm(**options), warm()
+    warmth = own["left_finger.warmth"]
+    assert warmth.attrs["units"] == "K"
+    np.testing.assert_allclose(warmth[1:], WARMTH * own["left_finger.pressure"][:-1], rtol=1e-12)
+    assert "left_finger.extension_ratio" not in own.data
+    for signal in ("strain", "theta", "external_torque", "pose_error"):
+        np.testing.assert_array_equal(own[f"left_finger.{signal}"], ours[f"left_finger.{signal}"])
+
+
+def test_inputs_and_outputs_of_the_sub_diagram(shipped_finger):
+    sensors = FingerSensors(WarmSensor(sensor_layout(shipped_finger, SensorConfig(sections=2)), 0.01), 0.01)
+    assert {sensors.get_input_port(i).get_name() for i in range(2)} == {"joint_angles", "pressure"}
+    assert {name: port.size() for name, port in vector_outputs(sensors).items()} == {
+        "strain": 4,
+        "warmth": 1,
+        "sampled_pressure": 1,
+    }
+
+
+class Curious(LeafSystem):
+    """Asks for what there is not."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareVectorInputPort("temperature", 1)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "complaint"),
+    [
+        (Curious, "sensor: input port = 'temperature': a sensor may take: joint_angles, pressure, X_WB"),
+        (lambda: ConstantVectorSource([0.0]), "sensor: output ports = 'y0, sampled_pressure': a sensor puts out its"),
+    ],
+)
+def test_what_is_no_sensor(sensor, complaint):
+    with pytest.raises(InputError) as caught:
+        make_station(short(), make_sensor=lambda layout, period: sensor())
+    assert str(caught.value).startswith(complaint)
+
+
+def test_a_sensor_of_other_joints_is_refused():
+    class Short(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorInputPort("joint_angles", 3)
+
+    with pytest.raises(InputError, match="input port 'joint_angles' = 3: the signal of that name has 12 entries"):
+        make_station(short(), make_sensor=lambda layout, period: Short())

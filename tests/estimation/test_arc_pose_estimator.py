@@ -1,0 +1,201 @@
+"""ArcPoseEstimator: the pure functions as a block, sample for sample."""
+
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    LogVectorOutput,
+    MatrixGain,
+    TrajectorySource,
+    ZeroOrderHold,
+)
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimation.bend_sharing import BendSharing
+from soft_gripper.estimation.bending_plane import pose_entries
+from soft_gripper.estimation.section_arcs import arcs_from_readings, joints_on_arcs
+from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.sensors.sensor_layout import extension_ratios
+from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.signals import signal_of
+
+X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
+GRAVITY = np.array([0.0, 0.0, -9.81])
+PRESSURE = 60e3  # Pa
+
+
+class Fixed:
+    """An estimator whose inputs are fixed by hand."""
+
+    def __init__(self, layout):
+        self.system = ArcPoseEstimator(layout, GRAVITY)
+        self.context = self.system.CreateDefaultContext()
+        self.fix(pressure=[PRESSURE], X_WB=pose_entries(X_WB))
+
+    def fix(self, **values):
+        for port, value in values.items():
+            self.system.GetInputPort(port).FixValue(self.context, value)
+
+    def read(self, strain):
+        """All outputs for a reading, {port: value}."""
+        self.fix(strain=strain)
+        ports = [self.system.get_output_port(i) for i in range(self.system.num_output_ports())]
+        return {port.get_name(): port.Eval(self.context) for port in ports}
+
+
+def expected(layout, strain):
+    """What the ports hold, by the pure functions; strain (..., readings)."""
+    arcs = arcs_from_readings(layout, strain)
+    joints, leading = joints_on_arcs(layout, arcs), strain.shape[:-1]
+    frame = X_WB.rotation().matrix()
+    x, _, z = X_WB.rotation().inverse() @ GRAVITY
+    angles = BendSharing(layout).joint_angles(arcs.theta, np.full(leading, PRESSURE), complex(z, x))
+    xyz = as_points(joints)[..., :1] * frame[:, 0] + as_points(joints)[..., 1:] * frame[:, 2]
+    columns = (
+        as_points(arcs.start),
+        np.stack([arcs.heading, arcs.kappa, arcs.length], axis=-1),
+        as_points(arcs.centers),
+    )
+    return {
+        "estimated_joint_angles": angles,
+        "theta": arcs.theta,
+        "kappa": arcs.kappa,
+        "arcs": np.concatenate(columns, axis=-1).reshape(*leading, -1),
+        "joint_positions": as_points(joints).reshape(*leading, -1),
+        "tip_pose": np.concatenate([as_points(arcs.end[..., -1]), arcs.tip_heading[..., None]], axis=-1),
+        "joint_positions_world": (xyz + X_WB.translation()).reshape(*leading, -1),
+    }
+
+
+def assert_same(outputs, wanted):
+    assert set(outputs) == set(wanted)
+    for port, value in wanted.items():
+        np.testing.assert_allclose(outputs[port], value, atol=1e-15, err_msg=port)
+
+
+@pytest.fixture
+def strain(layout, bent):
+    return layout.response.reading(extension_ratios(layout, bent(12)))
+
+
+def test_block_is_the_pure_functions(layout, strain):
+    assert_same(Fixed(layout).read(strain), expected(layout, strain))
+
+
+def test_world_positions_are_those_of_drakes_transform(layout, strain):
+    outputs = Fixed(layout).read(strain)
+    for (x, z), world in zip(
+        outputs["joint_positions"].reshape(-1, 2),
+        outputs["joint_positions_world"].reshape(-1, 3),
+        strict=True,
+    ):
+        np.testing.assert_allclose(world, X_WB.multiply([x, 0.0, z]), atol=1e-15)
+
+
+@pytest.mark.parametrize("change", [{"pressure": [-30e3]}, {"X_WB": pose_entries(RigidTransform())}], ids=list)
+def test_joint_angles_follow_pressure_and_weight(layout, strain, change):
+    """The bend of the sections stays as it is measured; only its shares change."""
+    estimator = Fixed(layout)
+    before = estimator.read(strain)
+    estimator.fix(**change)
+    after = estimator.read(strain)
+    angles, others = (signals.pop("estimated_joint_angles") for signals in (before, after))
+    assert np.abs(angles - others).max() > 1e-5
+    for shared in (angles, others):
+        np.testing.assert_allclose(np.add.reduceat(shared, layout.section_ends[:-1]), before["theta"], atol=1e-14)
+    world = {"joint_positions_world"} if "X_WB" in change else set()
+    np.testing.assert_equal(*({k: v for k, v in signals.items() if k not in world} for signals in (before, after)))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_bad_sample_spoils_the_pose_from_its_section_on_and_only_while_it_lasts(layout, strain, bad):
+    estimator, last = Fixed(layout), layout.sections - 1
+    good = estimator.read(strain)
+    for section in range(layout.sections):
+        spoiled = strain.copy()
+        spoiled[section] = bad
+        outputs = estimator.read(spoiled)
+        np.testing.assert_array_equal(np.isnan(outputs["theta"]), np.arange(last + 1) == section)
+        joints = outputs["joint_positions"].reshape(-1, 2)
+        before = layout.joint_sections < section
+        np.testing.assert_array_equal(joints[before], good["joint_positions"].reshape(-1, 2)[before])
+        assert np.isnan(joints[~before]).all()
+        world = outputs["joint_positions_world"].reshape(-1, 3)
+        np.testing.assert_array_equal(np.isnan(world).any(axis=1), ~before)
+        assert np.isnan(outputs["tip_pose"]).all()
+        assert np.isnan(outputs["estimated_joint_angles"]).all()
+        np.testing.assert_equal(estimator.read(strain), good)
+
+
+def test_a_moved_base_moves_the_world_positions_alone(layout, strain):
+    estimator = Fixed(layout)
+    before = estimator.read(strain)
+    estimator.fix(X_WB=pose_entries(RigidTransform([1.0, 2.0, 3.0]) @ X_WB))
+    after = estimator.read(strain)
+    shift = (after.pop("joint_positions_world") - before.pop("joint_positions_world")).reshape(-1, 3)
+    np.testing.assert_allclose(shift, np.tile([1.0, 2.0, 3.0], (12, 1)), atol=1e-14)
+    np.testing.assert_equal(after, before)
+
+
+def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch):
+    estimate = Mock(wraps=arcs_from_readings)
+    monkeypatch.setattr("soft_gripper.estimation.arc_pose_estimator.arcs_from_readings", estimate)
+    Fixed(layout).read(strain)
+    assert estimate.call_count == 1
+
+
+def test_ports_and_no_state(layout):
+    system = ArcPoseEstimator(layout, GRAVITY)
+    inputs = [(system.get_input_port(i).get_name(), system.get_input_port(i).size()) for i in range(3)]
+    assert inputs == [("strain", layout.paths * layout.sections), ("pressure", 1), ("X_WB", 12)]
+    assert system.num_input_ports() == 3
+    assert signal_of(system.GetOutputPort("tip_pose")).unit == ("m", "m", "rad")
+    assert signal_of(system.GetOutputPort("joint_positions_world")).axes == {"joint": range(12), "xyz": ("x", "y", "z")}
+    assert system.CreateDefaultContext().is_stateless()
+
+
+@pytest.fixture
+def wired(layout):
+    """A builder that holds StrainSensor -> ArcPoseEstimator."""
+    builder = DiagramBuilder()
+    sensor = builder.AddSystem(StrainSensor(layout, 0.01))
+    estimator = builder.AddSystem(ArcPoseEstimator(layout, GRAVITY))
+    builder.Connect(sensor.GetOutputPort("strain"), estimator.GetInputPort("strain"))
+    for port, value in (("pressure", [PRESSURE]), ("X_WB", pose_entries(X_WB))):
+        source = builder.AddSystem(ConstantVectorSource(value))
+        builder.Connect(source.get_output_port(), estimator.GetInputPort(port))
+    return builder, sensor, estimator
+
+
+def test_pose_may_act_back_on_the_joints(wired, layout):
+    """The sensor holds its sample: a loop around both blocks is no algebraic loop."""
+    builder, sensor, estimator = wired
+    back = builder.AddSystem(MatrixGain(np.eye(12) / 2))
+    builder.Connect(estimator.GetOutputPort("estimated_joint_angles"), back.get_input_port())
+    builder.Connect(back.get_output_port(), sensor.GetInputPort("joint_angles"))
+    Simulator(builder.Build()).AdvanceTo(0.05)
+
+
+def test_recording_of_the_blocks_is_the_batch(wired, layout, bent):
+    builder, sensor, estimator = wired
+    motion = PiecewisePolynomial.FirstOrderHold([0.0, 0.1, 0.2, 0.3], bent(12, 4))
+    source = builder.AddSystem(TrajectorySource(motion))
+    builder.Connect(source.get_output_port(), sensor.GetInputPort("joint_angles"))
+    hold = builder.AddSystem(ZeroOrderHold(0.01, 12))
+    builder.Connect(source.get_output_port(), hold.get_input_port())
+    ports = [estimator.get_output_port(i) for i in range(estimator.num_output_ports())]
+    ports.append(hold.get_output_port())
+    logs = {port.get_name(): LogVectorOutput(port, builder, 0.01) for port in ports}
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.3)
+    recorded = {name: log.FindLog(simulator.get_context()).data().T for name, log in logs.items()}
+    _, *q = recorded.pop("y")
+    q = np.array([q[0], *q])  # unlike the sensor, a hold does not sample before the first step
+    assert len(np.unique(q[:, 0])) >= 30
+    assert_same(recorded, expected(layout, layout.response.reading(extension_ratios(layout, q))))

@@ -1,0 +1,220 @@
+"""BendSharing: the joints of a section bend as stiffness, pressure, weight and load have it; known loads are found."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from finger_motion import at_rest
+from finger_plants import LENGTH, uniform_finger
+
+from soft_gripper.estimation.bend_sharing import BendSharing
+from soft_gripper.estimation.section_arcs import arcs_from_readings
+from soft_gripper.estimation.torque_balance import TorqueBalance
+from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+PRESSURE = np.array(60e3)  # Pa
+GRAVITY = -9.0 + 4.0j  # m/s^2, z + i x in B
+SECTIONS = [1, 2, 3, 4, 6, 12]
+LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))
+STIFFENING = ElasticLaw((-30.0, -10.0, 10.0, 30.0), (-0.5, -0.12, 0.12, 0.5), (-0.44, -0.1, 0.1, 0.44))
+# Softens, then stiffens: whole steps of Newton's method cycle between its pieces.
+UNEVEN = ElasticLaw((-50.0, -10.0, 5.0, 12.0, 40.0), (-0.6, -0.1, 0.08, 0.1, 0.5), (-0.3, -0.1, 0.04, 0.09, 0.2))
+LAWS = pytest.mark.parametrize(
+    "law", [None, LAW, STIFFENING, UNEVEN], ids=["linear", "softening", "stiffening", "uneven"]
+)
+
+
+@pytest.fixture
+def steep_finger(shipped_finger):
+    """Thickness falls from 35 to 10 mm: the joint at the tip is forty times as soft as that at the base."""
+    parts = {"base": 0.035, "tip": 0.010}
+    return replace(shipped_finger, **{p: replace(getattr(shipped_finger, p), thickness=t) for p, t in parts.items()})
+
+
+def sums(layout, q):
+    """Bend of the sections, as exact sensors measure it."""
+    return np.add.reduceat(q, layout.section_ends[:-1], axis=-1)
+
+
+def found(layout, theta, pressure=PRESSURE):
+    """External torque at the joints of a finger at rest, without weight, from the bend of its sections."""
+    q = BendSharing(layout).joint_angles(theta, pressure, 0.0)
+    return TorqueBalance(layout.finger).external_torque(at_rest(q, float(pressure)), np.zeros(3), 0.01).torque
+
+
+def under_load(finger, torque):
+    """Joint angles of a finger at PRESSURE in balance with external torques, rad, without weight."""
+    return finger.angle(torque + PRESSURE * finger.pressure_gain)
+
+
+def from_force(finger, where, force):
+    """Torque of a force, N, that presses across the straight finger at `where`, m, on its joints."""
+    return force * np.maximum(where - finger.joint_arc_lengths, 0)
+
+
+def test_equal_shares(tapered_finger, bent):
+    layout = SensorLayout(tapered_finger, 2)
+    theta = bent(7, 2)
+    q = BendSharing(layout).equal(theta)
+    np.testing.assert_allclose(sums(layout, q), theta, rtol=1e-15)
+    assert [len(np.unique(row)) for row in q] == [2] * 7
+
+
+@LAWS
+@pytest.mark.parametrize("sections", SECTIONS)
+def test_joints_of_a_section_add_up_to_its_reading(steep_finger, bent, sections, law):
+    """Whatever is read, in whatever direction gravity pulls."""
+    layout = SensorLayout(replace(steep_finger, elastic_law=law), sections)
+    theta, gravity = bent(50, sections), 9.81 * np.exp(1j * np.arange(50))[:, None]
+    q = BendSharing(layout).joint_angles(theta, 1e5 * bent(50), gravity)
+    np.testing.assert_allclose(sums(layout, q), theta, rtol=0, atol=1e-14)
+
+
+def test_a_sensor_a_joint_leaves_nothing_to_share(tapered_finger, bent):
+    layout, theta = SensorLayout(tapered_finger, 5), bent(20, 5)
+    q = BendSharing(layout).joint_angles(theta, 1e5 * bent(20), GRAVITY)
+    np.testing.assert_allclose(q, theta, atol=1e-15)
+
+
+@LAWS
+@pytest.mark.parametrize("name", ["shipped_finger", "tapered_finger", "steep_finger"])
+def test_free_bending_is_exact(request, name, law):
+    """With any number of sensors, of any taper."""
+    finger = replace(request.getfixturevalue(name), elastic_law=law)
+    pressure = np.array([-60e3, 20e3, 120e3])
+    q = free_bending_angles(finger, pressure)
+    for sections in range(1, min(finger.segments, 6) + 1):
+        layout = SensorLayout(finger, sections)
+        shared = BendSharing(layout).joint_angles(sums(layout, q), pressure, 0.0)
+        np.testing.assert_allclose(shared, q, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("pressure", [-60e3, 120e3, 250e3])
+def test_free_bending_of_a_steep_taper_leaves_little_torque_at_the_base(steep_finger, pressure):
+    """From readings on, whose arcs are not quite the chain; equal shares leave more than 10 mN m."""
+    layout, balance = SensorLayout(steep_finger, 4), TorqueBalance(steep_finger)
+    strain = extension_ratios(layout, free_bending_angles(steep_finger, np.array(pressure)))
+    theta = arcs_from_readings(layout, layout.response.reading(strain)).theta
+    assert abs(found(layout, theta, np.array(pressure))[0]) < 2e-3
+    equal = at_rest(BendSharing(layout).equal(theta), pressure)
+    assert abs(balance.external_torque(equal, np.zeros(3), 0.01).torque[0]) > 10e-3
+
+
+@pytest.mark.parametrize("sections", SECTIONS)
+def test_shape_under_a_load_at_the_tip_is_found_exactly(sections):
+    """Equal shares are wrong by more than 1 mm at the tip with one section or two."""
+    finger = uniform_finger(12)
+    layout, q = SensorLayout(finger, sections), under_load(finger, from_force(finger, LENGTH, -0.8))
+    sharing, theta = BendSharing(layout), sums(layout, q)
+    np.testing.assert_allclose(sharing.joint_angles(theta, PRESSURE, 0.0), q, atol=1e-14)
+    if sections <= 2:
+        tips = [forward_kinematics(shape, 0.01).tip for shape in (q, sharing.equal(theta))]
+        assert abs(tips[0] - tips[1]) > 1e-3
+
+
+@LAWS
+@pytest.mark.parametrize("sections", [1, 2, 3, 5])
+def test_joints_bear_the_pressure_and_a_load_that_is_linear_between_sections(tapered_finger, bent, sections, law):
+    layout = SensorLayout(replace(tapered_finger, elastic_law=law), sections)
+    finger, sharing = layout.finger, BendSharing(layout)
+    for theta, pressure in zip(bent(20, sections), 1e5 * bent(20), strict=True):
+        q = sharing.joint_angles(theta, pressure, 0.0)
+        load = finger.elastic_torque(q) - pressure * finger.pressure_gain
+        means = np.linalg.lstsq(sharing.interpolation, load, rcond=None)[0]
+        np.testing.assert_allclose(sharing.interpolation @ means, load, atol=1e-13)
+
+
+@LAWS
+@pytest.mark.parametrize("sections", [1, 2, 4])
+def test_weight_is_no_load(steep_finger, sections, law):
+    """Of a finger in balance with it; an elastic law takes the weight of the shape that arcs have."""
+    finger = replace(steep_finger, elastic_law=law)
+    q = np.zeros(12)
+    for _ in range(100):
+        q = finger.angle(PRESSURE * finger.pressure_gain + gravity_torque(finger, q, GRAVITY))
+    layout = SensorLayout(finger, sections)
+    sharing, theta = BendSharing(layout), sums(layout, q)
+    shapes = [sharing.joint_angles(theta, PRESSURE, gravity) for gravity in (GRAVITY, 0.0)]
+    wrong, without = (np.abs(finger.elastic_torque(shape) - finger.elastic_torque(q)).max() for shape in shapes)
+    assert wrong < (0.01 if law is None else 0.1) * without
+
+
+def test_interpolation_is_exact_for_a_load_at_the_tip(layout):
+    lever = layout.finger.length - layout.finger.joint_arc_lengths
+    means = [lever[layout.joint_sections == i].mean() for i in range(layout.sections)]
+    np.testing.assert_allclose(BendSharing(layout).interpolation @ means, lever, rtol=1e-12)
+
+
+@LAWS
+def test_an_elastic_law_converges(steep_finger, law):
+    """Loads at the tip are found exactly, however the pieces of the law lie between sections and joints."""
+    finger = replace(steep_finger, elastic_law=law)
+    for sections in (1, 2, 3, 4, 6):
+        layout = SensorLayout(finger, sections)
+        for force in np.linspace(-1.0, 1.0, 21):
+            torque = from_force(finger, LENGTH, force)
+            q = under_load(finger, torque)
+            shared = BendSharing(layout).joint_angles(sums(layout, q), PRESSURE, 0.0)
+            np.testing.assert_allclose(shared, q, atol=1e-12)
+
+
+def test_a_law_that_is_the_linear_spring_shares_alike(shipped_finger, bent):
+    finger = replace(shipped_finger, tip=shipped_finger.base)
+    moment = finger.stiffness[0] * finger.segment_length
+    law = ElasticLaw((-1.0, 1.0), (-moment, moment), (-moment, moment))
+    linear, lawful = (BendSharing(SensorLayout(f, 3)) for f in (finger, replace(finger, elastic_law=law)))
+    theta, pressure = bent(10, 3), 1e5 * bent(10)
+    shares = [sharing.joint_angles(theta, pressure, 0.0) for sharing in (linear, lawful)]
+    np.testing.assert_allclose(*shares, atol=1e-13)
+
+
+@pytest.mark.parametrize("sections", SECTIONS)
+def test_force_at_the_tip_is_found_exactly(sections):
+    """Its torque falls straight from base to tip, which any number of sensors can report."""
+    finger = uniform_finger(12)
+    layout, torque = SensorLayout(finger, sections), from_force(finger, LENGTH, -0.3)
+    np.testing.assert_allclose(found(layout, sums(layout, under_load(finger, torque))), torque, rtol=1e-10)
+
+
+@pytest.mark.parametrize("where", [0.05, 0.075, 0.1])
+def test_force_between_base_and_tip_is_found_better_by_more_sensors(where):
+    finger = uniform_finger(12)
+    torque = from_force(finger, where, -0.5)
+    q = under_load(finger, torque)
+    layouts = [SensorLayout(finger, sections) for sections in (1, 2, 4, 12)]
+    errors = [round(np.abs(found(layout, sums(layout, q)) - torque).max(), 12) for layout in layouts]
+    assert sorted(errors, reverse=True) == errors
+    assert errors[-1] == 0
+
+
+@pytest.mark.parametrize("sections", SECTIONS)
+def test_nothing_is_found_where_nothing_is(sections):
+    finger = uniform_finger(12)
+    layout = SensorLayout(finger, sections)
+    theta = sums(layout, free_bending_angles(finger, PRESSURE))
+    assert np.abs(found(layout, theta)).max() < 1e-14
+
+
+@LAWS
+@pytest.mark.parametrize("bad", range(3))
+def test_an_unknown_section_makes_all_joints_unknown_in_its_sample_alone(shipped_finger, bent, bad, law):
+    sharing = BendSharing(SensorLayout(replace(shipped_finger, elastic_law=law), 3))
+    theta, pressure = bent(4, 3), 1e5 * bent(4)
+    known = sharing.joint_angles(theta, pressure, GRAVITY)
+    theta[1, bad], pressure[3] = np.nan, np.nan
+    q = sharing.joint_angles(theta, pressure, GRAVITY)
+    assert np.isnan(q[[1, 3]]).all()
+    np.testing.assert_array_equal(q[[0, 2]], known[[0, 2]])
+
+
+@LAWS
+def test_a_batch_is_its_samples(tapered_finger, bent, law):
+    sharing = BendSharing(SensorLayout(replace(tapered_finger, elastic_law=law), 3))
+    theta, pressure, gravity = bent(4, 2, 3), 1e5 * bent(4, 2), GRAVITY * np.exp(1j * bent(4, 2, 1))
+    q = sharing.joint_angles(theta, pressure, gravity)
+    for index in np.ndindex(4, 2):
+        alone = sharing.joint_angles(theta[index], pressure[index], complex(gravity[index][0]))
+        np.testing.assert_allclose(q[index], alone, rtol=1e-12, atol=1e-16)

@@ -1,0 +1,81 @@
+"""Readings -> arcs -> joints, on circles and on the chain."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimation.section_arcs import arcs_from_readings, joints_on_arcs
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+CURVED = ResponseCurve(((0.7, -0.5), (0.95, -0.1), (1.2, 0.1), (1.4, 0.8)))
+
+
+def test_a_straight_finger_reads_nothing_and_is_found_straight(layout):
+    ratios = extension_ratios(layout, np.zeros(12))
+    np.testing.assert_allclose(ratios, 1, rtol=1e-15)
+    arcs = arcs_from_readings(layout, np.zeros(layout.readings))
+    np.testing.assert_array_equal(arcs.theta, 0)
+    joints = joints_on_arcs(layout, arcs)
+    np.testing.assert_allclose(joints, layout.finger.joint_arc_lengths, rtol=1e-14)
+
+
+@pytest.mark.parametrize("bend", [-3.0, 1.0, 4.0])
+def test_the_readings_of_a_circle_give_the_circle(layout, bend):
+    """Paths beside a circle are circles: their ratios are 1 - offset * curvature."""
+    curvature = bend / 0.12
+    ratios = np.repeat(1 - layout.offsets * curvature, layout.sections)
+    arcs = arcs_from_readings(layout, layout.response.reading(ratios))
+    s = layout.finger.joint_arc_lengths
+    circle = (np.sin(curvature * s) + 1j * (1 - np.cos(curvature * s))) / curvature
+    np.testing.assert_allclose(joints_on_arcs(layout, arcs), circle, atol=1e-15)
+    np.testing.assert_allclose(arcs.kappa, curvature, rtol=1e-12)
+
+
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_estimate_of_a_chain_converges_with_the_square_of_the_segment(shipped_finger, one_sided):
+    bend, errors = 2.0, []
+    for segments in (12, 24, 48):
+        layout = SensorLayout(replace(shipped_finger, segments=segments), 4, one_sided)
+        q = np.full(segments, bend / segments)
+        arcs = arcs_from_readings(layout, extension_ratios(layout, q) - 1)
+        joints = forward_kinematics(q, layout.finger.segment_length).joints
+        errors.append((abs(arcs.tip_heading - bend), np.abs(joints_on_arcs(layout, arcs) - joints).max()))
+    order = np.log2(np.divide(errors[:-1], errors[1:]))
+    np.testing.assert_allclose(order, 2, atol=0.1)
+
+
+def test_response_curve_in_the_loop_changes_nothing(layout):
+    q = np.linspace(-0.2, 0.35, 5)[:, None] * np.ones(12)
+    curved = replace(layout, response=CURVED)
+    ratios = extension_ratios(layout, q)
+    assert ratios.min() < 0.95
+    assert ratios.max() > 1.2
+    linear = arcs_from_readings(layout, layout.response.reading(ratios))
+    found = arcs_from_readings(curved, CURVED.reading(ratios))
+    np.testing.assert_allclose(found.theta, linear.theta, atol=1e-12)
+    np.testing.assert_allclose(found.end, linear.end, atol=1e-14)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_bad_reading_spoils_its_section_and_all_beyond(layout, bent, bad):
+    readings = layout.response.reading(extension_ratios(layout, bent(12)))
+    good = joints_on_arcs(layout, arcs_from_readings(layout, readings))
+    for i in range(layout.readings):
+        spoiled = readings.copy()
+        spoiled[i] = bad
+        arcs = arcs_from_readings(layout, spoiled)
+        joints = joints_on_arcs(layout, arcs)
+        expected = np.where(layout.joint_sections < i % layout.sections, good, np.nan)
+        np.testing.assert_array_equal(joints, expected)
+        np.testing.assert_array_equal(np.isnan(arcs.theta), np.arange(layout.sections) == i % layout.sections)
+
+
+def test_batch_is_the_loop(layout, bent):
+    readings = extension_ratios(layout, bent(2, 3, 12)) - 1
+    joints = joints_on_arcs(layout, arcs_from_readings(layout, readings))
+    for index in np.ndindex(2, 3):
+        alone = joints_on_arcs(layout, arcs_from_readings(layout, readings[index]))
+        np.testing.assert_array_equal(joints[index], alone)

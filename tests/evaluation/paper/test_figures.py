@@ -1,0 +1,88 @@
+"""The figures: every number of sensors has its line in every panel, and files are the same for the same rows."""
+
+from itertools import product
+from pathlib import Path
+
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from soft_gripper.evaluation.figure_style import save_figure
+from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_figure
+from soft_gripper.evaluation.paper.pose_table import PoseRow
+
+UP_AND_DOWN = (0.0, 100.0, 200.0, 100.0, 0.0)  # kPa
+CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
+
+
+def rows_of(scenario: str, scale: float = 1.0) -> list[PoseRow]:
+    """Two fingers, 1 to 4 sensors; errs `scale` * pressure / sensors, 0.2 mm more on the right and at the tip."""
+    return [
+        PoseRow(scenario, finger, "arcs", "true", n, p, 0.5 * p, scale * p / n + more, scale * p / n + more + 0.2)
+        for (finger, more), n, p in product((("left", 0.0), ("right", 0.2)), (1, 2, 3, 4), UP_AND_DOWN)
+    ]
+
+
+def lines(axes: Axes) -> list[Line2D]:
+    """The lines that stand in the legend; helping lines have no label."""
+    return [line for line in axes.lines if not str(line.get_label()).startswith("_")]
+
+
+@pytest.fixture
+def figure() -> Figure:
+    return free_bending_figure(rows_of("free_bending"))
+
+
+def test_free_bending_has_two_panels_of_four_lines(figure: Figure) -> None:
+    assert len(figure.axes) == 2
+    for axes in figure.axes:
+        assert [line.get_label() for line in lines(axes)] == ["1", "2", "3", "4"]
+        assert axes.get_ylim()[0] == 0
+
+
+def test_lines_differ_in_more_than_color(figure: Figure) -> None:
+    for axes in figure.axes:
+        assert len({line.get_marker() for line in lines(axes)}) == 4
+        assert len({line.get_color() for line in lines(axes)}) == 4
+
+
+def test_points_average_the_fingers_and_both_ways(figure: Figure) -> None:
+    """Pose error on the left, fingertip error on the right, against the bend angle in degrees."""
+    for axes, more in zip(figure.axes, (0.1, 0.3), strict=True):
+        for n, line in enumerate(lines(axes), start=1):
+            assert list(line.get_xdata()) == pytest.approx([0.0, 50.0, 100.0])
+            assert list(line.get_ydata()) == pytest.approx([p / n + more for p in (0.0, 100.0, 200.0)])
+
+
+def test_axes_name_their_units(figure: Figure) -> None:
+    assert all("[degrees]" in axes.get_xlabel() for axes in figure.axes)
+    assert "[mm]" in figure.axes[0].get_ylabel()
+
+
+def test_contact_scenarios_share_one_scale() -> None:
+    rows = [row for i, name in enumerate(CONTACT) for row in rows_of(name, scale=i + 1)]
+    figure = contact_figure(rows, CONTACT, "pose_error_mm")
+    assert len(figure.axes) == len(CONTACT)
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    for i, axes in enumerate(figure.axes):
+        assert "[kPa]" in axes.get_xlabel()
+        assert len(lines(axes)) == 4
+        assert lines(axes)[0].get_ydata()[-1] == pytest.approx(200 * (i + 1) + 0.1)
+
+
+def test_files_are_the_same_for_the_same_rows(figure: Figure, tmp_path: Path) -> None:
+    save_figure(figure, tmp_path / "one")
+    save_figure(free_bending_figure(rows_of("free_bending")), tmp_path / "two")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.png", "one.svg", "two.png", "two.svg"]
+    for ending in (".png", ".svg"):
+        one, two = ((tmp_path / name).with_suffix(ending).read_bytes() for name in ("one", "two"))
+        assert one == two
+    assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in (tmp_path / "one.svg").read_bytes()
+
+
+def test_other_rows_make_another_file(figure: Figure, tmp_path: Path) -> None:
+    save_figure(figure, tmp_path / "one")
+    save_figure(free_bending_figure(rows_of("free_bending", scale=2.0)), tmp_path / "two")
+    assert (tmp_path / "one.svg").read_bytes() != (tmp_path / "two.svg").read_bytes()

@@ -1,0 +1,96 @@
+"""Pose tables: what a recording says about any number of sensors is what a run with them would say."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.evaluation.paper.held_steps import held_samples
+from soft_gripper.evaluation.paper.pose_table import PoseRow, pose_table
+
+SHORT = ["pressure.steps.all=[-40e3, 200e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
+ERRORS = {"pose_error_mm": "pose_error", "tip_error_mm": "fingertip_error"}
+Bent = Callable[[list[float]], list[PoseRow]]
+
+
+def short_station(sections: int) -> Station:
+    return make_station(load_scenario("free_bending", [*SHORT, f"sensor.sections={sections}"]))
+
+
+@pytest.fixture(scope="module")
+def station() -> Station:
+    """Free bending in two short steps, sensed by four sensors a side."""
+    return short_station(4)
+
+
+@pytest.fixture(scope="module")
+def recording(station: Station) -> Recording:
+    """What a run of the station leaves behind: the finger is still moving while samples are averaged."""
+    return run_station(station)
+
+
+@pytest.fixture
+def bent(station: Station) -> Bent:
+    """Rows of one sensor a side, from a recording that holds the bend angles of its samples in turn."""
+
+    def table(degrees: list[float]) -> list[PoseRow]:
+        samples = round(station.scenario.duration / station.scenario.sensor.period) + 1
+        time = np.arange(samples) * station.scenario.sensor.period
+        angles = np.radians(np.resize(degrees, samples))
+        variables = {}
+        for finger in station.fingers:
+            q = np.outer(angles, np.full(finger.finger.segments, 1 / finger.finger.segments))
+            variables[f"{finger.name}.sampled_joint_angles"] = (["time", f"{finger.name}.joint"], q)
+        return pose_table("bent", station, Recording(xr.Dataset(variables, {"time": time})), [1])
+
+    return table
+
+
+def test_a_row_for_every_finger_number_of_sections_and_step(station: Station, recording: Recording) -> None:
+    rows = pose_table("free", station, recording, [1, 3])
+    assert [(r.scenario, r.finger, r.estimator, r.belief, r.sections, r.pressure_kpa) for r in rows] == [
+        ("free", finger, "arcs", "true", sections, pressure)
+        for finger in ("left_finger", "right_finger")
+        for sections in (1, 3)
+        for pressure in (-40.0, 200.0)
+    ]
+
+
+@pytest.mark.parametrize("sections", [1, 4])
+def test_agrees_with_the_blocks_of_a_run_with_as_many_sensors(
+    station: Station, recording: Recording, sections: int
+) -> None:
+    rows = pose_table("free", station, recording, [sections])
+    other = short_station(sections)
+    run = run_station(other)
+    for column, signal in ERRORS.items():
+        for finger in ("left_finger", "right_finger"):
+            by_table = [getattr(row, column) for row in rows if row.finger == finger]
+            by_blocks = held_samples(other.scenario, run, f"{finger}.{signal}").reshape(2, -1).mean(axis=1)
+            np.testing.assert_allclose(by_table, 1e3 * by_blocks, rtol=1e-9)
+
+
+def test_a_straight_finger_has_no_error(bent: Bent) -> None:
+    for row in bent([0.0]):
+        assert row.bend_angle_deg == 0
+        assert row.pose_error_mm == pytest.approx(0, abs=1e-9)
+        assert row.tip_error_mm == pytest.approx(0, abs=1e-9)
+
+
+def test_bend_angle_is_that_of_the_tip(bent: Bent) -> None:
+    assert [row.bend_angle_deg for row in bent([90.0])] == pytest.approx([90.0] * 4)
+
+
+def test_errors_are_averaged_not_shapes(bent: Bent) -> None:
+    """A finger that flips between two mirrored bends errs like either, though on average it is straight."""
+    one_way, both_ways = bent([90.0])[0], bent([90.0, -90.0])[0]
+    assert both_ways.bend_angle_deg == pytest.approx(0, abs=1e-9)
+    assert both_ways.pose_error_mm == pytest.approx(one_way.pose_error_mm)
+    assert both_ways.tip_error_mm == pytest.approx(one_way.tip_error_mm)
+    assert one_way.tip_error_mm > 0.01

@@ -1,0 +1,84 @@
+"""Readings made again from a recording: for the sensors of the run they are what its blocks put out at every sample."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.evaluation.paper.readings_again import external_torque_again, read_again
+
+SHORT = ["pressure.steps.all=[60e3, 150e3, -30e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
+CURVE = [[0.8, -0.5], [1.0, 0.0], [1.3, 0.2]]
+RUNS = {
+    "as simulated": ("free_bending", SHORT),
+    "in motion": ("arm_motion", ["task.time_limit=0.5"]),
+    "one side": ("free_bending", [*SHORT, "sensor.one_sided=true", "sensor.sections=3"]),
+    "with the weight": ("obstructed_inside", [*SHORT, "estimator.compensate_gravity=false"]),
+    "believed": ("free_bending", [*SHORT, "believed.youngs_modulus='+10 %'", "believed.sensor_spacing='-5 %'"]),
+    "other response": ("free_bending", [*SHORT, f"sensor.response={CURVE}"]),
+    "believed response": ("free_bending", [*SHORT, f"believed.response={CURVE}"]),
+}
+Run = tuple[Station, Recording]
+
+
+def run_of(name: str, overrides: list[str]) -> Run:
+    station = make_station(load_scenario(name, overrides))
+    return station, run_station(station)
+
+
+@pytest.fixture(scope="module", params=RUNS.values(), ids=RUNS)
+def run(request: pytest.FixtureRequest) -> Run:
+    """A station and what a run of it leaves."""
+    return run_of(*request.param)
+
+
+def test_arcs_are_those_of_the_estimator(run: Run) -> None:
+    station, recording = run
+    for finger in station.fingers:
+        arcs = read_again(station, recording, finger, station.scenario.sensor.sections).arcs
+        recorded = recording[f"{finger.name}.arcs"].sel(arc=["x", "z", "heading", "length"]).values
+        again = np.stack([arcs.start.imag, arcs.start.real, arcs.heading, arcs.length], axis=-1)
+        np.testing.assert_allclose(again, recorded, rtol=1e-9, atol=1e-12)
+        theta = recording[f"{finger.name}.theta"].values
+        np.testing.assert_allclose(arcs.theta, theta, rtol=1e-9, atol=1e-12)
+
+
+def test_external_torque_is_that_of_the_estimator(run: Run) -> None:
+    """Where there are not yet five samples, neither is a number."""
+    station, recording = run
+    for finger in station.fingers:
+        again = read_again(station, recording, finger, station.scenario.sensor.sections)
+        torque = external_torque_again(station, recording, finger, again)
+        recorded = recording[f"{finger.name}.external_torque"].values
+        np.testing.assert_allclose(torque, recorded, rtol=1e-9, atol=1e-12)
+        assert np.isfinite(torque[5:]).all()
+        assert np.abs(torque[5:]).max() > 1e-5
+
+
+@pytest.mark.parametrize("sections", [1, 2, 6])
+def test_other_sensors_read_what_a_run_with_them_does(sections: int) -> None:
+    """The finger does not depend on its sensors."""
+    station, recording = run_of("free_bending", SHORT)
+    _, other = run_of("free_bending", [*SHORT, f"sensor.sections={sections}"])
+    for finger in station.fingers:
+        again = read_again(station, recording, finger, sections)
+        assert again.layout.sections == sections
+        np.testing.assert_allclose(again.arcs.theta, other[f"{finger.name}.theta"].values, rtol=1e-9, atol=1e-12)
+        torque = external_torque_again(station, recording, finger, again)
+        expected = other[f"{finger.name}.external_torque"].values
+        np.testing.assert_allclose(torque, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_the_belief_is_that_of_the_scenario_and_the_sensors_are_not_believed() -> None:
+    """Sensors that are believed to be wider apart than they are find less bend in the same readings."""
+    station, recording = run_of("free_bending", SHORT)
+    doubting, _ = run_of("free_bending", [*SHORT, "believed.sensor_spacing='+25 %'"])
+    finger, same = station.fingers[0], doubting.fingers[0]
+    assert read_again(doubting, recording, same, 4).layout.finger.sensor_spacing == pytest.approx(
+        1.25 * finger.finger.sensor_spacing
+    )
+    theta, believed = (read_again(s, recording, f, 4).arcs.theta for s, f in ((station, finger), (doubting, same)))
+    np.testing.assert_allclose(1.25 * believed, theta, rtol=1e-9, atol=1e-12)

@@ -1,0 +1,62 @@
+"""The phases that a task went through: a recording that is made up, against what was put in."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pick_and_place import recording
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.evaluation.phase_table import outcome, phase_table
+from soft_gripper.manipulation.task_phases import Outcome, Phase
+
+STAY = PiecewisePolynomial(np.zeros((6, 1)))
+NAMES = ("approach", "close", "lift", "rescue: open", "rescue: home")
+PHASES = [Phase(name, STAY, 0.05, i + 1) for i, name in enumerate(NAMES)]
+STATION = SimpleNamespace(task=SimpleNamespace(phases=PHASES), fingers=[SimpleNamespace(name="left_finger")])
+
+
+def recorded(phase, ended=Outcome.DONE):
+    """Opening, torque and pressure count the sample, which every 10 ms brings."""
+    sample = np.arange(len(phase), dtype=float)
+    return recording(
+        {
+            "task.phase": np.array(phase, dtype=float),
+            "task.outcome": np.where(sample < len(phase) - 1, Outcome.RUNNING, ended).astype(float),
+            "grip.opening": 1e-3 * sample,
+            "grip.torque": -2e-3 * sample,
+            "left_finger.sampled_pressure": 4e3 * sample,
+        }
+    )
+
+
+def values(row):
+    return [row.began_s, row.lasted_s, row.opening_mm, row.torque_mnm, row.pressure_kpa]
+
+
+def test_a_row_for_every_phase_with_what_was_read_at_its_end():
+    rows = phase_table(STATION, recorded([0, 0, 0, 1, 1, 2, 2, 2, 2, 5, 5]))
+    assert [row.phase for row in rows] == ["approach", "close", "lift"]
+    expected = [[0.0, 0.03, 3, -6, 12], [0.03, 0.02, 5, -10, 20], [0.05, 0.04, 9, -18, 36]]
+    np.testing.assert_allclose([values(row) for row in rows], expected, atol=1e-12)
+
+
+def test_rescues_follow_where_they_were_gone_through():
+    rows = phase_table(STATION, recorded([0, 0, 1, 1, 3, 3, 3, 4, 4, 5]))
+    assert [row.phase for row in rows] == ["approach", "close", "rescue: open", "rescue: home"]
+    ends = [row.began_s + row.lasted_s for row in rows]
+    assert ends[:-1] == pytest.approx([row.began_s for row in rows[1:]])
+    assert ends[-1] == pytest.approx(0.09)
+
+
+def test_a_task_out_of_time_ends_with_the_recording():
+    last = phase_table(STATION, recorded([0, 0, 1, 1, 1]))[-1]
+    assert last.phase == "close"
+    np.testing.assert_allclose(values(last), [0.02, 0.02, 4, -8, 16], atol=1e-12)
+
+
+@pytest.mark.parametrize("ended", Outcome)
+def test_outcome_is_that_at_the_end(ended):
+    found = outcome(recorded([0, 1, 2, 5], ended))
+    assert isinstance(found, Outcome)
+    assert found == ended

@@ -1,0 +1,77 @@
+"""StepRow of synthetic responses whose overshoot and settling time are known."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.evaluation import step_table as module
+from soft_gripper.evaluation.step_table import step_table
+
+PERIOD, HOLD = 0.01, 4.0
+
+
+def rows(monkeypatch, response, set_points=(0.05,), begin=0.09, true_error=0.0):
+    """The table of an opening that follows every set point by the unit step response, a function of time."""
+    time = np.arange(round(len(set_points) * HOLD / PERIOD) + 1) * PERIOD
+    opening, last = np.full(len(time), begin), begin
+    for step, end in enumerate(set_points):
+        during = time > step * HOLD + 1e-9
+        opening[during] = last + (end - last) * response(time[during] - step * HOLD)
+        last = opening[round((step + 1) * HOLD / PERIOD)]
+    data = xr.Dataset({"grip.opening": ("time", opening)}, {"time": time})
+    control = SimpleNamespace(hold=HOLD, set_points=list(set_points))
+    station = SimpleNamespace(scenario=SimpleNamespace(control=control))
+    monkeypatch.setattr(module, "true_opening", lambda *_: opening + true_error)
+    return step_table(station, Recording(data))
+
+
+def first_order(time, constant=0.2):
+    return 1 - np.exp(-time / constant)
+
+
+def second_order(time, damping=0.5, frequency=8.0):
+    damped = frequency * np.sqrt(1 - damping**2)
+    wave = np.cos(damped * time) + damping * frequency / damped * np.sin(damped * time)
+    return 1 - np.exp(-damping * frequency * time) * wave
+
+
+@pytest.mark.parametrize("end", [0.05, 0.12], ids=["closing", "opening"])
+def test_first_order_settles_without_overshoot(monkeypatch, end):
+    (row,) = rows(monkeypatch, first_order, [end])
+    assert (row.from_mm, row.to_mm) == pytest.approx((90, end * 1e3))
+    assert row.overshoot_percent == 0
+    assert row.settling_s == pytest.approx(0.2 * np.log(50), abs=PERIOD)
+
+
+@pytest.mark.parametrize("damping", [0.3, 0.5, 0.7])
+def test_overshoot_of_second_order(monkeypatch, damping):
+    (row,) = rows(monkeypatch, lambda time: second_order(time, damping))
+    expected = 100 * np.exp(-np.pi * damping / np.sqrt(1 - damping**2))
+    assert row.overshoot_percent == pytest.approx(expected, rel=0.01)
+
+
+def test_settling_of_second_order_is_the_last_entry_into_the_band(monkeypatch):
+    (row,) = rows(monkeypatch, second_order)
+    time = np.arange(0, HOLD, 1e-4)
+    last_outside = time[np.abs(second_order(time) - 1) > 0.02][-1]
+    assert row.settling_s == pytest.approx(last_outside, abs=1.01 * PERIOD)
+
+
+def test_steady_errors_are_signed_and_apart(monkeypatch):
+    (row,) = rows(monkeypatch, lambda time: 0.99 * first_order(time, 0.1), [0.05], true_error=-3e-4)
+    assert row.steady_error_estimated_mm == pytest.approx(0.4, rel=1e-6)
+    assert row.steady_error_true_mm == pytest.approx(0.1, rel=1e-6)
+
+
+def test_what_never_settles_has_no_settling_time(monkeypatch):
+    (row,) = rows(monkeypatch, lambda time: 0.5 * first_order(time))
+    assert np.isnan(row.settling_s)
+
+
+def test_every_step_begins_where_the_last_one_ended(monkeypatch):
+    table = rows(monkeypatch, lambda time: 0.9 * first_order(time, 0.1), [0.05, 0.1])
+    assert [row.step for row in table] == [0, 1]
+    assert [row.from_mm for row in table] == pytest.approx([90, 54])

@@ -1,0 +1,154 @@
+"""Elastic laws of the user's: the block, the <elastic_law> of a file, and what the finger does with it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import soft_gripper
+from finger_plants import free_bending
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.fingers.elastic_law import ElasticLawTorque
+from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
+
+LAW = ElasticLaw(
+    curvature=(-50.0, -10.0, 5.0, 12.0, 40.0),
+    base_moment=(-0.6, -0.1, 0.08, 0.1, 0.5),
+    tip_moment=(-0.3, -0.1, 0.04, 0.09, 0.2),
+)
+STIFFENING = ([-0.3, -0.1, 0.0, 0.1, 0.3], [-0.5, -0.12, 0.0, 0.12, 0.5], [-0.44, -0.1, 0.0, 0.1, 0.44])  # rad, N m
+PRESSURES = [240e3, 100e3, -60e3]
+FINGERS = ("left_finger", "right_finger")
+GOOD = "-0.1 0 0.1"
+WRONG = [
+    ((GOOD, "-0.1 0.1", GOOD), "base_"),
+    ((GOOD, GOOD, "0.1 0 -0.1"), "tip_"),
+    ((GOOD, "-0.1 0 nan", GOOD), "base_"),
+    (("-0.1 zero 0.1", GOOD, GOOD), "angle"),
+    (("0 0 0.1", GOOD, GOOD), ""),
+    (("", "", ""), ""),
+]
+
+
+def with_law(text: str, law) -> str:
+    """The text of a gripper file whose fingers get an elastic law."""
+    columns = [column if isinstance(column, str) else " ".join(map(str, column)) for column in law]
+    element = '<elastic_law angle="{}" base_torque="{}" tip_torque="{}"/>'.format(*columns)
+    return text.replace("<sensors", element + "<sensors")
+
+
+@pytest.fixture
+def gripper(tmp_path):
+    """Writes a shipped gripper with an elastic law beside the test."""
+
+    def write(name: str, law) -> Path:
+        (tmp_path / name).write_text(with_law((DIRECTORY / "grippers" / name).read_text(), law))
+        return tmp_path / name
+
+    return write
+
+
+def at_joints(finger, base, tip):
+    """What runs from base to tip, (M,) each, at every joint, (N, M)."""
+    along = (np.arange(finger.segments)[:, None] + 0.5) / finger.segments
+    return (1 - along) * np.array(base) + along * np.array(tip)
+
+
+def straight_on(x, x_points, y_points):
+    """np.interp, but with end pieces that go on."""
+    slopes, far = np.diff(y_points) / np.diff(x_points), 1e3
+    first, last = y_points[0] - far * slopes[0], y_points[-1] + far * slopes[-1]
+    return np.interp(x, [x_points[0] - far, *x_points, x_points[-1] + far], [first, *y_points, last])
+
+
+def run(file, *overrides):
+    """Free bending with other fingers, and the ends of its PRESSURES, s."""
+    files = [f"models.{i}.file={file}" for i in (0, 1)]
+    return simulate(free_bending(PRESSURES, 1.0, *files, *overrides)), [1.0, 2.0, 3.0]
+
+
+def test_block_is_what_turns_the_springs_into_the_law(tapered_finger):
+    finger = replace(tapered_finger, elastic_law=LAW)
+    block = ElasticLawTorque(finger)
+    context = block.CreateDefaultContext()
+    angles, laws = np.array(LAW.curvature) * 0.12 / 5, at_joints(finger, LAW.base_moment, LAW.tip_moment)
+    for q in np.random.default_rng(1).uniform(-3, 3, (200, 5)):  # the points end at -1.2 and 0.96 rad
+        block.GetInputPort("joint_angles").FixValue(context, q)
+        law = [straight_on(angle, angles, torques) for angle, torques in zip(q, laws, strict=True)]
+        torque = block.GetOutputPort("torque").Eval(context)
+        np.testing.assert_allclose(torque, finger.stiffness * q - law, atol=1e-12)
+
+
+@pytest.mark.parametrize("points", [2, 3, 5])
+def test_all_blocks_inside_are_drakes(shipped_finger, points):
+    law = ElasticLaw(LAW.curvature[:points], LAW.base_moment[:points], LAW.tip_moment[:points])
+    systems = ElasticLawTorque(replace(shipped_finger, elastic_law=law)).GetSystems()
+    assert {type(system).__module__ for system in systems} == {"pydrake.systems.primitives"}
+
+
+@pytest.mark.parametrize(("law", "field"), WRONG, ids=str)
+def test_a_wrong_law_is_named_in_one_line(gripper, law, field):
+    file = gripper("finger.urdf", law)
+    outcome = soft_gripper("expand", file)
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert f"{file}: finger 'finger': elastic_law.{field}" in outcome.err
+
+
+def test_any_number_of_segments_bends_alike(gripper):
+    """A law is that of the material: chains converge to one beam with the square of the segment length."""
+    file = gripper("finger.urdf", STIFFENING)
+    fingers = [expand_urdf(file, segments).fingers[0] for segments in (6, 12, 24, 48)]
+    coarse, middle, fine = np.abs(np.diff([free_bending_angles(f, np.array(240e3)).sum() for f in fingers]))
+    assert coarse / middle == pytest.approx(4, rel=0.05)
+    assert middle / fine == pytest.approx(4, rel=0.05)
+    assert fine < 1e-4
+
+
+def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path):
+    text = (DIRECTORY / "grippers" / "finger.urdf").read_text().replace('thickness="0.019"', 'thickness="0.02"')
+    stiffness = 8e5 * 0.02 * 0.02**3 / 12 / 0.01  # E I / ds of that uniform finger
+    torque = [-0.1 * stiffness, 0.1 * stiffness]
+    texts = {"linear": text, "law": with_law(text, ([-0.1, 0.1], torque, torque))}
+    angles = []
+    for name, urdf in texts.items():
+        (tmp_path / f"{name}.urdf").write_text(urdf)
+        recording, _ = run(tmp_path / f"{name}.urdf")
+        angles.append([recording[f"{finger}.sampled_joint_angles"].values for finger in FINGERS])
+    np.testing.assert_allclose(*angles, atol=1e-9)
+
+
+@pytest.mark.parametrize("time_step", [0.01, 0.0])
+def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_finger, time_step):
+    file = gripper("finger.urdf", STIFFENING)
+    recording, ends = run(file, "gravity=[0, 0, 0]", f"plant_config.time_step={time_step}")
+    angle, *torques = STIFFENING
+    laws = at_joints(shipped_finger, *torques)
+    chamber = 1e-4 * at_joints(shipped_finger, [8e-3], [7.7e-3])[:, 0]  # A e of the file
+    for finger in FINGERS:
+        settled = recording[f"{finger}.sampled_joint_angles"].sel(time=ends, method="nearest").values
+        law = [straight_on(settled[:, i], angle, laws[i]) for i in range(12)]
+        np.testing.assert_allclose(np.transpose(law), np.outer(PRESSURES, chamber), rtol=1e-3)
+
+
+def test_estimators_know_the_law(gripper):
+    recording, ends = run(gripper("finger.urdf", STIFFENING))
+    for finger in FINGERS:
+        estimated = recording[f"{finger}.external_torque"].sel(time=ends, method="nearest")
+        assert np.abs(estimated).max() < 2e-3
+
+
+@pytest.mark.parametrize("time_step", [0.01, 0.0])
+@pytest.mark.parametrize("name", scenario_names())
+def test_runs_in_every_scenario(gripper, name, time_step):
+    models = load_scenario(name).models
+    files = {i: Path(model.file).name for i, model in enumerate(models) if "/grippers/" in model.file}
+    assert files
+    overrides = [f"models.{i}.file={gripper(file, STIFFENING)}" for i, file in files.items()]
+    short = ["pressure.steps.all=[10e3, 20e3]", "pressure.settle=0.05", "pressure.hold_samples=2"]
+    recording = simulate(load_scenario(name, [*short, *overrides, f"plant_config.time_step={time_step}"]))
+    assert np.isfinite(recording["plant.state"]).all()

@@ -1,0 +1,218 @@
+"""Finger: parameters -> the chain's stiffness, masses, limits; compared with the beam and with Drake."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import ElasticLaw
+
+# Softer in the middle than at the ends of the curve, and softer at the tip of the finger than at its base.
+LAW = ElasticLaw((-30.0, -10.0, 5.0, 40.0), (-0.5, -0.1, 0.05, 0.8), (-0.3, -0.06, 0.02, 0.4))
+
+MAY_BE_ZERO = ("relaxation_time", "friction", "dissipation")
+
+
+def numbers(record):
+    return [field.name for field in fields(record) if isinstance(getattr(record, field.name), int | float)]
+
+
+def invalid_changes(finger):
+    """Every number of the finger and its parts, wrong in every way: (part, field, value)."""
+    for part in ("", "base", "tip", "contact"):
+        for name in numbers(getattr(finger, part) if part else finger):
+            wrong = [-1, float("nan"), float("inf")] + [0] * (name not in MAY_BE_ZERO)
+            yield from ((part, name, value) for value in wrong)
+
+
+def changed(finger, part, name, value):
+    if not part:
+        return replace(finger, **{name: value})
+    return replace(finger, **{part: replace(getattr(finger, part), **{name: value})})
+
+
+def test_every_invalid_number_is_named(shipped_finger):
+    for part, name, value in invalid_changes(shipped_finger):
+        with pytest.raises(InputError) as caught:
+            changed(shipped_finger, part, name, value)
+        field = f"{part}.{name}".lstrip(".")
+        assert str(caught.value).startswith(f"finger 'finger': {field} = {value!r}: give ")
+
+
+@pytest.mark.parametrize("segments", [2.0, "12", None])
+def test_segments_are_whole(shipped_finger, segments):
+    with pytest.raises(InputError, match=f"segments = {segments!r}: give a whole number"):
+        replace(shipped_finger, segments=segments)
+
+
+def test_zero_damping_and_friction_are_allowed(shipped_finger):
+    for part, name in (("", "relaxation_time"), ("contact", "friction"), ("contact", "dissipation")):
+        changed(shipped_finger, part, name, 0.0)
+
+
+def at_joints(finger, quantity):
+    """Linear from base to tip, at the middles of the segments."""
+    base, tip = getattr(finger.base, quantity), getattr(finger.tip, quantity)
+    return np.array([base + (tip - base) * (i + 0.5) / finger.segments for i in range(finger.segments)])
+
+
+def test_stiffness_is_that_of_the_cross_section(tapered_finger):
+    modulus, width, thickness = (at_joints(tapered_finger, name) for name in ("youngs_modulus", "width", "thickness"))
+    expected = modulus * width * thickness**3 / 12 / (tapered_finger.length / tapered_finger.segments)
+    np.testing.assert_allclose(tapered_finger.stiffness, expected, rtol=1e-12)
+    np.testing.assert_allclose(tapered_finger.damping, tapered_finger.relaxation_time * expected, rtol=1e-12)
+
+
+def test_pressure_gain_is_area_times_eccentricity(tapered_finger):
+    expected = at_joints(tapered_finger, "chamber_area") * at_joints(tapered_finger, "chamber_eccentricity")
+    np.testing.assert_allclose(tapered_finger.pressure_gain, expected, rtol=1e-12)
+
+
+def test_elastic_law_is_linear_and_invertible(tapered_finger, bent):
+    q = bent(3, 5)
+    torque = tapered_finger.elastic_torque(q)
+    np.testing.assert_allclose(torque, [tapered_finger.stiffness * one for one in q], rtol=1e-15)
+    np.testing.assert_allclose(tapered_finger.angle(torque), q, rtol=1e-14)
+
+
+def test_elastic_law_runs_through_its_points_and_straight_on(tapered_finger):
+    finger = replace(tapered_finger, elastic_law=LAW)
+    along = (np.arange(5) + 0.5) / 5
+    points = [(1 - along) * base + along * tip for base, tip in zip(LAW.base_moment, LAW.tip_moment, strict=True)]
+
+    def torque(curvature):
+        return finger.elastic_torque(np.full(5, curvature * 0.12 / 5))
+
+    for curvature, point in zip(LAW.curvature, points, strict=True):
+        np.testing.assert_allclose(torque(curvature), point, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(torque(22.5), (points[2] + points[3]) / 2, rtol=1e-12)
+    np.testing.assert_allclose(torque(75.0), 2 * points[3] - points[2], rtol=1e-12)
+
+
+def test_elastic_law_is_invertible(tapered_finger, bent):
+    finger, q = replace(tapered_finger, elastic_law=LAW), 4 * bent(3, 5)
+    np.testing.assert_allclose(finger.angle(finger.elastic_torque(q)), q, rtol=1e-12)
+
+
+def linear_law(finger, factor):
+    """The bending stiffness of a uniform finger, times `factor`, as an elastic law."""
+    moment = factor * finger.stiffness[0] * finger.segment_length
+    return ElasticLaw((-1.0, 1.0), (-moment, moment), (-moment, moment))
+
+
+def test_youngs_modulus_as_an_elastic_law_changes_nothing(shipped_finger, bent):
+    finger, q = replace(shipped_finger, tip=shipped_finger.base), bent(3, 12)
+    same = replace(finger, elastic_law=linear_law(finger, 1.0))
+    np.testing.assert_allclose(same.elastic_torque(q), finger.elastic_torque(q), rtol=1e-12)
+    assert same.stable_time_step() == pytest.approx(finger.stable_time_step(), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("field", "values"),
+    [
+        ("curvature", (0.0,)),
+        ("curvature", (-1.0, 0.0, 0.0, 1.0)),
+        ("curvature", (-1.0, 0.0, 1.0, float("nan"))),
+        ("base_moment", (-1.0, 0.0, 1.0)),
+        ("base_moment", (-1.0, 0.5, 0.2, 1.0)),
+        ("tip_moment", (-1.0, 0.0, 1.0, float("inf"))),
+    ],
+)
+def test_impossible_elastic_laws(shipped_finger, field, values):
+    with pytest.raises(InputError) as caught:
+        replace(shipped_finger, elastic_law=replace(LAW, **{field: values}))
+    assert str(caught.value).startswith(f"finger 'finger': elastic_law.{field} = {values!r}: give ")
+
+
+def beam_value(finger, density):
+    """Integral of `density(s)` over the length of the continuous beam."""
+    return quad(density, 0, finger.length, epsabs=0, epsrel=1e-12)[0]
+
+
+def test_chain_converges_to_the_beam_with_the_square_of_the_segment(tapered_finger):
+    def free_bend(s):
+        """Curvature of the beam per pascal."""
+        get = tapered_finger.interpolate
+        rigidity = get("youngs_modulus", s) * get("width", s) * get("thickness", s) ** 3 / 12
+        return get("chamber_area", s) * get("chamber_eccentricity", s) / rigidity
+
+    exact = beam_value(tapered_finger, free_bend)
+    chains = [replace(tapered_finger, segments=n) for n in (20, 40, 80)]
+    errors = [abs((chain.pressure_gain / chain.stiffness).sum() - exact) for chain in chains]
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2, atol=0.1)
+
+
+def test_mass_is_density_times_volume(shipped_finger, tapered_finger):
+    uniform = replace(shipped_finger, tip=shipped_finger.base)
+    assert uniform.link_masses.sum() == pytest.approx(1100 * 0.12 * 0.02 * 0.02, rel=1e-12)
+    get = tapered_finger.interpolate
+    exact = beam_value(tapered_finger, lambda s: get("density", s) * get("width", s) * get("thickness", s))
+    assert replace(tapered_finger, segments=200).link_masses.sum() == pytest.approx(exact, rel=1e-5)
+
+
+@pytest.mark.parametrize("segments", [1, 2, 5, 12])
+def test_mass_matrix_is_drakes(tapered_finger, finger_plant, segments):
+    finger = replace(tapered_finger, segments=segments)
+    plant = finger_plant(finger)
+    mass_matrix = plant.CalcMassMatrix(plant.CreateDefaultContext())
+    np.testing.assert_allclose(finger.mass_matrix(), mass_matrix, rtol=1e-12)
+
+
+@pytest.mark.parametrize("segments", range(1, 16))
+def test_sections_hold_whole_segments_as_equal_as_can_be(shipped_finger, segments):
+    finger = replace(shipped_finger, segments=segments)
+    for sections in range(1, segments + 1):
+        ends = finger.section_ends(sections)
+        sizes = np.diff(ends)
+        assert (ends[0], ends[-1], len(sizes)) == (0, segments, sections)
+        assert sizes.min() >= 1
+        assert np.ptp(sizes) <= 1
+
+
+@pytest.mark.parametrize("sections", [-1, 0, 13])
+def test_impossible_sections(shipped_finger, sections):
+    with pytest.raises(InputError, match=f"finger 'finger': sections = {sections}: give 1 to 12"):
+        shipped_finger.section_ends(sections)
+
+
+def spectral_radius(plant):
+    """Growth, per step, of the fastest growing small motion of a discrete plant about its straight pose."""
+    context = plant.CreateDefaultContext()
+    columns, small = [], 1e-6
+    for direction in np.eye(plant.num_multibody_states()):
+        context.SetDiscreteState(small * direction)
+        columns.append(plant.EvalUniquePeriodicDiscreteUpdate(context).value() / small)
+    return np.abs(np.linalg.eigvals(np.column_stack(columns))).max()
+
+
+@pytest.mark.parametrize("relaxation_time", [0.0, 1e-4, 0.015])
+@pytest.mark.parametrize("segments", [1, 3, 12])
+def test_stable_time_step_is_where_drakes_own_step_begins_to_grow(
+    shipped_finger, finger_plant, segments, relaxation_time
+):
+    finger = replace(shipped_finger, segments=segments, relaxation_time=relaxation_time)
+    limit = finger.stable_time_step()
+    assert spectral_radius(finger_plant(finger, 0.999 * limit)) < 1 + 1e-6
+    assert spectral_radius(finger_plant(finger, 1.001 * limit)) > 1 + 1e-4
+
+
+@pytest.mark.parametrize("factor", [0.3, 4.0])
+def test_stable_time_step_with_another_elastic_law(shipped_finger, finger_plant, factor):
+    """The damping stays that of Young's modulus: a stiffer law has a shorter relaxation time."""
+    finger = replace(shipped_finger, tip=shipped_finger.base, segments=3)
+    limit = replace(finger, elastic_law=linear_law(finger, factor)).stable_time_step()
+    section = replace(finger.base, youngs_modulus=factor * finger.base.youngs_modulus)
+    alike = replace(finger, base=section, tip=section, relaxation_time=finger.relaxation_time / factor)
+    assert spectral_radius(finger_plant(alike, 0.999 * limit)) < 1 + 1e-6
+    assert spectral_radius(finger_plant(alike, 1.001 * limit)) > 1 + 1e-4
+
+
+def test_steepest_piece_of_an_elastic_law_decides_the_time_step(shipped_finger):
+    finger = replace(shipped_finger, tip=shipped_finger.base)
+    steep = linear_law(finger, 4.0)
+    moment = steep.base_moment[1]
+    kinked = ElasticLaw((-1.0, 0.0, 1.0), (-moment / 4, 0.0, moment), (-moment / 4, 0.0, moment))
+    limits = [replace(finger, elastic_law=law).stable_time_step() for law in (kinked, steep)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-12)

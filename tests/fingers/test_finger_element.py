@@ -1,0 +1,147 @@
+"""<finger> elements: what may be left out, and one line for every mistake."""
+
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import ContactMaterial, CrossSection, ElasticLaw, Finger
+from soft_gripper.fingers.finger_element import read_finger_element
+
+SECTION = 'youngs_modulus="8e5" density="1100" chamber_area="1e-4" chamber_eccentricity="8e-3"'
+COMPLETE = f"""
+<finger name="left">
+  <parent link="palm"/>
+  <origin xyz="0.1 -0.2 0.3" rpy="0 0 3.14"/>
+  <body length="0.12" segments="6" relaxation_time="0.02"/>
+  <base width="0.03" thickness="0.02" {SECTION}/>
+  <tip width="0.025" thickness="0.015" {SECTION}/>
+  <sensors spacing="0.018"/>
+  <contact friction="0.7" hydroelastic_modulus="1e5" dissipation="2"/>
+</finger>"""
+LAW = '<elastic_law angle="-0.2 0 0.4" base_torque="-0.4 0 0.5" tip_torque="-0.3 0 0.25"/>'
+REQUIRED = {
+    "parent": ["link"],
+    "body": ["length"],
+    "base": ["width", "thickness", "youngs_modulus", "density", "chamber_area", "chamber_eccentricity"],
+    "tip": ["width", "thickness", "youngs_modulus", "density", "chamber_area", "chamber_eccentricity"],
+    "sensors": ["spacing"],
+}
+
+
+def read(text, segments=None):
+    return read_finger_element("gripper.urdf", ET.fromstring(text), segments)
+
+
+def edited(old, new):
+    assert old in COMPLETE
+    return COMPLETE.replace(old, new, 1)
+
+
+def complaint(element):
+    """The message about a wrong element: one line that names the file."""
+    with pytest.raises(InputError) as caught:
+        read_finger_element("gripper.urdf", element)
+    message = str(caught.value)
+    assert message.startswith("gripper.urdf: ")
+    assert "\n" not in message
+    return message.removeprefix("gripper.urdf: ")
+
+
+def test_complete_element():
+    mounted = read(COMPLETE)
+    rest = (8e5, 1100.0, 1e-4, 8e-3)
+    base, tip = CrossSection(0.03, 0.02, *rest), CrossSection(0.025, 0.015, *rest)
+    contact = ContactMaterial(0.7, 1e5, 2.0)
+    assert mounted.finger == Finger("left", 0.12, base, tip, 0.018, 6, 0.02, contact)
+    assert (mounted.parent, mounted.xyz, mounted.rpy) == ("palm", (0.1, -0.2, 0.3), (0.0, 0.0, 3.14))
+
+
+def test_what_may_be_left_out_has_defaults():
+    element = ET.fromstring(edited(' segments="6" relaxation_time="0.02"', ""))
+    for tag in ("origin", "contact"):
+        element.remove(element.find(tag))
+    mounted = read_finger_element("gripper.urdf", element)
+    assert (mounted.xyz, mounted.rpy) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    assert (mounted.finger.segments, mounted.finger.relaxation_time) == (12, 0.015)
+    assert mounted.finger.contact == ContactMaterial()
+
+
+def test_parts_of_the_optional_elements_may_be_left_out():
+    mounted = read(edited('xyz="0.1 -0.2 0.3" ', "").replace(' hydroelastic_modulus="1e5" dissipation="2"', ""))
+    assert (mounted.xyz, mounted.rpy) == ((0.0, 0.0, 0.0), (0.0, 0.0, 3.14))
+    assert mounted.finger.contact == ContactMaterial(friction=0.7)
+
+
+def test_segments_take_the_place_of_the_files():
+    assert read(COMPLETE, segments=3).finger.segments == 3
+    with pytest.raises(InputError, match=r"gripper\.urdf: finger 'left': body.segments = 0: give a whole number"):
+        read(COMPLETE, segments=0)
+
+
+@pytest.mark.parametrize("segments", [None, 3, 24])
+def test_elastic_law_is_that_of_the_segments_in_the_file(segments):
+    law = read(edited("<sensors", f"{LAW}<sensors"), segments).finger.elastic_law
+    assert law == ElasticLaw((-10.0, 0.0, 20.0), (-0.4, 0.0, 0.5), (-0.3, 0.0, 0.25))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (' base_torque="-0.4 0 0.5"', "", "elastic_law.base_torque = None: the attribute is missing"),
+        ("-0.2 0 0.4", "-0.2, 0, 0.4", "elastic_law.angle = '-0.2, 0, 0.4': give numbers"),
+        ("-0.3 0 0.25", "-0.3 0", "elastic_law.tip_torque = (-0.3, 0.0): give as many increasing numbers"),
+        ('"0.12"', '"0"', "body.length = 0.0: give a finite number above 0"),
+    ],
+)
+def test_mistakes_in_an_elastic_law_are_named(old, new, message):
+    text = edited("<sensors", f"{LAW}<sensors")
+    assert old in text
+    element = ET.fromstring(text.replace(old, new, 1))
+    assert complaint(element).startswith(f"finger 'left': {message}")
+
+
+@pytest.mark.parametrize("tag", REQUIRED)
+def test_missing_element(tag):
+    element = ET.fromstring(COMPLETE)
+    element.remove(element.find(tag))
+    assert complaint(element) == f"finger 'left': {tag} = None: the element <{tag}> is missing"
+
+
+@pytest.mark.parametrize(("tag", "attribute"), [(t, a) for t, names in REQUIRED.items() for a in names])
+def test_missing_attribute(tag, attribute):
+    element = ET.fromstring(COMPLETE)
+    del element.find(tag).attrib[attribute]
+    assert complaint(element) == f"finger 'left': {tag}.{attribute} = None: the attribute is missing"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<sensors", "<sensor", "finger 'left': element = 'sensor': not known here; did you mean 'sensors'?"),
+        ("<sensors", "<x/><sensors", "finger 'left': element = 'x': not known here; known: parent, "),
+        ("width", "widht", "finger 'left': <base>: attribute = 'widht': not known here; did you mean 'wid"),
+        ("spacing", "x", "finger 'left': <sensors>: attribute = 'x': not known here; known: spacing"),
+        ("friction", "frction", "finger 'left': <contact>: attribute = 'frction': not known here; did"),
+        (
+            "<sensors",
+            "<sensors spacing='1'/><sensors",
+            "finger 'left': element = 'sensors': appears more than",
+        ),
+        ('"0.12"', '"0.12m"', "finger 'left': body.length = '0.12m': give a number"),
+        ('"0.12"', '""', "finger 'left': body.length = '': give a number"),
+        ('"6"', '"6.5"', "finger 'left': body.segments = '6.5': give a whole number"),
+        ('"1e5"', '"soft"', "finger 'left': contact.hydroelastic_modulus = 'soft': give a number"),
+        ("0.1 -0.2 0.3", "0.1 -0.2", "finger 'left': origin.xyz = '0.1 -0.2': give three "),
+        ("0 0 3.14", "0 0 pi", "finger 'left': origin.rpy = '0 0 pi': give three "),
+        ("0 0 3.14", "0 0 nan", "finger 'left': origin.rpy = '0 0 nan': give three "),
+        ('name="left"', 'name=""', "finger.name = '': give every <finger> a name"),
+        ('name="left"', "", "finger.name = None: give every <finger> a name"),
+        ('name="left"', 'name="left" segments="6"', "finger 'left': attribute = 'segments': not known here"),
+        ('"0.018"', '"-0.018"', "finger 'left': sensors.spacing = -0.018: give a finite number above 0"),
+        ('"0.015"', '"nan"', "finger 'left': tip.thickness = nan: give a finite number above 0"),
+        ('"6"', '"0"', "finger 'left': body.segments = 0: give a whole number of at least 1"),
+    ],
+)
+def test_mistakes_are_named(old, new, message):
+    assert complaint(ET.fromstring(edited(old, new))).startswith(message)

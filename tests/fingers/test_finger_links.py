@@ -1,0 +1,105 @@
+"""The links, joints and springs of a finger, measured through Drake."""
+
+from dataclasses import replace
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+from pydrake.geometry import Role
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import MultibodyForces, SpatialInertia
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.fingers.finger_links import joint_name, link_name
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
+
+
+def force_element_torque(plant, q, v=0.0):
+    """Generalized force of the springs alone, N m, with all joints at `q` rad and `v` rad/s."""
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, np.full(plant.num_positions(), q))
+    plant.SetVelocities(context, np.full(plant.num_velocities(), v))
+    forces = MultibodyForces(plant)
+    plant.CalcForceElementsContribution(context, forces)
+    return plant.CalcGeneralizedForces(context, forces)
+
+
+@pytest.mark.parametrize(("angle", "tolerance"), [(1e-3, 1e-9), (0.3, 2e-5), (0.8, 1e-3)])
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("segments", [1, 5])
+def test_spring_pair_is_a_linear_torsion_spring(tapered_finger, finger_plant, segments, sign, angle, tolerance):
+    finger = replace(tapered_finger, segments=segments, relaxation_time=0.0)
+    torque = force_element_torque(finger_plant(finger), sign * angle)
+    np.testing.assert_allclose(torque, -sign * angle * finger.stiffness, rtol=tolerance)
+
+
+def test_energy_of_the_springs_is_that_of_torsion_springs(tapered_finger, finger_plant, bent):
+    plant, q = finger_plant(tapered_finger), bent(5)
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, q)
+    expected = (tapered_finger.stiffness * q**2).sum() / 2
+    assert plant.CalcPotentialEnergy(context) == pytest.approx(expected, rel=2e-5)
+
+
+def test_damping_is_in_the_joints_and_only_there(tapered_finger, finger_plant):
+    plant = finger_plant(tapered_finger)
+    damping = [plant.GetJointByName(joint_name("tapered", i)).default_damping() for i in range(5)]
+    np.testing.assert_allclose(damping, 0.015 * tapered_finger.stiffness, rtol=1e-12)
+    undamped = finger_plant(replace(tapered_finger, relaxation_time=0.0))
+    moving, resting = (force_element_torque(undamped, 0.3, v) for v in (2.0, 0.0))
+    np.testing.assert_allclose(moving, resting, rtol=1e-12)
+
+
+def test_links_are_solid_boxes_from_joint_to_joint(tapered_finger, finger_plant):
+    finger, plant = tapered_finger, finger_plant(tapered_finger)
+    context = plant.CreateDefaultContext()
+    ends = np.array([0, 0.5, 1.5, 2.5, 3.5, 4.5, 5]) * finger.length / 5
+    for i, (begin, end) in enumerate(pairwise(ends)):
+        body = plant.GetBodyByName(link_name("tapered", i))
+        middle = (begin + end) / 2
+        thickness, width = (finger.interpolate(name, middle) for name in ("thickness", "width"))
+        box = SpatialInertia.SolidBoxWithMass(finger.link_masses[i], thickness, width, end - begin)
+        measured = body.CalcSpatialInertiaInBodyFrame(context).Shift([0, 0, (end - begin) / 2])
+        np.testing.assert_allclose(measured.CopyToFullMatrix6(), box.CopyToFullMatrix6(), atol=1e-15)
+        place = plant.EvalBodyPoseInWorld(context, body).translation()
+        np.testing.assert_allclose(place, [0, 0, begin], atol=1e-15)
+    tip = plant.GetFrameByName("tapered_tip").CalcPoseInWorld(context).translation()
+    np.testing.assert_allclose(tip, [0, 0, finger.length], atol=1e-15)
+
+
+@pytest.fixture(scope="module")
+def inspector():
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    Parser(plant).AddModelsFromString(expand_urdf(DIRECTORY / "grippers/two_finger.urdf").text, "urdf")
+    plant.Finalize()
+    return scene_graph.model_inspector()
+
+
+@pytest.fixture(scope="module")
+def skins(inspector):
+    """The collision geometries of all links: {id: (finger, index of the link)}."""
+    ids = inspector.GetAllGeometryIds(Role.kProximity)
+    frames = {id: inspector.GetName(inspector.GetFrameId(id)) for id in ids}
+    skins = {id: tuple(frame.split("_link_")) for id, frame in frames.items() if "_link_" in frame}
+    assert len(skins) == 26
+    return skins
+
+
+def test_a_finger_touches_the_other_but_not_itself(inspector, skins):
+    for a, b in combinations(skins, 2):
+        (finger_a, index_a), (finger_b, index_b) = skins[a], skins[b]
+        both_welded_to_the_palm = index_a == index_b == "0"
+        assert inspector.CollisionFiltered(a, b) == (finger_a == finger_b or both_welded_to_the_palm)
+
+
+def test_skin_is_made_of_the_contact_material(inspector, skins, shipped_finger):
+    contact = shipped_finger.contact
+    for skin in skins:
+        properties = inspector.GetProximityProperties(skin)
+        friction = properties.GetProperty("material", "coulomb_friction")
+        assert friction.static_friction() == friction.dynamic_friction() == contact.friction
+        modulus = properties.GetProperty("hydroelastic", "hydroelastic_modulus")
+        dissipation = properties.GetProperty("material", "hunt_crossley_dissipation")
+        assert (modulus, dissipation) == (contact.hydroelastic_modulus, contact.dissipation)

@@ -1,0 +1,38 @@
+"""Weight against Drake's, and what pressure alone bends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
+
+LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))
+PRESSURES = np.array([[-50e3, 0.0], [100e3, 200e3]])
+
+
+@pytest.mark.parametrize("gravity", [[0, 0, -9.81], [0, 0, 9.81], [9.81, 0, 0], [3.0, -5.0, 7.0]], ids=str)
+def test_weight_is_that_of_drake(tapered_finger, bent, drake_weight, gravity):
+    shapes = 2 * bent(20, 5)
+    torques = gravity_torque(tapered_finger, shapes, complex(gravity[2], gravity[0]))
+    for q, torque in zip(shapes, torques, strict=True):
+        np.testing.assert_allclose(torque, drake_weight(tapered_finger, q, gravity), atol=1e-15)
+
+
+def test_every_sample_may_have_its_own_gravity(tapered_finger, bent):
+    shapes, gravity = bent(3, 5), np.array([[-9.81], [4 + 1j], [-7j]])
+    torques = gravity_torque(tapered_finger, shapes, gravity)
+    for q, (g,), torque in zip(shapes, gravity, torques, strict=True):
+        np.testing.assert_allclose(torque, gravity_torque(tapered_finger, q, g), rtol=1e-13)
+
+
+def test_free_bending_is_pressure_torque_over_stiffness(tapered_finger):
+    expected = PRESSURES[..., None] * tapered_finger.pressure_gain / tapered_finger.stiffness
+    np.testing.assert_allclose(free_bending_angles(tapered_finger, PRESSURES), expected, rtol=1e-14)
+
+
+def test_free_bending_by_an_elastic_law_balances_the_pressure(tapered_finger):
+    finger = replace(tapered_finger, elastic_law=LAW)
+    q = free_bending_angles(finger, PRESSURES)
+    np.testing.assert_allclose(finger.elastic_torque(q), PRESSURES[..., None] * finger.pressure_gain, atol=1e-14)

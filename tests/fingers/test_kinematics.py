@@ -1,0 +1,96 @@
+"""Planar kinematics, compared with Drake's and with the circle."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.fingers.finger_links import link_name
+from soft_gripper.fingers.kinematics import (
+    as_planar,
+    as_points,
+    forward_kinematics,
+    segment_path_lengths,
+    sensor_path,
+)
+
+OFFSETS = [-0.018, -0.009, 0.0, 0.009]  # m
+SEGMENT = 0.01  # m
+
+
+def test_forward_kinematics_is_drakes(tapered_finger, finger_plant, bent):
+    plant, q = finger_plant(tapered_finger), bent(5)
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, q)
+    chain = forward_kinematics(q, tapered_finger.segment_length)
+
+    links = [plant.GetBodyByName(link_name("tapered", i)) for i in range(6)]
+    poses = [plant.EvalBodyPoseInWorld(context, link) for link in links]
+    joints = np.array([pose.translation() for pose in poses[1:]])
+    headings = [np.arctan2(*pose.rotation().matrix()[[0, 2], 2]) for pose in poses]
+    middles = [pose @ [0, 0, tapered_finger.segment_length / 2] for pose in poses[1:]]
+    np.testing.assert_allclose(as_points(chain.joints), joints[:, [0, 2]], atol=1e-15)
+    np.testing.assert_allclose(chain.headings, headings, atol=1e-14)
+    np.testing.assert_allclose(as_points(chain.segment_ends[1:]), np.array(middles)[:, [0, 2]], atol=1e-15)
+    tip = plant.GetFrameByName("tapered_tip").CalcPoseInWorld(context).translation()
+    np.testing.assert_allclose(as_points(chain.tip), tip[[0, 2]], atol=1e-15)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_path_lengths_are_the_distances_along_the_path(bent, offset):
+    q = bent(7, 12)
+    path = sensor_path(forward_kinematics(q, SEGMENT), offset)
+    distances = np.abs(np.diff(path)).reshape(7, 12, 2).sum(axis=-1)
+    np.testing.assert_allclose(segment_path_lengths(q, SEGMENT, offset), distances, rtol=1e-13)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_path_keeps_its_distance_from_the_axis(bent, offset):
+    chain = forward_kinematics(bent(12), SEGMENT)
+    path = sensor_path(chain, offset)
+    np.testing.assert_allclose(np.abs(path[0::2] - chain.segment_ends), abs(offset), atol=1e-16)
+    np.testing.assert_allclose(np.abs(path[1::2] - chain.joints), abs(offset), atol=1e-16)
+
+
+def test_closing_bends_toward_x_and_shortens_the_inner_path():
+    q = np.full(12, 0.1)
+    x, z = as_points(forward_kinematics(q, SEGMENT).tip)
+    assert x > 0
+    assert 0 < z < 0.12
+    inner, axis, outer = (segment_path_lengths(q, SEGMENT, offset).sum() for offset in (0.009, 0.0, -0.009))
+    assert inner < axis < outer
+    assert axis == pytest.approx(0.12, rel=1e-14)
+
+
+def test_chain_converges_to_the_circle_with_the_square_of_the_segment():
+    bend, length = np.pi, 0.12
+    exact = length / bend * (np.sin(bend) + 1j * (1 - np.cos(bend)))
+    tips = [forward_kinematics(np.full(n, bend / n), length / n).tip for n in (10, 20, 40)]
+    errors = np.abs(np.array(tips) - exact)
+    np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2, atol=0.05)
+
+
+def test_batch_is_the_loop(bent):
+    batch = bent(2, 3, 12)
+    chains = forward_kinematics(batch, SEGMENT)
+    lengths = segment_path_lengths(batch, SEGMENT, 0.009)
+    for index in np.ndindex(2, 3):
+        single = forward_kinematics(batch[index], SEGMENT)
+        for part, one in zip(chains, single, strict=True):
+            np.testing.assert_array_equal(part[index], one)
+        np.testing.assert_array_equal(sensor_path(chains, 0.009)[index], sensor_path(single, 0.009))
+        np.testing.assert_array_equal(lengths[index], segment_path_lengths(batch[index], SEGMENT, 0.009))
+
+
+def test_points_are_x_and_z():
+    np.testing.assert_array_equal(as_points(np.array(3.0 + 2.0j)), [2.0, 3.0])
+    assert as_planar(np.array([2.0, 3.0])) == 3.0 + 2.0j
+
+
+@pytest.mark.parametrize("shape", [(), (4,), (3, 4)])
+def test_points_and_planar_are_inverse(bent, shape):
+    points = bent(*shape, 2)
+    np.testing.assert_array_equal(as_points(as_planar(points)), points)
+
+
+def test_points_of_a_slice(bent):
+    points = bent(3, 4, 2)
+    np.testing.assert_array_equal(as_points(as_planar(points)[:, ::2]), points[:, ::2])

@@ -1,0 +1,100 @@
+"""PlantFinger: which links, joints, forces and actuators of a plant are those of one finger."""
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RevoluteJoint, SpatialInertia
+
+from soft_gripper.diagrams.loading.model_files import add_fingers
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
+
+FINGER, TWO_FINGER = DIRECTORY / "grippers/finger.urdf", DIRECTORY / "grippers/two_finger.urdf"
+X_WPALM = RigidTransform(RollPitchYaw(0.3, -0.5, 1.2), [0.1, 0.2, 0.3])
+POSES = [RigidTransform(RollPitchYaw(0, 0, yaw), [x, 0, 0.03]) for x, yaw in ((-0.045, 0.0), (0.045, np.pi))]
+
+
+@pytest.fixture(scope="module")
+def crowded():
+    """A plant of a free body, a gripper that stands askew and another on a hinge; and the fingers of both."""
+    plant = MultibodyPlant(0.01)
+    inertia = SpatialInertia.SolidCubeWithDensity(1000.0, 0.1)
+    plant.AddRigidBody("crate", inertia)
+    wrist = plant.AddRigidBody("wrist", inertia)
+    plant.AddJoint(RevoluteJoint("hinge", plant.world_frame(), wrist.body_frame(), [0, 1, 0]))
+    anchored, carried = (add_fingers(Parser(plant), TWO_FINGER, name) for name in ("anchored", "carried"))
+    for (finger, _), parent, X in ((anchored, plant.world_frame(), X_WPALM), (carried, wrist.body_frame(), None)):
+        plant.WeldFrames(parent, plant.GetFrameByName("palm", finger.model), X or RigidTransform())
+    plant.Finalize()
+    return plant, anchored, carried
+
+
+def test_fingers_of_two_models_have_the_model_in_their_names(crowded):
+    _, anchored, carried = crowded
+    assert [finger.name for finger in anchored] == ["anchored.left_finger", "anchored.right_finger"]
+    assert [finger.name for finger in carried] == ["carried.left_finger", "carried.right_finger"]
+
+
+def test_a_finger_whose_name_no_other_has_goes_by_it_alone():
+    plant = MultibodyPlant(0.01)
+    gripper, (single,) = (add_fingers(Parser(plant), file) for file in (TWO_FINGER, FINGER))
+    assert [finger.name for finger in (*gripper, single)] == ["left_finger", "right_finger", "finger"]
+
+
+def test_links_and_joints_are_those_of_its_model_from_base_to_tip(crowded):
+    for finger in (*crowded[1], *crowded[2]):
+        own = finger.finger.name
+        assert [link.name() for link in finger.links] == [f"{own}_link_{i}" for i in range(13)]
+        assert [joint.name() for joint in finger.joints] == [f"{own}_joint_{i}" for i in range(12)]
+        assert {part.model_instance() for part in (*finger.links, *finger.joints)} == {finger.model}
+
+
+def test_base_stands_where_the_file_and_the_weld_put_it(crowded):
+    _, anchored, carried = crowded
+    for finger, X_PalmB in zip(anchored, POSES, strict=True):
+        assert finger.is_anchored
+        assert finger.X_WB.IsNearlyEqualTo(X_WPALM @ X_PalmB, 1e-12)
+    assert not any(finger.is_anchored for finger in carried)
+    assert carried[1].base is not anchored[1].base
+
+
+def test_position_selector_picks_the_joint_angles(crowded):
+    plant, anchored, carried = crowded
+    context = plant.CreateDefaultContext()
+    for i, finger in enumerate((*anchored, *carried)):
+        for j, joint in enumerate(finger.joints):
+            joint.set_angle(context, i + j / 100)
+            joint.set_angular_rate(context, 50.0)
+    state = plant.GetPositionsAndVelocities(context)
+    for i, finger in enumerate((*anchored, *carried)):
+        np.testing.assert_array_equal(finger.position_selector() @ state, i + np.arange(12) / 100)
+
+
+def test_torque_selector_picks_generalized_forces_of_the_model(crowded):
+    plant, anchored, carried = crowded
+    forces = np.random.default_rng(1).uniform(-1, 1, plant.num_velocities())
+    for finger in (*anchored, *carried):
+        expected = [forces[joint.velocity_start()] for joint in finger.joints]
+        of_model = plant.GetVelocitiesFromArray(finger.model, forces)
+        np.testing.assert_array_equal(finger.torque_selector() @ of_model, expected)
+
+
+def test_actuator_selector_spreads_torques_over_the_joints(crowded):
+    plant, anchored, carried = crowded
+    torques = np.arange(1.0, 13.0)
+    for finger in (*anchored, *carried):
+        u = np.zeros(plant.num_actuators())
+        plant.SetActuationInArray(finger.model, torques @ finger.actuator_selector(), u)
+        generalized = plant.MakeActuationMatrix() @ u
+        np.testing.assert_array_equal(generalized[[joint.velocity_start() for joint in finger.joints]], torques)
+        assert np.count_nonzero(generalized) == 12
+
+
+def test_a_plant_loaded_by_drake_alone_will_do(load_plant):
+    expanded = expand_urdf(FINGER, segments=3)
+    plant = load_plant(expanded.text, "mount")
+    finger = PlantFinger(expanded.fingers[0], plant, plant.GetModelInstanceByName("finger"))
+    assert (finger.name, finger.model_name, len(finger.links), len(finger.joints)) == ("finger", "finger", 4, 3)

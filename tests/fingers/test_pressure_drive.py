@@ -1,0 +1,91 @@
+"""PressureDrive: limits, lag and the chamber law, from Drake's own blocks."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
+
+MAPS = {
+    "left": np.array([1.0, 2.0, 0.0, 0.0]) * 1e-6,
+    "right": np.array([0.0, 0.0, 3.0, 4.0]) * 1e-6,
+}  # N m/Pa
+LIMITS = (-60e3, 250e3)  # Pa
+LAG = 0.05  # s
+
+
+def evaluate(drive, left, right):
+    """Pressures in the chambers and actuation for two fixed commands, without lag."""
+    context = drive.CreateDefaultContext()
+    for finger, pressure in (("left", left), ("right", right)):
+        drive.GetInputPort(f"{finger}.pressure_command").FixValue(context, [pressure])
+    pressures = [drive.GetOutputPort(f"{finger}.pressure").Eval(context)[0] for finger in ("left", "right")]
+    return pressures, drive.GetOutputPort("actuation").Eval(context)
+
+
+def test_every_finger_has_its_own_pressure():
+    pressures, actuation = evaluate(PressureDrive(MAPS, *LIMITS), 100e3, -20e3)
+    assert pressures == [100e3, -20e3]
+    np.testing.assert_allclose(actuation, [0.1, 0.2, -0.06, -0.08], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("command", "pressure"), [(300e3, 250e3), (-100e3, -60e3), (250e3, 250e3), (7.0, 7.0)])
+def test_pressure_keeps_within_the_limits(command, pressure):
+    pressures, actuation = evaluate(PressureDrive(MAPS, *LIMITS), command, 0.0)
+    assert pressures == [pressure, 0.0]
+    np.testing.assert_allclose(actuation, MAPS["left"] * pressure, rtol=1e-12)
+
+
+def test_one_source_is_a_common_pressure():
+    builder = DiagramBuilder()
+    drive = builder.AddSystem(PressureDrive(MAPS, *LIMITS))
+    source = builder.AddSystem(ConstantVectorSource([50e3]))
+    for finger in MAPS:
+        builder.Connect(source.get_output_port(), drive.GetInputPort(f"{finger}.pressure_command"))
+    context = drive.GetMyContextFromRoot(builder.Build().CreateDefaultContext())
+    actuation = drive.GetOutputPort("actuation").Eval(context)
+    np.testing.assert_allclose(actuation, [0.05, 0.1, 0.15, 0.2], rtol=1e-12)
+
+
+@pytest.mark.parametrize("time", [0.5 * LAG, LAG, 3 * LAG])
+def test_pressure_follows_the_limited_command_as_a_first_order_lag(time):
+    drive = PressureDrive(MAPS, *LIMITS, LAG)
+    simulator = Simulator(drive)
+    simulator.get_mutable_integrator().set_target_accuracy(1e-6)
+    context = simulator.get_mutable_context()
+    for finger, command in (("left", 1e6), ("right", 100e3)):
+        drive.GetInputPort(f"{finger}.pressure_command").FixValue(context, [command])
+    simulator.AdvanceTo(time)
+    risen = 1 - np.exp(-time / LAG)  # 63 % after the time constant
+    assert drive.GetOutputPort("left.pressure").Eval(context)[0] == pytest.approx(250e3 * risen, rel=1e-4)
+    assert drive.GetOutputPort("right.pressure").Eval(context)[0] == pytest.approx(100e3 * risen, rel=1e-4)
+    expected = 250e3 * risen * MAPS["left"] + 100e3 * risen * MAPS["right"]
+    np.testing.assert_allclose(drive.GetOutputPort("actuation").Eval(context), expected, rtol=1e-4)
+
+
+def test_without_lag_there_is_no_state():
+    assert PressureDrive(MAPS, *LIMITS).CreateDefaultContext().is_stateless()
+
+
+def test_all_blocks_inside_are_drakes():
+    systems = PressureDrive(MAPS, *LIMITS, LAG).GetSystems()
+    assert {type(system).__module__ for system in systems} == {"pydrake.systems.primitives"}
+
+
+def test_chamber_law_acts_on_the_joints_of_its_finger_alone(load_plant):
+    expanded = expand_urdf(DIRECTORY / "grippers/two_finger.urdf")
+    plant = load_plant(expanded.text, "palm")
+    model = plant.GetModelInstanceByName("two_finger")
+    for finger in expanded.fingers:
+        of_plant = PlantFinger(finger, plant, model)
+        torque = plant.MakeActuationMatrix() @ pressure_torque_map(of_plant)
+        joints = [plant.GetJointByName(f"{finger.name}_joint_{i}").velocity_start() for i in range(12)]
+        s = (np.arange(12) + 0.5) / 12
+        law = 1e-4 * (8e-3 + (7.7e-3 - 8e-3) * s)  # A(s) e(s) of the file
+        np.testing.assert_allclose(torque[joints], law, rtol=1e-12)
+        assert np.count_nonzero(torque) == 12

@@ -1,0 +1,80 @@
+"""The arm tilts and turns the gripper: fingers report their load, and not how they hang, in every orientation."""
+
+import numpy as np
+import pytest
+from arm_plants import HOME, POSTURES, ur5e
+from pydrake.common.schema import Transform
+from pydrake.math import RigidTransform
+
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+
+FINGERS = ("left_finger", "right_finger")
+X, Y, Z = np.eye(3)
+REST = 0.8  # s, until nothing sways any more
+
+
+def at_rest(home, pressure, *models, is_compensated=True):
+    """What is recorded of both fingers, the arm at home."""
+    scenario = ur5e(home)
+    scenario.models += models
+    scenario.pressure.steps = {"all": [pressure]}
+    scenario.pressure.settle, scenario.pressure.hold_samples = 1.2, 1
+    scenario.estimator.compensate_gravity = is_compensated
+    return run_station(make_station(scenario))
+
+
+def torques(recording, kind, sample=-1):
+    """Of both fingers, N m."""
+    return np.array([recording[f"{finger}.{kind}"].values[sample] for finger in FINGERS])
+
+
+def test_postures_differ():
+    """Weight pulls along a finger both ways, in its bending plane both ways, across it, and askew."""
+    rotations = [make_station(ur5e(home)).fingers[0].X_WB.rotation().matrix() for home in POSTURES]
+    upward = np.array([rotation[2] for rotation in rotations])  # in B
+    for axis in (X, -X, Z, -Z):
+        assert (upward @ axis).max() > 0.99
+    assert np.abs(upward @ Y).max() > 0.99
+    assert np.abs(upward).max(axis=1).min() < 0.8
+
+
+@pytest.mark.parametrize("pressure", [0.0, 60e3])
+@pytest.mark.parametrize("home", POSTURES)
+def test_a_free_finger_reports_nothing(home, pressure):
+    recording = at_rest(home, pressure)
+    assert not torques(recording, "true_external_torque").any()
+    assert np.abs(torques(recording, "external_torque")).max() < 2e-4
+
+
+def test_without_compensation_it_would_report_its_weight():
+    reported = np.abs(torques(at_rest(POSTURES[2], 0.0, is_compensated=False), "external_torque"))
+    assert reported.max() > 2e-2
+
+
+@pytest.mark.parametrize("home", POSTURES)
+def test_a_finger_that_is_pressed_against_a_peg_reports_just_that(home):
+    peg = ModelConfig("peg", "package://soft_gripper/objects/peg.sdf", parent="gripper::palm")
+    peg.X_PC = Transform(RigidTransform([0, 0, 0.11]))
+    recording = at_rest(home, 80e3, peg)
+    truth = torques(recording, "true_external_torque")
+    assert np.abs(truth[:, 0]).max() > 5e-3
+    assert np.abs(torques(recording, "external_torque_error")).max() <= 2e-3
+
+
+def test_the_arm_takes_the_fingers_from_one_orientation_to_the_next():
+    """At the end of every rest they report nothing, although they hang otherwise than when they began."""
+    scenario = ur5e(HOME)
+    phases = [
+        PhaseConfig(f"posture {i}", posture=list(posture), opening=0.08, rest=REST)
+        for i, posture in enumerate(POSTURES[2:])
+    ]
+    scenario.task = TaskConfig(phases=phases)
+    scenario.control.gains.kp, scenario.control.gains.ki = 6e4, 5e6
+    recording = run_station(make_station(scenario))
+    phase = recording["task.phase"].values
+    ends = np.flatnonzero(np.diff(phase))
+    assert len(ends) == len(POSTURES) - 2
+    for end in ends:
+        assert np.abs(torques(recording, "external_torque", end)).max() < 2e-4

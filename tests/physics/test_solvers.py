@@ -1,0 +1,83 @@
+"""The two solvers agree, and what cannot be simulated says so."""
+
+import numpy as np
+import pytest
+from finger_plants import free_bending
+from pydrake.systems.analysis import Simulator
+
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.fingers.kinematics import forward_kinematics
+
+
+def settled_tips(*overrides):
+    """Both fingertips at the end of two pressures, m in their B, complex."""
+    station = make_station(free_bending([150e3, 240e3], 1.0, *overrides))
+    recording = simulate(station.scenario)
+    return np.array(
+        [
+            forward_kinematics(angles.sel(time=[1.0, 2.0]).values, finger.finger.segment_length).tip
+            for finger in station.fingers
+            for angles in [recording[f"{finger.name}.sampled_joint_angles"]]
+        ]
+    )
+
+
+def test_cenic_and_discrete_plant_settle_at_the_same_tip():
+    continuous = settled_tips("plant_config.time_step=0")
+    for time_step in (0.01, 0.002):
+        discrete = settled_tips(f"plant_config.time_step={time_step}")
+        assert np.abs(discrete - continuous).max() < 1e-4
+
+
+def test_infeasible_time_step_is_refused_with_both_numbers():
+    scenario = free_bending([0.0], 0.1, "plant_config.time_step=0.031")
+    limit = r"0\.031: .*stable_time_step\(\) = 0\.03 s of finger 'left_finger'"
+    with pytest.raises(InputError, match=limit):
+        make_station(scenario)
+
+
+def test_feasible_time_step_runs():
+    simulate(free_bending([240e3], 0.5, "plant_config.time_step=0.029"))
+
+
+def test_divergence_names_time_state_and_cause():
+    explicit = (
+        "plant_config.time_step=0",
+        "simulator_config.integration_scheme=explicit_euler",
+        "simulator_config.use_error_control=false",
+    )
+    with pytest.raises(SimulationDivergedError) as caught:
+        simulate(free_bending([150e3], 1.0, *explicit))
+    message = str(caught.value)
+    assert "the simulation diverged before t = 0." in message
+    assert "in state left_finger_" in message
+    assert "likely cause: a time step too long" in message
+
+
+def break_sensor(station, root):
+    """All that the left finger's sensor holds becomes NaN until its next sample."""
+    sensor = station.diagram.GetSubsystemByName("left_finger.sensors").GetSubsystemByName("sensor")
+    held = sensor.GetMyMutableContextFromRoot(root).get_mutable_discrete_state()
+    for i in range(held.num_groups()):
+        held.set_value(i, np.full(held.value(i).shape, np.nan))
+
+
+def test_lost_readings_pass_through_the_station_and_heal():
+    station = make_station(free_bending([100e3], 0.1))
+    simulator = Simulator(station.diagram)
+    root = simulator.get_mutable_context()
+    simulator.AdvanceTo(0.055)
+    break_sensor(station, root)
+    for name in station.logs.signals:
+        values = station.diagram.GetOutputPort(name).Eval(root)
+        assert name.startswith("left_finger.") or np.isfinite(values).all()
+    tip, torque = (station.diagram.GetOutputPort(f"left_finger.{name}") for name in ("tip_pose", "external_torque"))
+    assert np.isnan(tip.Eval(root)).all()
+    simulator.AdvanceTo(0.065)
+    assert np.isfinite(tip.Eval(root)).all()
+    simulator.AdvanceTo(0.095)
+    assert np.isnan(torque.Eval(root)).all()  # as long as one of five samples is lost
+    simulator.AdvanceTo(0.105)
+    assert np.isfinite(torque.Eval(root)).all()

@@ -1,0 +1,103 @@
+"""An uneven object is touched on its own surface, waist and all, and not on its convex hull."""
+
+import numpy as np
+import pytest
+import trimesh
+from pydrake.geometry import HydroelasticContactRepresentation
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.diagrams.loading.model_files import load_model
+from soft_gripper.diagrams.schema.scenario import ModelConfig
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.models import DIRECTORY
+
+MESH = trimesh.load(DIRECTORY / "objects" / "irregular.obj", force="mesh")
+RADIUS = 0.001  # m, of the probe
+PROBE = f"""<sdf version="1.7"><model name="probe"><link name="probe"><collision name="ball">
+  <geometry><sphere><radius>{RADIUS}</radius></sphere></geometry>
+  <drake:proximity_properties xmlns:drake="http://drake.mit.edu">
+    <drake:compliant_hydroelastic/>
+    <drake:hydroelastic_modulus>1e5</drake:hydroelastic_modulus>
+    <drake:mesh_resolution_hint>{RADIUS}</drake:mesh_resolution_hint>
+  </drake:proximity_properties>
+</collision></link></model></sdf>"""
+
+
+def below_hull(point):
+    """How deep a point lies in the convex hull of the mesh, m."""
+    hull = MESH.convex_hull
+    return -np.einsum("fi,fi->f", point - hull.triangles[:, 0], hull.face_normals).max()
+
+
+def touches(query):
+    """Contact surfaces, and the pairs for which contact at a point takes their place."""
+    return query.ComputeContactSurfacesWithFallback(HydroelasticContactRepresentation.kTriangle)
+
+
+@pytest.fixture(params=["irregular.sdf", "irregular.obj"])
+def probe(request, tmp_path, monkeypatch):
+    """Puts a small soft ball at a point beside the object, a model file or a bare mesh; returns what is touched."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    load_model(plant, ModelConfig("irregular", str(DIRECTORY / "objects" / request.param)), "models[0]")
+    Parser(plant).AddModelsFromString(PROBE, "sdf")
+    plant.Finalize()
+    context = builder.Build().CreateDefaultContext()
+
+    def put(point):
+        plant_context = plant.GetMyMutableContextFromRoot(context)
+        for name, position in (("irregular", np.zeros(3)), ("probe", point)):
+            plant.SetFreeBodyPose(plant_context, plant.GetBodyByName(name), RigidTransform(position))
+        return scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(context))
+
+    return put
+
+
+@pytest.fixture(scope="module")
+def waist():
+    """The innermost point of the waist, m, and the direction that leads out of it."""
+    near = MESH.vertices[np.abs(MESH.vertices[:, 2]) < 3e-3]
+    point = near[np.argmin(np.hypot(near[:, 0], near[:, 1]))]
+    return point, point * [1, 1, 0] / np.hypot(point[0], point[1])
+
+
+def test_nothing_is_touched_between_the_waist_and_the_hull(probe, waist):
+    point, outward = waist
+    for gap in (0.0015, 0.003, 0.005):
+        place = point + gap * outward
+        query = probe(place)
+        assert below_hull(place) > 2 * RADIUS
+        assert touches(query) == ([], [])
+        (hull_contact,) = query.ComputePointPairPenetration()
+        assert hull_contact.depth > 3 * RADIUS
+
+
+def test_the_waist_itself_is_touched(probe, waist):
+    point, outward = waist
+    for gap in (-0.0005, 0.0, 0.0005):
+        (surface,), pairs = touches(probe(point + gap * outward))
+        assert pairs == []
+        assert np.linalg.norm(surface.centroid() - point) < RADIUS
+        assert below_hull(surface.centroid()) > 0.007
+
+
+def test_a_finger_reaches_below_the_hull():
+    scenario = load_scenario("irregular_grasp", ["pressure.steps.all=[100e3]"])
+    station = make_station(scenario)
+    end = run_station(station)["plant.state"][-1].values
+    context = station.diagram.CreateDefaultContext()
+    plant_context = station.plant.GetMyMutableContextFromRoot(context)
+    station.plant.SetPositionsAndVelocities(plant_context, end)
+    scene_graph = station.diagram.GetSubsystemByName("scene_graph")
+    query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(context))
+    X_WO = station.plant.EvalBodyPoseInWorld(plant_context, station.plant.GetBodyByName("irregular"))
+    surfaces, pairs = touches(query)
+    by_height = sorted((X_WO.inverse() @ surface.centroid() for surface in surfaces), key=lambda p_OC: p_OC[2])
+    assert (len(by_height), pairs) == (3, [])  # the table, and a finger from either side
+    assert max(below_hull(p_OC) for p_OC in by_height[1:]) > 0.002

@@ -1,0 +1,175 @@
+"""Pictures of scenes: what is in them lies where Drake and the camera say, in the colour that it has."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import Scene
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.view.torque_colors import color
+from soft_gripper.diagrams.view.viewpoint import upright_view
+from soft_gripper.pictures.camera import MARGIN, framing_camera
+from soft_gripper.pictures.close_up import CloseUp
+from soft_gripper.pictures.rendering import Picture, SceneRenderer
+from soft_gripper.pictures.scenes_figure import largest_pressure, scenes_figure
+from soft_gripper.pictures.studio import SUN
+
+BOX, IRREGULAR, SKIN = (0.25, 0.47, 0.70), (0.45, 0.62, 0.36), (0.93, 0.55, 0.36)  # as the model files say
+
+
+@pytest.fixture
+def box_grasp() -> Scene:
+    return Scene("box_grasp")
+
+
+def pixel(renderer: SceneRenderer, picture: Picture, p_W: Array) -> Array:
+    """What the picture shows at a point of the world, (3,) red, green, blue from 0 to 1."""
+    right, down = np.rint(renderer.camera.project(p_W)).astype(int)
+    return picture[down, right] / 255
+
+
+def shows(seen: Array, diffuse: Any) -> bool:
+    """Whether a pixel has the colour of a surface, however brightly that is lit."""
+    cosine = seen @ np.array(diffuse) / np.linalg.norm(seen) / np.linalg.norm(diffuse)
+    return bool(cosine > 0.995)
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (0.012, 0.0, 0.05), (-0.012, -0.01, 0.02)], ids=str)
+def test_the_box_is_seen_where_it_is(box_grasp: Scene, shift: tuple[float, ...]) -> None:
+    box_grasp.move("box", np.array(shift))
+    renderer = box_grasp.renderer(box_grasp.state())
+    picture = renderer.render(0.0)
+    for x, z in [(0, 0), (-0.018, -0.026), (0.018, -0.026), (-0.018, 0.026), (0.018, 0.026)]:
+        assert shows(pixel(renderer, picture, box_grasp.point("box", (x, -0.02, z))), BOX)
+    for x, z in [(-0.037, 0.0), (0.027, 0.0), (0.0, 0.045)]:  # past the sides that are seen at an angle
+        assert not shows(pixel(renderer, picture, box_grasp.point("box", (x, -0.02, z))), BOX)
+    np.testing.assert_array_equal(picture[0, 0], 255)
+
+
+def test_bending_moves_the_fingertip(box_grasp: Scene) -> None:
+    # The middle of the last link's side before the camera, which is +y in B: the gripper points down.
+    inside = (0.0, 0.0099, 0.0)
+    straight, before = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
+    box_grasp.bend("left_finger", -0.08)
+    bent, after = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
+    renderer = box_grasp.renderer(straight, bent)
+    pictures = [renderer.render(time) for time in (0.0, 1.0)]
+    seen = [[shows(pixel(renderer, picture, p), SKIN) for p in (before, after)] for picture in pictures]
+    assert seen == [[True, False], [False, True]]
+
+
+def test_links_have_the_colour_of_the_torque_where_they_begin(box_grasp: Scene) -> None:
+    torques = np.repeat([-0.1, 0.06], 6)
+    renderer = box_grasp.renderer(box_grasp.state(), torques=torques, limit=0.1)
+    picture = renderer.render(0.0)
+    for link in range(1, 13):
+        front = box_grasp.point(f"right_finger_link_{link}", (0.0, -0.0099, 0.002))
+        assert shows(pixel(renderer, picture, front), color(torques[link - 1], 0.1)), link
+
+
+def test_a_time_looks_the_same_whatever_was_rendered_before(box_grasp: Scene) -> None:
+    first = box_grasp.state()
+    box_grasp.bend("right_finger", 0.1)
+    renderer = box_grasp.renderer(first, box_grasp.state(), limit=0.1)
+    before, other, after = (renderer.render(time) for time in (0.0, 1.0, 0.0))
+    np.testing.assert_array_equal(before, after)
+    assert np.abs(before.astype(int) - other).max() > 100
+
+
+def test_a_mesh_without_normals_is_seen() -> None:
+    scene = Scene("irregular_grasp")
+    renderer = scene.renderer(scene.state())
+    assert shows(pixel(renderer, renderer.render(0.0), scene.point("irregular", (0.0, 0.0, -0.02))), IRREGULAR)
+
+
+def test_an_arm_is_lit_where_it_is_seen_and_things_in_the_air_cast_shadows() -> None:
+    scene = Scene("pick_and_place_box")
+    scene.scenario.models[3].mesh.color = [*BOX, 1.0]
+    standing = scene.state()
+    scene.move("box", np.array([0.0, 0.0, 0.1]))
+    renderer = scene.renderer(standing, scene.state())
+    before, after = (renderer.render(time) for time in (0.0, 1.0))
+    box, view = scene.point("box"), upright_view(renderer.direction * [1, 1, 0]).matrix()
+    right, ahead = view[:, 0], view[:, 2]
+    assert pixel(renderer, after, box - 0.03 * ahead).max() > 0.5  # the side that is seen
+    assert shows(pixel(renderer, after, box - 0.03 * ahead), BOX)
+    shadow = box - box[2] / SUN[2] * (SUN[0] * right + SUN[1] * ahead + SUN[2] * np.array([0.0, 0.0, 1.0]))
+    lit, shaded = (pixel(renderer, picture, shadow) for picture in (before, after))
+    assert shows(lit, shaded)
+    assert lit.mean() - shaded.mean() > 0.05
+    aside = shadow + 0.1 * right
+    np.testing.assert_allclose(pixel(renderer, before, aside), pixel(renderer, after, aside), atol=0.01)
+
+
+@pytest.mark.parametrize("level", [False, True])
+def test_a_close_up_goes_with_the_gripper(level: bool) -> None:
+    scene = Scene("pick_and_place_box")
+    states, palms, tips = [], [], []
+    for posture in ([0.0, -1.57, 1.57, -1.57, -1.57, 0.0], [0.7, -1.2, 1.6, -2.0, -1.57, 1.0]):
+        scene.pose_arm(posture)
+        states.append(scene.state())
+        palms.append(scene.point("palm", (0.0, 0.0, 0.03)))
+        tips.append([scene.point(f"{finger}_link_12", (0, 0, 0.005)) for finger in scene.fingers])
+    close_up = CloseUp(scene.renderer(*states), [0.0, 1.0], 120, 90, level)
+    first, second = (close_up.camera(time) for time in (0.0, 1.0))
+    for camera, gripper in zip((first, second), tips, strict=True):
+        inside = camera.project(np.array(gripper)) / [camera.width, camera.height]
+        assert np.all((inside > 0) & (inside < 1))
+    shift = palms[1] - palms[0]
+    assert abs(shift[2]) > 0.05
+    moved = second.X_WC.translation() - first.X_WC.translation()
+    np.testing.assert_allclose(moved, shift * [1, 1, 0 if level else 1], atol=1e-12)
+    if not level:
+        np.testing.assert_allclose(first.project(palms[0]), second.project(palms[1]), atol=1e-6)
+
+
+@pytest.mark.parametrize("width", [60, 160, None])
+def test_the_camera_sees_all_and_comes_as_near_as_it_can(width: int | None) -> None:
+    points = np.random.default_rng(0).uniform([-0.2, -0.05, 0.0], [0.3, 0.05, 0.25], (200, 3))
+    camera = framing_camera(points, 100, width)
+    half = np.array([camera.width, camera.height]) / 2
+    from_middle = (camera.project(points) + 0.5 - half) / half
+    edges = np.array([from_middle.min(axis=0), from_middle.max(axis=0)])
+    assert np.all(np.abs(edges) <= 1 - MARGIN + 1e-9)
+    touches_both_sides = np.all(np.abs(edges) > 1 - MARGIN - 1e-9, axis=0)
+    assert touches_both_sides.any()
+    np.testing.assert_allclose(edges.sum(axis=0)[touches_both_sides], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("steps", "expected"),
+    [
+        ({"all": [0.0, 20e3, 50e3, 30e3]}, (6.0, 50e3)),
+        ({"all": [10e3, -40e3]}, (4.0, -40e3)),
+        ({"left_finger": [10e3, 20e3, 30e3], "right_finger": [0.0, 45e3]}, (4.0, 45e3)),
+    ],
+    ids=str,
+)
+def test_the_largest_pressure_is_found_at_the_end_of_its_step(
+    steps: dict[str, list[float]], expected: tuple[float, float]
+) -> None:
+    scenario = load_scenario("free_bending", [f"pressure.steps={steps}"])
+    assert largest_pressure(scenario) == pytest.approx(expected)
+
+
+def test_the_figure_of_scenes_shows_each_at_its_start_and_at_its_largest_pressure() -> None:
+    runs = {}
+    for name, steps in (("obstructed_inside", [0.0, 50e3, 20e3]), ("obstructed_outside", [0.0, -40e3, 0.0])):
+        scene = Scene(name)
+        scene.scenario.pressure.steps = {"all": steps}
+        straight = scene.state()
+        scene.bend("finger", 0.1)
+        # The pressure is largest from 2 s to 4 s; only then the finger is bent.
+        states = [scene.state() if time in (3, 4) else straight for time in range(7)]
+        runs[name] = (scene.scenario, scene.recording(*states, torques=np.full(12, 0.03)))
+    figure = scenes_figure(runs, height=60)
+    starts, ends = np.array(figure.axes[:4]).reshape(2, 2)
+    for start, end, (name, run) in zip(starts, ends, runs.items(), strict=True):
+        renderer = SceneRenderer(*run, 60, torque_limit=0.03)
+        np.testing.assert_array_equal(start.images[0].get_array(), renderer.render(0.0))
+        np.testing.assert_array_equal(end.images[0].get_array(), renderer.render(4.0))
+        assert name.replace("_", " ") in start.get_title()
+    assert [end.get_title() for end in ends] == ["50 kPa", "−40 kPa"]
+    np.testing.assert_allclose(figure.axes[4].get_ylim(), [-30, 30])

@@ -1,0 +1,121 @@
+"""The figure of a finger's shape draws what was recorded."""
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import FancyBboxPatch, Polygon
+from pydrake.math import RigidTransform
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.view.torque_colors import color
+from soft_gripper.diagrams.wiring.sensors import sensor_layout
+from soft_gripper.fingers.finger_links import link_name
+from soft_gripper.pictures.shape_figure import shape_figure
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+SECTIONS = 3
+TIME = 0.4  # s
+Run = tuple[Station, Recording]
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    """A finger on its way to close round the peg that obstructs it."""
+    steps = ("pressure.steps.all=[100e3]", "pressure.settle=0.49", "pressure.hold_samples=1")
+    station = make_station(load_scenario("obstructed_inside", [*steps, f"sensor.sections={SECTIONS}"]))
+    return station, run_station(station)
+
+
+@pytest.fixture(scope="module")
+def panels(run: Run) -> list[Axes]:
+    return shape_figure(layout_of(run), run[1], TIME).axes
+
+
+def layout_of(run: Run) -> SensorLayout:
+    station, _ = run
+    return sensor_layout(station.fingers[0].finger, station.scenario.sensor)
+
+
+def recorded(run: Run, signal: str) -> Array:
+    values: Array = run[1][f"finger.{signal}"].sel(time=TIME, method="nearest").values
+    return values
+
+
+def drawn(axes: Axes, label: str) -> Array:
+    """The points of a line, (M, 2) mm."""
+    (line,) = [line for line in axes.lines if str(line.get_label()).startswith(label)]
+    return np.transpose(line.get_data())
+
+
+def test_estimated_joints_are_the_recorded_ones(run: Run, panels: list[Axes]) -> None:
+    np.testing.assert_allclose(drawn(panels[1], "estimated joints"), 1e3 * recorded(run, "joint_positions"))
+
+
+def test_true_joints_are_where_drake_has_them(run: Run, panels: list[Axes]) -> None:
+    station, recording = run
+    plant, finger = station.plant, station.fingers[0]
+    context = plant.CreateDefaultContext()
+    # What is sampled at a time is read until the next sample, and there still recorded.
+    state = recording["plant.state"].sel(time=TIME - station.scenario.sensor.period, method="nearest")
+    plant.SetPositionsAndVelocities(context, state.values)
+    links = [plant.GetBodyByName(link_name("finger", i), finger.model) for i in range(1, 13)]
+    X_BW: RigidTransform = finger.X_WB.inverse()
+    p_BJ = np.array([(X_BW @ link.EvalPoseInWorld(context)).translation() for link in links])
+    np.testing.assert_allclose(drawn(panels[1], "true joints"), 1e3 * p_BJ[:, [0, 2]], atol=1e-6)
+
+
+def test_segments_join_end_to_end_round_the_true_joints(panels: list[Axes]) -> None:
+    segments = [patch for patch in panels[0].patches if isinstance(patch, FancyBboxPatch)]
+    to_mm = [segment.get_transform() - panels[0].transData for segment in segments]
+    ends = np.array([place.transform([(0.0, -5.0), (0.0, 5.0)]) for place in to_mm])  # of 10 mm along z
+    np.testing.assert_allclose(ends[0, 0], 0, atol=0.1)
+    np.testing.assert_allclose(ends[1:, 0], ends[:-1, 1], atol=0.1)
+    np.testing.assert_allclose(ends.mean(axis=1), drawn(panels[1], "true joints"), atol=0.3)
+
+
+def test_the_estimate_ends_at_the_estimated_tip(run: Run, panels: list[Axes]) -> None:
+    section = [patch for patch in panels[2].patches if isinstance(patch, Polygon) and not patch.get_fill()][-1]
+    inner, outer = np.split(section.get_xy()[:-1], 2)
+    x, z, heading = recorded(run, "tip_pose")
+    np.testing.assert_allclose((inner[-1] + outer[0]) / 2, [1e3 * x, 1e3 * z])
+    np.testing.assert_allclose(inner[-1] - outer[0], 19 * np.array([np.cos(heading), -np.sin(heading)]))
+
+
+def test_arcs_are_drawn_about_their_centres(run: Run, panels: list[Axes]) -> None:
+    arcs = run[1]["finger.arcs"].sel(time=TIME, method="nearest")
+    centers = 1e3 * arcs.sel(arc=["center_x", "center_z"]).values
+    marks = [np.ravel(line.get_data()) for line in panels[1].lines if line.get_marker() == "+"]
+    np.testing.assert_allclose(marks, centers)
+    curves = [np.transpose(line.get_data()) for line in panels[1].lines if line.get_linewidth() > 2]
+    assert len(curves) == SECTIONS
+    for curve, center, kappa, text in zip(curves, centers, arcs.sel(arc="kappa").values, panels[1].texts, strict=True):
+        radii = np.linalg.norm(curve - center, axis=1)
+        np.testing.assert_allclose(radii, 1e3 / abs(kappa))
+        assert text.get_text() == f"{radii[0]:.0f}"
+    np.testing.assert_allclose(curves[-1][-1], 1e3 * recorded(run, "tip_pose")[:2])
+
+
+@pytest.mark.parametrize(
+    ("panel", "patch", "signal"), [(0, FancyBboxPatch, "true_external_torque"), (2, Polygon, "external_torque")]
+)
+def test_torques_have_their_colours(run: Run, panels: list[Axes], panel: int, patch: type, signal: str) -> None:
+    bar = panels[3]
+    limit = bar.get_ylim()[1] / 1e3
+    both = recorded(run, "true_external_torque"), recorded(run, "external_torque")
+    assert limit == pytest.approx(np.abs(both).max())
+    assert limit > 0.02
+    pieces = [p for p in panels[panel].patches if isinstance(p, patch) and p.get_fill()]
+    expected = color(recorded(run, signal), limit)
+    np.testing.assert_allclose([to_rgb(piece.get_facecolor()) for piece in pieces], expected)
+
+
+def test_a_straight_finger_has_no_radii(run: Run) -> None:
+    figure = shape_figure(layout_of(run), run[1], 0.0)
+    figure.canvas.draw()
+    assert [text.get_text() for text in figure.axes[1].texts] == ["straight"] * SECTIONS

@@ -1,0 +1,155 @@
+"""Films of recordings: so many frames, of the right things, in a whole file or none."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import short, soft_gripper
+from finger_plants import free_bending
+from PIL import Image, ImageDraw, ImageSequence
+from scenes import Scene
+
+from soft_gripper.commands import run as run_command
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.errors import InputError
+from soft_gripper.pictures.film import FOOTER, Film
+from soft_gripper.pictures.video import check_video, write_video
+
+FRAMES = 6  # ten a second
+SIZE = (200, 100)
+Run = tuple[Scenario, Recording]
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    """Two fingers close for 0.6 s."""
+    scenario = free_bending([60e3, 120e3], 0.3)
+    return scenario, simulate(scenario)
+
+
+@pytest.fixture(scope="module")
+def expected(run: Run) -> np.ndarray:
+    """The frames, (FRAMES, height, width, 3)."""
+    film = Film(*run, *SIZE)
+    return np.array([film.frame(time) for time in np.arange(FRAMES) / 10]).astype(int)
+
+
+@pytest.mark.parametrize("ending", [".gif", ".webp", ".png"])
+def test_an_animated_picture_shows_the_recording_at_its_own_pace(
+    run: Run, expected: np.ndarray, tmp_path: Path, ending: str
+) -> None:
+    path = tmp_path / f"film{ending}"
+    reported: list[float] = []
+    write_video(path, *run, reported.append, *SIZE)
+    with Image.open(path) as picture:
+        shown = [(np.array(frame.convert("RGB")), frame.info["duration"]) for frame in ImageSequence.Iterator(picture)]
+    assert [duration for _, duration in shown] == [100] * FRAMES
+    for i, (frame, _) in enumerate(shown):
+        distances = np.abs(frame - expected).mean(axis=(1, 2, 3))
+        assert np.argmin(distances) == i
+        assert distances[i] < 3
+    np.testing.assert_allclose(reported, np.arange(1, FRAMES + 1) / 10)
+
+
+def test_an_mp4_has_as_many_frames(run: Run, tmp_path: Path) -> None:
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    path = tmp_path / "film.mp4"
+    write_video(path, *run, None, *SIZE)
+    assert ffmpeg.count_frames_and_secs(str(path)) == (FRAMES, pytest.approx(FRAMES / 10))
+    meta = next(ffmpeg.read_frames(str(path)))
+    assert meta["size"] == (SIZE[0], SIZE[1] + FOOTER)
+
+
+def test_the_scene_moves_and_the_footer_shows_time_and_torques(expected: np.ndarray) -> None:
+    first, last = expected[0], expected[-1]
+    footer, scale = slice(SIZE[1], None), slice(SIZE[0] // 2, None)
+    assert np.abs(first - last)[: SIZE[1]].max() > 100
+    assert np.abs(first - last)[footer, : SIZE[0] // 2].max() > 100
+    np.testing.assert_array_equal(first[footer, scale], last[footer, scale])
+    red, _, blue = np.moveaxis(first[footer, scale], -1, 0)
+    assert (red - blue).max() > 100
+    assert (blue - red).max() > 100
+
+
+@pytest.fixture(scope="module")
+def task() -> Run:
+    """An arm stands in its home posture for 3 s; the task may take a minute, but the object is lost and it ends."""
+    scene = Scene("pick_and_place_box")
+    states = [scene.state()] * 4
+    signals = {"task.phase": [0, 3, 12, 30], "task.outcome": [0, 0, 3, 3], "left_finger.pressure": 4 * [10e3]}
+    return scene.scenario, scene.recording(*states, signals=signals)
+
+
+def test_a_film_ends_with_the_recording(task: Run) -> None:
+    assert task[0].duration > 10
+    film = Film(*task, *SIZE)
+    assert film.duration == 3
+    np.testing.assert_allclose(film.times, np.arange(30) / 10)
+
+
+def test_beside_an_arm_there_is_a_close_up(task: Run) -> None:
+    frame = np.asarray(Film(*task, *SIZE).frame(0.0)).astype(int)
+    scene, close_up = frame[: SIZE[1], :120], frame[: SIZE[1], 124:]
+    assert frame.shape == (SIZE[1] + FOOTER, SIZE[0], 3)
+    np.testing.assert_array_equal(frame[: SIZE[1], 120:124], 255)
+    # The palm is dark, and nothing else is but the seals of the arm; close up it is larger.
+    small, large = (np.sum(part.max(axis=-1) < 100) for part in (scene, close_up))
+    assert large > 4 * small > 0
+
+
+@pytest.mark.parametrize(
+    ("time", "words"), [(0.0, "approach"), (1.0, "lift"), (2.0, "object lost"), (3.0, "object lost")], ids=str
+)
+def test_the_caption_says_how_the_task_stands(task: Run, time: float, words: str) -> None:
+    texts: list[str] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ImageDraw.ImageDraw, "text", lambda self, place, text, *_, **__: texts.append(text))
+        Film(*task, *SIZE).frame(time)
+    assert texts == [f"{time:4.1f} s     10 kPa     {words}"]
+
+
+@pytest.mark.parametrize("ending", [".gif", ".webp", ".mp4"])
+def test_a_film_that_fails_leaves_no_file(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
+) -> None:
+    if ending == ".mp4":
+        pytest.importorskip("imageio_ffmpeg")
+
+    def frame(self: Film, time: float) -> Image.Image:
+        if time > 0.2:
+            raise RuntimeError("no more")
+        return Image.new("RGB", self.size, (int(1000 * time), 0, 0))
+
+    monkeypatch.setattr(Film, "frame", frame)
+    with pytest.raises(RuntimeError, match="no more"):
+        write_video(tmp_path / f"film{ending}", *run, None, *SIZE)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_ffmpeg_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(InputError, match=r"pip install 'soft-gripper\[video\]'"):
+        check_video(Path("film.mp4"))
+    check_video(Path("film.gif"))
+
+
+def test_run_writes_a_film(tmp_path: Path) -> None:
+    film = tmp_path / "films" / "peg.gif"
+    options = short("pressure.steps.all=[50e3]", "pressure.settle=0.1", "pressure.hold_samples=5")
+    outcome = soft_gripper("run", "obstructed_inside", *options, "--out", tmp_path, "--video", film)
+    assert outcome.code == 0
+    with Image.open(film) as picture:
+        assert (picture.n_frames, picture.size) == (2, (640, 480 + FOOTER))
+
+
+def test_an_unknown_ending_is_refused_before_the_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_command, "run_station", lambda *_: pytest.fail("the simulation has begun"))
+    out = tmp_path / "out"
+    outcome = soft_gripper("run", "free_bending", "--out", out, "--video", tmp_path / "film.avi")
+    assert outcome.code == 2
+    assert "film.avi" in outcome.err
+    assert ".mp4, .gif, .webp, .png" in outcome.err
+    assert not out.exists()

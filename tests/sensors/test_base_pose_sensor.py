@@ -1,0 +1,109 @@
+"""BasePoseSensor: what it samples of bodies that move, and when."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
+from soft_gripper.signals import signal_of
+
+T = 0.01  # s
+WHEEL = """<robot name="wheel"><link name="base"/>
+<link name="rim"><inertial><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="axle" type="continuous"><parent link="base"/><child link="rim"/><origin xyz="0.1 0.2 0.3"/>
+<axis xyz="0 1 0"/></joint></robot>"""
+SPIN = 3.0  # rad/s
+
+
+def pose(body, time):
+    """Every body turns and goes its own way."""
+    return RigidTransform(RollPitchYaw(body + time, 0.3 - body * time, 2 * time), [time, body, body * time])
+
+
+class Bodies(LeafSystem):
+    """Puts out the poses of three bodies, as a plant does."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareAbstractOutputPort("body_poses", lambda: AbstractValue.Make([RigidTransform()]), self._calc)
+
+    def _calc(self, context, value):
+        value.set_value([pose(body, context.get_time()) for body in range(3)])
+
+
+def sampled(body):
+    """A sensor that watches a body, in a simulator, and what reads it."""
+    builder = DiagramBuilder()
+    bodies = builder.AddSystem(Bodies())
+    sensor = builder.AddSystem(BasePoseSensor(BodyIndex(body), T))
+    builder.Connect(bodies.get_output_port(), sensor.get_input_port())
+    simulator = Simulator(builder.Build())
+    context = sensor.GetMyContextFromRoot(simulator.get_context())
+    return simulator, lambda: sensor.GetOutputPort("X_WB").Eval(context).copy()
+
+
+def assert_pose(entries, expected, tolerance):
+    """The entries are the matrix [R | p], row after row."""
+    np.testing.assert_allclose(entries, expected.GetAsMatrix34().ravel(), rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("body", [0, 2])
+def test_follows_one_body(body):
+    simulator, read = sampled(body)
+    for sample in range(5):
+        simulator.AdvanceTo((sample + 0.5) * T)
+        assert_pose(read(), pose(body, sample * T), 1e-12)
+
+
+def test_is_right_from_the_initialization_on():
+    simulator, read = sampled(1)
+    simulator.Initialize()
+    assert_pose(read(), pose(1, 0.0), 1e-12)
+
+
+def test_holds_its_value_between_samples():
+    simulator, read = sampled(1)
+    simulator.AdvanceTo(3.01 * T)
+    before = read()
+    simulator.AdvanceTo(3.99 * T)
+    np.testing.assert_array_equal(read(), before)
+    simulator.AdvanceTo(4.01 * T)
+    assert not np.array_equal(read(), before)
+
+
+@pytest.mark.parametrize("time_step", [T, T / 5, 0.0])
+def test_body_of_a_plant(time_step):
+    """A wheel that turns evenly is where it was at the last sample."""
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(MultibodyPlant(time_step))
+    Parser(plant).AddModelsFromString(WHEEL, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
+    if time_step:
+        plant.SetUseSampledOutputPorts(False)
+    plant.Finalize()
+    sensor = builder.AddSystem(BasePoseSensor(plant.GetBodyByName("rim").index(), T))
+    builder.Connect(plant.get_body_poses_output_port(), sensor.get_input_port())
+    simulator = Simulator(builder.Build())
+    context = simulator.get_mutable_context()
+    plant.SetVelocities(plant.GetMyMutableContextFromRoot(context), [SPIN])
+    simulator.Initialize()
+    for sample in range(20):
+        simulator.AdvanceTo((sample + 0.5) * T)
+        X_WB = sensor.get_output_port().Eval(sensor.GetMyContextFromRoot(context))
+        turned = RigidTransform(RotationMatrix.MakeYRotation(SPIN * sample * T), [0.1, 0.2, 0.3])
+        assert_pose(X_WB, turned, 1e-9)
+
+
+def test_ports():
+    sensor = BasePoseSensor(BodyIndex(1), T)
+    assert (sensor.num_input_ports(), sensor.get_input_port().get_name()) == (1, "body_poses")
+    assert (sensor.num_output_ports(), sensor.get_output_port().get_name()) == (1, "X_WB")
+    assert signal_of(sensor.get_output_port()).unit == ("1", "1", "1", "m")
+    assert not sensor.HasAnyDirectFeedthrough()

@@ -1,0 +1,61 @@
+"""ResponseCurve: piecewise linear, exactly invertible, straight on beyond its ends."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.sensors.response_curve import ResponseCurve
+
+POINTS = ((0.8, -0.3), (1.0, 0.0), (1.1, 0.4), (1.5, 0.7))
+RATIOS = np.linspace(0.2, 2.5, 47)  # far beyond both ends
+
+
+def test_default_is_engineering_strain():
+    np.testing.assert_allclose(ResponseCurve().reading(RATIOS), RATIOS - 1, atol=1e-15)
+    np.testing.assert_allclose(ResponseCurve().ratio(RATIOS - 1), RATIOS, atol=1e-15)
+
+
+def test_curve_runs_straight_from_point_to_point():
+    ratios, readings = np.array(POINTS).T
+    between = np.linspace(0.8, 1.5, 71)
+    np.testing.assert_allclose(ResponseCurve(POINTS).reading(between), np.interp(between, ratios, readings), atol=1e-15)
+
+
+def test_end_pieces_continue_beyond_the_points():
+    curve = ResponseCurve(POINTS)
+    np.testing.assert_allclose(curve.reading(np.array([0.6, 1.9])), [-0.6, 1.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("points", [POINTS, POINTS[:2]])
+def test_inverse_is_exact(points):
+    curve = ResponseCurve(points)
+    np.testing.assert_allclose(curve.ratio(curve.reading(RATIOS)), RATIOS, rtol=1e-14)
+
+
+def test_any_shape_and_nan():
+    ratios = np.array([[1.0, np.nan], [1.1, 1.5]])
+    np.testing.assert_allclose(ResponseCurve(POINTS).reading(ratios), [[0.0, np.nan], [0.4, 0.7]], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [[1.0, 0.0]],
+        [[1.0, 0.0], [1.0, 1.0]],
+        [[1.0, 0.0], [2.0, 0.0]],
+        [[1.0, 0.0], [2.0, -1.0]],
+        [[2.0, 0.0], [1.0, 1.0]],
+        [[1.0, 0.0], [2.0, float("nan")]],
+        [[1.0, 0.0], [float("inf"), 1.0]],
+        [[1.0, 0.0], [2.0]],
+        [[1.0, 0.0], [2.0, "one"]],
+        [[1.0, 0.0, 2.0], [1.0, 3.0, 2.0]],
+        [1.0, 0.0, 2.0, 1.0],
+    ],
+    ids=str,
+)
+def test_what_is_no_curve(points):
+    with pytest.raises(InputError) as caught:
+        ResponseCurve(points)
+    assert str(caught.value).startswith(f"sensor: response = {points!r}: give at least two finite [")

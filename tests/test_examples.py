@@ -1,0 +1,85 @@
+"""The files of docs/examples: short, running as they stand, and shown in notebook 06."""
+
+import runpy
+import sys
+from pathlib import Path
+
+import nbformat
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = {path.stem: path for path in sorted((ROOT / "docs" / "examples").glob("*.py"))}
+NOTEBOOK = nbformat.read(ROOT / "notebooks" / "06_your_own_diagram.ipynb", as_version=4)
+
+
+@pytest.fixture(scope="module")
+def run():
+    """What a file leaves behind, run as `python FILE` would."""
+
+    def run_file(name, done={}):  # noqa: B006
+        if name not in done:
+            sys.path.insert(0, str(EXAMPLES[name].parent))
+            try:
+                done[name] = runpy.run_path(str(EXAMPLES[name]), run_name="__main__")
+            finally:
+                sys.path.pop(0)
+        return done[name]
+
+    return run_file
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_is_short_and_runs(run, name):
+    assert len(EXAMPLES[name].read_text().splitlines()) <= 40
+    assert run(name)["figure"].axes
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_is_shown_in_the_notebook(name):
+    _, _, code = EXAMPLES[name].read_text().split('"""', 2)
+    code = code.split("\n\nif __name__")[0].strip()
+    assert any(code in cell.source for cell in NOTEBOOK.cells)
+
+
+def test_two_grippers_bend_by_their_own_pressures(run):
+    recording = run("two_grippers")["recording"]
+    left, right = (float(recording[f"{hand}_hand.left_finger.theta"][-1].sum()) for hand in ("left", "right"))
+    assert left > 1.5 * right > 0
+    for hand in ("left_hand", "right_hand"):
+        assert float(recording[f"{hand}.right_finger.pose_error"][-1]) < 3e-4
+        assert np.abs(recording[f"{hand}.right_finger.external_torque"][-1]).max() < 1e-3
+
+
+def test_all_outputs_of_the_own_sensor_are_logged(run):
+    recording = run("own_sensor")["recording"]
+    assert recording["finger.temperature"].attrs["units"] == "degC"
+    assert recording["finger.saturated"].dims == ("time", "path", "section")
+    assert recording["finger.saturated"].values.max() == 1.0
+    assert float(recording["finger.drift"][-1]) == pytest.approx(2e-4 * float(recording["finger.temperature"][-1] - 20))
+
+
+def test_the_own_estimator_is_that_of_the_run(run):
+    recording = run("own_estimator")["recording"]
+    bend = recording["finger.estimated_joint_angles"].values[-1]
+    assert bend.sum() == pytest.approx(recording["finger.sampled_joint_angles"].values[-1].sum(), rel=2e-3)
+    assert np.abs(np.diff(bend, 2)).max() < 0.5 * np.ptp(bend)
+    assert 0 < float(recording["finger.pose_error"][-1]) < 2e-3
+
+
+def test_the_pressure_is_stepped_at_20_hz_until_the_fingers_touch(run):
+    found = run("external_pressure")
+    command = found["recording"]["left_finger.pressure_command"].values
+    changes = np.flatnonzero(np.diff(command))
+    assert set(np.diff(changes)) == {5}  # samples of 10 ms
+    assert command[-1] == found["pressure"]["left_finger"]
+    assert float(found["recording"]["left_finger.external_torque"][-1, 0]) == pytest.approx(-found["TOUCH"], abs=6e-3)
+    assert found["recording"]["left_finger.contact"].values[-1] == 1
+
+
+def test_three_fingers_hold_the_apple_with_the_torque_limit(run):
+    recording = run("three_fingers")["recording"]
+    assert float(recording["grip.torque"][-1]) == pytest.approx(0.05, rel=0.02)
+    assert all(recording[f"finger_{i}.contact"].values[-1] == 1 for i in (1, 2, 3))
+    middle = recording["apple.pose"].values[-1, 4:6]
+    assert np.linalg.norm(middle) < 1e-3
