@@ -13,7 +13,7 @@ from soft_gripper.commands.progress import progress_bar
 from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
-from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.replay import write_replay
@@ -45,6 +45,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     name, station = Path(options.scenario).stem, chosen_station(options)
     scenario = station.scenario
+    check_closed(station)
     _check_files(options)
     out = writable_folder(run_folder(options.out, name, scenario))
     if not options.meshcat:

@@ -36,9 +36,7 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
 
 def run_station(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
     """Runs the scenario of a station with a fresh context; see `simulate`."""
-    if station.parts.inputs:
-        expected = f"connect or fix {', '.join(station.parts.inputs)}, and step a Simulator of your own"
-        raise InputError("scenario", "external", station.scenario.external, expected)
+    check_closed(station)
     simulator = make_simulator(station)
     if meshcat is not None:
         meshcat.StartRecording(frames_per_second=1 / PERIOD)
@@ -53,6 +51,13 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
     if meshcat is not None:
         meshcat.PublishRecording()
     return station.recording(simulator.get_context())
+
+
+def check_closed(station: Station) -> None:
+    """Raises an InputError if the scenario leaves commands open."""
+    if station.parts.inputs:
+        expected = f"connect or fix {', '.join(station.parts.inputs)}, and step a Simulator of your own"
+        raise InputError("scenario", "external", station.scenario.external, expected)
 
 
 def make_simulator(station: Station) -> Simulator:

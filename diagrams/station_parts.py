@@ -34,6 +34,7 @@ class StationParts:
     signals: dict[str, OutputPort] = field(default_factory=dict)
     arm: Arm | None = None
     task: TaskMachine | None = None  # what leads through the task, if there is one
+    estimator: str = "arcs"  # of the shape, for tables
 
     def leave_open(self, external: External) -> None:
         """Takes in a command that comes from outside."""

@@ -58,3 +58,10 @@ def test_holds_no_outputs(notebook: NotebookNode) -> None:
 
 def test_is_valid(notebook: NotebookNode) -> None:
     nbformat.validate(notebook)
+
+
+def test_uses_the_front_door_only(notebook: NotebookNode) -> None:
+    nodes = [node for cell in code_cells(notebook) for node in ast.walk(ast.parse(cell.source.replace("%", "#")))]
+    modules = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    modules += [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    assert not [module for module in modules if module.startswith("soft_gripper.")]

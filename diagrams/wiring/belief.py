@@ -38,11 +38,11 @@ def believed_finger(finger: Finger, believed: BelievedConfig) -> Finger:
 
 
 def describe_belief(believed: BelievedConfig) -> str:
-    """The belief in a few words, for tables; "true" where it is what is simulated."""
+    """The belief in a few words, for tables."""
     changes = [f"{name} {text}" for name in (*_OF_SECTION, *_OF_FINGER) if (text := getattr(believed, name))]
     response = ["response"] if believed.response is not None else []
     file = [believed.file.rpartition("/")[2]] if believed.file is not None else []
-    return "; ".join([*file, *changes, *response]) or "true"
+    return "; ".join([*file, *changes, *response]) or "as simulated"
 
 
 def _from_file(finger: Finger, file: str) -> Finger:

@@ -60,7 +60,7 @@ def make_block(field: str, make: Callable[..., System], *arguments: Any) -> Syst
     Raises:
         InputError: if it fails, or makes no system; `field` is what names it.
     """
-    name = getattr(make, "__qualname__", repr(make))
+    name = block_name(make)
     try:
         block = make(*arguments)
     except InputError:
@@ -70,6 +70,11 @@ def make_block(field: str, make: Callable[..., System], *arguments: Any) -> Syst
     if not isinstance(block, System):
         raise InputError("scenario", field, name, f"made a {type(block).__name__}; a Drake System is needed")
     return block
+
+
+def block_name(make: Callable[..., System]) -> str:
+    """What a user's function is called, in tables and messages."""
+    return str(getattr(make, "__qualname__", repr(make)))
 
 
 def _find(field: str, name: str, known: Mapping[str, Any]) -> Any:

@@ -44,10 +44,11 @@ def force_table(name: str, station: Station, recording: Recording, sections: Seq
 def recorded_force_table(name: str, station: Station, recording: Recording) -> list[ForceRow]:
     """A row for every finger, held step and joint, of the estimator of the scenario."""
     rows: list[ForceRow] = []
-    sensor, estimator = station.scenario.sensor, station.scenario.estimator
     for finger in station.fingers:
         estimate = recording[f"{finger.name}.external_torque"].values
-        rows += _rows(name, station, recording, finger, estimator.type, sensor.sections, estimate)
+        rows += _rows(
+            name, station, recording, finger, station.parts.estimator, station.scenario.sensor.sections, estimate
+        )
     return rows
 
 

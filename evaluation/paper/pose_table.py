@@ -48,8 +48,9 @@ def recorded_pose_table(name: str, station: Station, recording: Recording) -> li
     rows: list[PoseRow] = []
     for finger in station.fingers:
         errors = (recording[f"{finger.name}.{error}"].values for error in ("pose_error", "fingertip_error"))
-        sensor, estimator = station.scenario.sensor, station.scenario.estimator
-        rows += _rows(name, station, recording, finger, estimator.type, sensor.sections, *errors)
+        rows += _rows(
+            name, station, recording, finger, station.parts.estimator, station.scenario.sensor.sections, *errors
+        )
     return rows
 
 

@@ -59,8 +59,10 @@ class ArcPoseEstimator(LeafSystem):
         sections, joints = range(layout.sections), range(layout.finger.segments)
         pose = {self.cache_entry_ticket(self._pose.cache_index())}
         plane = {self.cache_entry_ticket(self._plane.cache_index())}
+        self._in_plane = self._cache("gravity in the bending plane", self._calc_gravity, plane)
+        in_plane = {self.cache_entry_ticket(self._in_plane.cache_index())}
         angles = self.DeclareVectorOutputPort(
-            ANGLES, len(joints), self._calc_angles, pose | plane | {self._pressure.ticket()}
+            ANGLES, len(joints), self._calc_angles, pose | in_plane | {self._pressure.ticket()}
         )
         describe(angles, "rad", joint=joints)
         self._declare("theta", lambda pose: pose.arcs.theta, "rad", section=sections)
@@ -88,12 +90,15 @@ class ArcPoseEstimator(LeafSystem):
     def _calc_plane(self, context: Context, value: AbstractValue) -> None:
         value.set_value(bending_plane(self._X_WB.Eval(context)))
 
+    def _calc_gravity(self, context: Context, value: AbstractValue) -> None:
+        value.set_value(self._plane.Eval(context).planar(self._gravity))
+
     def _estimate(self, context: Context, value: AbstractValue) -> None:
         arcs = arcs_from_readings(self._layout, self._strain.Eval(context))
         value.set_value(Pose(arcs, joints_on_arcs(self._layout, arcs)))
 
     def _calc_angles(self, context: Context, output: BasicVector) -> None:
-        theta, gravity = self._pose.Eval(context).arcs.theta, self._plane.Eval(context).planar(self._gravity)
+        theta, gravity = self._pose.Eval(context).arcs.theta, self._in_plane.Eval(context)
         output.SetFromVector(self._sharing.joint_angles(theta, self._pressure.Eval(context)[0], gravity))
 
     def _calc_world(self, context: Context, output: BasicVector) -> None:

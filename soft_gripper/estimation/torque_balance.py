@@ -37,6 +37,7 @@ _ACCELERATION = np.convolve(_SMOOTHING, [1.0, -2.0, 1.0])
 # rate is taken midway between, and what it changes from there to either counts as tolerance.
 _MIDWAY = _ACCELERATION / 4
 _RATE = np.convolve(_SMOOTHING, [-0.5, 0.0, 0.5]) + _MIDWAY
+_IN_PLANE = np.array([1j, 0, 1, 0])  # of the axes and the origin of a pose: z + i x
 _FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
 
 # What else may remain without contact, as parts of what is known less well than the rest.
@@ -74,28 +75,34 @@ class TorqueBalance:
         """What acts from outside, for samples `period` s apart; `gravity` in the world, (3,) m/s^2."""
         finger, gain = self.finger, self.finger.pressure_gain
         filtered = _FILTERS @ motion.q
-        value, rate, midway = filtered[..., 0, :], filtered[..., 1, :], filtered[..., 2, :]
         inertia, weight = self._inertia_and_weight(motion, gravity, period)
-        pressure = (motion.pressure @ _VALUE)[..., None] * gain
-        change = (motion.pressure.max(axis=-1) - motion.pressure.min(axis=-1))[..., None] * gain
+        pressure = motion.pressure
+        change = pressure.max(axis=-1) - pressure.min(axis=-1)
         damping = finger.damping / period
-        tolerance = np.abs(damping * midway) + _OF_INERTIA * np.abs(inertia) + _OF_PRESSURE * change
-        torque = finger.elastic_torque(value) + damping * rate - pressure + inertia - weight
+        tolerance = np.abs(damping * filtered[..., 2, :]) + _OF_INERTIA * np.abs(inertia)
+        tolerance += _OF_PRESSURE * change[..., None] * gain
+        torque = finger.elastic_torque(filtered[..., 0, :]) + damping * filtered[..., 1, :] + (inertia - weight)
+        torque -= (pressure @ _VALUE)[..., None] * gain
         return ExternalTorque(torque, tolerance)
 
-    def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> tuple[Array, Array]:
-        """Torques of inertia and of weight at the middle sample, each (..., N) N m."""
+    def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
+        """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""
         directions: Planar = np.exp(1j * motion.q.cumsum(axis=-1))
         # Axes and origin of B at every sample, (..., 5, 4), seen in the bending plane of the middle one: z + i x.
-        plane = motion.X_WB[..., DELAY, :, 2] + 1j * motion.X_WB[..., DELAY, :, 0]
-        frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :] * (_ACCELERATION / period**2)[:, None]
+        plane = motion.X_WB[..., DELAY, :, :] @ _IN_PLANE
+        frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :]
+        frames = frames * (_ACCELERATION / period**2)[:, None]
         x, z = frames[..., None, :, 0], frames[..., None, :, 2]
         turning = (z @ directions.real + x @ directions.imag)[..., 0, :]
-        moving = (self.finger.segment_length / 2 * frames[..., 2] + frames[..., 3]).sum(axis=-1)
-        conjugate = np.conj(directions[..., DELAY, :])
-        inertia = conjugate * (turning @ self._inertia + moving[..., None] * self._moments)
-        weight = conjugate * ((plane @ gravity)[..., None] * self._moments)
-        return _beyond(inertia.imag), _beyond(weight.imag)
+        _, _, ahead, origin = np.add.reduce(frames, axis=-2).T
+        moving = self.finger.segment_length / 2 * ahead + origin
+        forces = np.empty((2, *turning.shape), dtype=complex)
+        forces[0] = turning @ self._inertia + moving[..., None] * self._moments
+        forces[1] = (plane @ gravity)[..., None] * self._moments
+        forces *= directions[..., DELAY, :].conj()
+        # Sums over each joint and all beyond it.
+        beyond: Array = forces.imag[..., ::-1].cumsum(axis=-1)[..., ::-1]
+        return beyond
 
     @cached_property
     def _levers(self) -> Array:
@@ -127,9 +134,3 @@ def windows(samples: Array) -> Array:
     """All five samples that follow each other in a recording, (T, ...) -> (T - 4, 5, ...)."""
     moved = np.lib.stride_tricks.sliding_window_view(samples, SAMPLES, axis=0)
     return np.moveaxis(moved, -1, 1)
-
-
-def _beyond(parts: Array) -> Array:
-    """Sums over each joint and all beyond it, (..., N)."""
-    sums: Array = parts[..., ::-1].cumsum(axis=-1)[..., ::-1]
-    return sums

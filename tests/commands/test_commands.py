@@ -136,7 +136,7 @@ def test_a_wrong_belief_is_named_and_shows_in_the_forces() -> None:
     believed = soft_gripper("run", "free_bending", *options, "--set", "believed.youngs_modulus=+10 %", "--out", "wrong")
     assert believed.code == 0
     for name in ("metrics.csv", "forces.csv"):
-        assert {row["belief"] for row in table(f"right/{name}")} == {"true"}
+        assert {row["belief"] for row in table(f"right/{name}")} == {"as simulated"}
         assert {row["belief"] for row in table(f"wrong/{name}")} == {"youngs_modulus +10 %"}
     right, wrong = (
         np.array([float(row["estimated_nm"]) - float(row["true_nm"]) for row in table(f"{folder}/forces.csv")])

@@ -87,7 +87,9 @@ def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evalu
         with xr.open_dataset(evaluated.folder / name / "recording.nc", engine="scipy") as recording:
             fingers = [str(signal).removesuffix(".strain") for signal in recording if str(signal).endswith(".strain")]
         steps = load_scenario(name).pressure.steps["all"]
-        expected += [(name, f, "arcs", "true", str(n), p / 1e3) for f in fingers for n in SECTIONS for p in steps]
+        expected += [
+            (name, f, "arcs", "as simulated", str(n), p / 1e3) for f in fingers for n in SECTIONS for p in steps
+        ]
     assert [(*record[:5], float(record[5])) for record in records] == expected
 
 

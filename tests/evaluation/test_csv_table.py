@@ -9,10 +9,10 @@ from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 
 POSES = [
-    PoseRow("box_grasp", "left_finger", "arcs", "true", 1, 0.0, 0.0, 0.0, 0.0),
+    PoseRow("box_grasp", "left_finger", "arcs", "as simulated", 1, 0.0, 0.0, 0.0, 0.0),
     PoseRow("a, b", 'the "third"', "mine:make", "length +1 %; response", 4, -12.5, 171.123456, 0.000001, 1234.5),
 ]
-FORCES = [ForceRow("free_bending", "finger", "arcs", "true", 2, 150.0, 11, -0.139409, 1e-6)]
+FORCES = [ForceRow("free_bending", "finger", "arcs", "as simulated", 2, 150.0, 11, -0.139409, 1e-6)]
 
 
 @dataclass(frozen=True)

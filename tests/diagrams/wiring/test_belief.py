@@ -79,7 +79,7 @@ def test_what_cannot_be_believed(tapered_finger, changes, message):
 
 
 def test_description_for_tables():
-    assert describe_belief(BelievedConfig()) == "true"
+    assert describe_belief(BelievedConfig()) == "as simulated"
     belief = BelievedConfig(file=TWO, youngs_modulus="+10 %", length="0.1", response=CURVE)
     assert describe_belief(belief) == "two_finger.urdf; youngs_modulus +10 %; length 0.1; response"
 

@@ -14,12 +14,12 @@ FREE, INSIDE, GRASP = "free_bending", "obstructed_inside", "box_grasp"
 ERRORS = {FREE: (2.0, 0.9, 0.7, 0.5), INSIDE: (8.0, 3.0, 1.5, 0.8), GRASP: (8.0, 3.0, 1.5, 0.8)}  # mm
 STEPS = (0.0, 50.0, 100.0)  # kPa
 POSES = [
-    PoseRow(scenario, "finger", "arcs", "true", n, pressure, 1.5 * pressure, error, 2 * error)
+    PoseRow(scenario, "finger", "arcs", "as simulated", n, pressure, 1.5 * pressure, error, 2 * error)
     for scenario, errors in ERRORS.items()
     for (n, error), pressure in product(enumerate(errors, start=1), STEPS)
 ]
 FORCES = [
-    ForceRow(scenario, "finger", "arcs", "true", 4, pressure, joint, 1.05 * torque + 1e-3, torque)
+    ForceRow(scenario, "finger", "arcs", "as simulated", 4, pressure, joint, 1.05 * torque + 1e-3, torque)
     for scenario, torque in ((FREE, 0.0), (INSIDE, -0.04), (GRASP, 0.0))
     for pressure, joint in product(STEPS, (0, 1))
 ]

@@ -19,7 +19,9 @@ CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_gr
 def rows_of(scenario: str, scale: float = 1.0) -> list[PoseRow]:
     """Two fingers, 1 to 4 sensors; errs `scale` * pressure / sensors, 0.2 mm more on the right and at the tip."""
     return [
-        PoseRow(scenario, finger, "arcs", "true", n, p, 0.5 * p, scale * p / n + more, scale * p / n + more + 0.2)
+        PoseRow(
+            scenario, finger, "arcs", "as simulated", n, p, 0.5 * p, scale * p / n + more, scale * p / n + more + 0.2
+        )
         for (finger, more), n, p in product((("left", 0.0), ("right", 0.2)), (1, 2, 3, 4), UP_AND_DOWN)
     ]
 
