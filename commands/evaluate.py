@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from tqdm import tqdm
 from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.evaluation.paper.claims import Claim
+from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.evaluation.paper.evaluate import SCENARIOS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
@@ -28,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.set_defaults(command=_run)
 
 
-def _run(options: argparse.Namespace) -> None:
+def _run(options: argparse.Namespace) -> int:
     jobs = whole_number("evaluate", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
     out = writable_folder(options.out)
     names = unfinished(out) if options.resume else list(SCENARIOS)
@@ -43,6 +44,7 @@ def _run(options: argparse.Namespace) -> None:
     _print_errors(evaluation.poses)
     _print_claims(evaluation.claims)
     print(f"\nWritten to {out}: report.html, metrics.csv, forces.csv, the figures, and a folder a scenario")
+    return 0 if all(claim.holds for claim in evaluation.claims) else 1
 
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:
@@ -61,5 +63,12 @@ def _print_claims(claims: Sequence[Claim]) -> None:
     width = max(len(claim.text) for claim in claims)
     print(f"\n{'claim':<{width}}  by     here")
     for claim in claims:
-        verdict = "holds" if claim.holds else "FAILS"
-        print(f"{claim.text:<{width}}  {claim.source:<6} {verdict}: {claim.number}")
+        word = "holds" if claim.holds else _red("FAILS")
+        print(f"{claim.text:<{width}}  {claim.source:<6} {word}: {claim.number}")
+    summary = verdict(claims)
+    print("\n" + (summary if all(claim.holds for claim in claims) else _red(summary)))
+
+
+def _red(text: str) -> str:
+    """Red where somebody looks; a file or a pipe gets plain text."""
+    return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text

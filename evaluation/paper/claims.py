@@ -1,15 +1,21 @@
-"""What the paper found, and what this project promises, each compared with our numbers."""
+"""What the paper found, and what this project promises, each compared with our numbers.
+
+The bars of the paper are its own; ours leave little room above what was measured, so that a change for the worse shows.
+NaN in what a claim needs makes it fail: NumPy's reductions propagate NaN, and no comparison with NaN is true.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from soft_gripper.arrays import Array
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 
 FREE = "free_bending"
 ROUNDING = 1e-6  # mm; smaller differences between errors are no ground to prefer one sensor to another
+LARGE = 0.02  # N m; of torques above it the relative error is of interest
 
 
 @dataclass(frozen=True)
@@ -25,101 +31,122 @@ class Claim:
 def claims(poses: Sequence[PoseRow], forces: Sequence[ForceRow]) -> list[Claim]:
     """All claims about the scenarios that the rows speak of."""
     scenarios = list(dict.fromkeys(row.scenario for row in poses))
-    found = _free_bending(poses) if FREE in scenarios else []
     contact = [scenario for scenario in scenarios if scenario != FREE]
+    found: list[Claim] = []
+    if FREE in scenarios:
+        found += _free_bending(poses)
+    if FREE in scenarios and contact:
+        found.append(_one_is_not_enough(poses, contact))
     if contact:
-        found += _contact(poses, contact) + _force(forces, contact)
+        found += _contact(poses, contact) + _more_sensors(poses, contact) + _base_torque(forces, contact)
+    if any(row.scenario == FREE for row in forces):
+        found.append(_no_false_load(forces))
     return found
+
+
+def verdict(found: Sequence[Claim]) -> str:
+    """How many claims fail, in words."""
+    failed = sum(not claim.holds for claim in found)
+    return f"{failed} of {len(found)} claims failed" if failed else f"all {len(found)} claims hold"
 
 
 def _free_bending(rows: Sequence[PoseRow]) -> list[Claim]:
-    one, four = (_largest(_pose(rows, FREE, sections)) for sections in (1, 4))
-    bend = max(row.bend_angle_deg for row in rows if row.scenario == FREE)
-    worse = _excess(rows, FREE, 1)
+    one, four = (_pose(rows, FREE, sections).max() for sections in (1, 4))
+    bend = np.max([row.bend_angle_deg for row in rows if row.scenario == FREE])
+    worse = np.max([_excess(rows, FREE, more, 1) for more in (2, 3, 4)])
     return [
-        Claim("paper", "free bending: one sensor is within 3 mm at every step", one < 3, f"{one:.2f} mm"),
-        Claim(
+        _claim("paper", "free bending: one sensor is within 3 mm at every step", one < 3, f"{one:.2f} mm"),
+        _claim(
             "paper",
             "free bending: more sensors are never worse than one",
             worse <= 0,
-            f"{max(worse, 0):.3f} mm worse",
+            f"{np.maximum(worse, 0):.3f} mm worse",
         ),
-        Claim("ours", "free bending: four sensors are within 1 mm at every step", four < 1, f"{four:.2f} mm"),
-        Claim("ours", "free bending: up to 120 degrees of bend", bend >= 120, f"{bend:.1f} degrees"),
+        _claim("ours", "free bending: four sensors are within 0.3 mm at every step", four < 0.3, f"{four:.2f} mm"),
+        _claim("ours", "free bending: up to 125 degrees of bend", bend >= 125, f"{bend:.1f} degrees"),
     ]
+
+
+def _one_is_not_enough(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Claim:
+    """More than a ratio to four sensors, which is as large in free bending, where one sensor is enough."""
+    ratios = np.array([_pose(rows, s, 1).mean() for s in scenarios]) / _pose(rows, FREE, 1).mean()
+    text = "contact: one sensor is not enough, its mean error is at least 2.5 times that of free bending"
+    return _claim("paper", text, ratios.min() >= 2.5, f"{ratios.min():.1f} to {ratios.max():.1f} times")
 
 
 def _contact(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
-    one, four = ({s: _mean(_pose(rows, s, n)) for s in scenarios} for n in (1, 4))
-    ratio = min(one[s] / four[s] for s in scenarios)
-    mean = _largest(list(four.values()))
-    largest = _largest([_largest(_pose(rows, s, 4)) for s in scenarios])
-    tip = _largest([_mean(_of(rows, s, 4, "tip_error_mm")) for s in scenarios])
-    worse = max(_excess(rows, s, n) for s in scenarios for n in (2, 3))
-    pose_gain, tip_gain = (_gain(rows, scenarios, error) for error in ("pose_error_mm", "tip_error_mm"))
-    gains = f"largest gains {pose_gain:.1f} and {tip_gain:.1f} mm (paper: 4 and 6)"
+    mean, tip = (
+        np.max([_of(rows, s, 4, error).mean() for s in scenarios]) for error in ("pose_error_mm", "tip_error_mm")
+    )
+    largest = np.max([_pose(rows, s, 4).max() for s in scenarios])
     return [
-        Claim(
-            "paper",
-            "contact: one sensor is not enough, 3 times worse than four",
-            ratio > 3,
-            f"{ratio:.0f} times",
-        ),
-        Claim("paper", "contact: four sensors are within 2 mm in the mean", mean <= 2, f"{mean:.2f} mm"),
-        Claim("paper", "contact: from two to four sensors every one gains", worse <= 0, gains),
-        Claim("ours", "contact: four sensors are within 1 mm in the mean", mean <= 1, f"{mean:.2f} mm"),
-        Claim(
-            "ours",
-            "contact: four sensors are within 2.5 mm at every step",
-            largest <= 2.5,
-            f"{largest:.2f} mm",
-        ),
-        Claim("ours", "contact: four sensors find the tip within 2.5 mm (mean)", tip <= 2.5, f"{tip:.2f} mm"),
+        _claim("paper", "contact: four sensors are within 2 mm in the mean", mean <= 2, f"{mean:.2f} mm"),
+        _claim("ours", "contact: four sensors are within 0.5 mm in the mean", mean <= 0.5, f"{mean:.2f} mm"),
+        _claim("ours", "contact: four sensors are within 1 mm at every step", largest <= 1, f"{largest:.2f} mm"),
+        _claim("ours", "contact: four sensors find the tip within 0.8 mm (mean)", tip <= 0.8, f"{tip:.2f} mm"),
     ]
 
 
-def _force(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> list[Claim]:
+def _more_sensors(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
+    worse = np.max([_excess(rows, s, few + 1, few) for s in scenarios for few in (2, 3)])
+    pose_gain, tip_gain = (
+        np.max([np.max(_of(rows, s, 2, error) - _of(rows, s, 4, error)) for s in scenarios])
+        for error in ("pose_error_mm", "tip_error_mm")
+    )
+    gains = np.array([-np.diff([_pose(rows, s, n).mean() for n in (1, 2, 3, 4)]) for s in scenarios])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        flattening = np.min(gains[:, :-1] / gains[:, 1:])
+    return [
+        _claim(
+            "paper",
+            "contact: from two to four sensors every one gains",
+            worse <= 0 and gains.min() > 0,
+            f"largest gains {pose_gain:.1f} and {tip_gain:.1f} mm (paper: 4 and 6)",
+        ),
+        _claim(
+            "ours",
+            "contact: gains flatten, each further sensor gains at most half of the one before",
+            flattening >= 2,
+            f"{flattening:.1f} times less, or more",
+        ),
+    ]
+
+
+def _base_torque(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> list[Claim]:
     base = [row for row in rows if row.sections == 4 and row.joint == 0 and row.scenario in scenarios]
-    free = [row for row in rows if row.sections == 4 and row.scenario == FREE]
-    allowed = _largest([abs(r.estimated_nm - r.true_nm) / max(0.1 * abs(r.true_nm), 2e-3) for r in base])
-    large = [row for row in base if abs(row.true_nm) > 0.02]
-    relative = max((abs(r.estimated_nm / r.true_nm - 1) for r in large), default=0.0)
-    text = "force: base torque within 10 %, or 2 mN m where small"
-    found = [Claim("ours", text, allowed <= 1, f"{100 * relative:.1f} % above 20 mN m")]
-    if free:
-        false = _largest([abs(row.estimated_nm) for row in free])
-        text = "force: below 2 mN m a joint where nothing is touched"
-        found.append(Claim("ours", text, false < 2e-3, f"{1e3 * false:.2f} mN m"))
-    return found
+    true = np.abs([row.true_nm for row in base])
+    error = np.abs([row.estimated_nm - row.true_nm for row in base])
+    large = true > LARGE
+    relative, small = np.max(error[large] / true[large], initial=0), np.max(error[~large], initial=0)
+    return [
+        _claim(
+            "ours",
+            "force: base torque within 0.5 % above 20 mN m, within 0.1 mN m below",
+            large.any() and relative <= 0.005 and small <= 1e-4,
+            f"{100 * relative:.2f} %, {1e3 * small:.3f} mN m",
+        )
+    ]
 
 
-def _of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> list[float]:
-    return [getattr(row, error) for row in rows if row.scenario == scenario and row.sections == sections]
+def _no_false_load(rows: Sequence[ForceRow]) -> Claim:
+    false = np.max(np.abs([row.estimated_nm for row in rows if row.sections == 4 and row.scenario == FREE]))
+    text = "force: below 0.5 mN m at every joint where nothing is touched"
+    return _claim("ours", text, false < 5e-4, f"{1e3 * false:.2f} mN m")
 
 
-def _pose(rows: Sequence[PoseRow], scenario: str, sections: int) -> list[float]:
+def _claim(source: str, text: str, holds: bool | np.bool_, number: str) -> Claim:
+    return Claim(source, text, bool(holds), number)
+
+
+def _of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:
+    return np.array([getattr(row, error) for row in rows if row.scenario == scenario and row.sections == sections])
+
+
+def _pose(rows: Sequence[PoseRow], scenario: str, sections: int) -> Array:
     return _of(rows, scenario, sections, "pose_error_mm")
 
 
-def _largest(values: Sequence[float]) -> float:
-    """The maximum; NaN if any is NaN, so that no claim holds by default."""
-    return float(np.max(values))
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)
-
-
-def _excess(rows: Sequence[PoseRow], scenario: str, few: int) -> float:
-    """By how much more sensors err beyond `few` at one step: few + 1, or any number above 1; mm."""
-    more = (2, 3, 4) if few == 1 else (few + 1,)
-    fewer = _pose(rows, scenario, few)
-    excess = [m - f for n in more for m, f in zip(_pose(rows, scenario, n), fewer, strict=True)]
-    return max(0.0 if abs(value) < ROUNDING else value for value in excess)
-
-
-def _gain(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str) -> float:
-    """Largest gain from two to four sensors at one step, mm."""
-    return max(
-        two - four for s in scenarios for two, four in zip(_of(rows, s, 2, error), _of(rows, s, 4, error), strict=True)
-    )
+def _excess(rows: Sequence[PoseRow], scenario: str, more: int, fewer: int) -> float:
+    """By how much `more` sensors err beyond `fewer` at one step, mm."""
+    excess = _pose(rows, scenario, more) - _pose(rows, scenario, fewer)
+    return float(np.max(np.where(np.abs(excess) < ROUNDING, 0, excess)))

@@ -9,12 +9,14 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.figure_style import save_figure
 from soft_gripper.evaluation.paper.claims import Claim, claims
+from soft_gripper.evaluation.paper.difference_figure import difference_figure
 from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_figure
 from soft_gripper.evaluation.paper.force_figure import force_figure
 from soft_gripper.evaluation.paper.force_table import ForceRow
@@ -23,6 +25,7 @@ from soft_gripper.evaluation.paper.report import write_report
 from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
 from soft_gripper.evaluation.processes import call_in_processes, report
 from soft_gripper.files import remove_partial
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.scenes_figure import scenes_figure
 from soft_gripper.pictures.shape_figure import shape_figure
 
@@ -34,6 +37,8 @@ CAPTIONS = {
     " coloured by the external torque at their joints.",
     "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
     "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle.",
+    "difference": "Why the paper's fingertip error in free bending hardly depends on the number of sensors: with joints"
+    " where the segments begin, half of the first joint's angle is turned before the sensors begin, and none sees it.",
     "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure.",
     "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure.",
     "force_estimate": "External torque along the first finger at the last step, and its mean error against pressure.",
@@ -105,12 +110,18 @@ def _figures(out: Path, poses: list[PoseRow], forces: list[ForceRow]) -> dict[st
     """All figures, by the names of `CAPTIONS`."""
     runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
     scenario, recording = runs["obstructed_inside"]
-    layout = sensor_layout(make_station(scenario).fingers[0].finger, scenario.sensor)
+    layout = sensor_layout(_finger(scenario), scenario.sensor)
     return {
         "fig4_shape": shape_figure(layout, recording, scenario.duration),
+        "difference": difference_figure(*runs[FREE], _finger(runs[FREE][0])),
         "fig5_free_bending": free_bending_figure([row for row in poses if row.scenario == FREE]),
         "fig6_pose_error": contact_figure(poses, CONTACT, "pose_error_mm"),
         "fig7_fingertip_error": contact_figure(poses, CONTACT, "tip_error_mm"),
         "fig8_scenarios": scenes_figure(runs),
         "force_estimate": force_figure(forces, CONTACT),
     }
+
+
+def _finger(scenario: Scenario) -> Finger:
+    """The first finger of a scenario."""
+    return make_station(scenario).fingers[0].finger

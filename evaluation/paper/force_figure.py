@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.evaluation.figure_style import STYLE, section_style
+from soft_gripper.evaluation.paper.figures import run_with_pressure
 from soft_gripper.evaluation.paper.force_table import ForceRow
 
 
@@ -20,6 +21,7 @@ def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
             chosen = [row for row in rows if row.scenario == scenario]
             _draw_along(along, chosen)
             _draw_against_pressure(against, chosen)
+            run_with_pressure(against, chosen)
             along.set(title=scenario.replace("_", " ").capitalize(), xlabel="joint, from the base")
             against.set(xlabel="pressure [kPa]")
         above[0].set_ylabel("external torque [mN m]")

@@ -10,7 +10,7 @@ from string import Template
 import numpy as np
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.evaluation.paper.claims import Claim
+from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.files import atomic_file
 
@@ -26,6 +26,7 @@ def write_report(
         figures: name of each figure (its SVG lies in `out`) and its caption.
     """
     parts = {
+        "verdict": _verdict(claims),
         "claims": "\n".join(map(_claim, claims)),
         "scenes": "\n".join(_scene(out / name) for name in scenarios),
         "errors": "\n".join(_errors(name, poses) for name in scenarios),
@@ -39,6 +40,11 @@ def write_report(
 def title(scenario: str) -> str:
     """A scenario's name as a heading."""
     return scenario.replace("_", " ").capitalize()
+
+
+def _verdict(claims: Sequence[Claim]) -> str:
+    style = "holds" if all(claim.holds for claim in claims) else "fails"
+    return f'<p class="{style}">{verdict(claims).capitalize()}.</p>'
 
 
 def _claim(claim: Claim) -> str:

@@ -94,8 +94,8 @@ class TorqueBalance:
         frames = frames * (_ACCELERATION / period**2)[:, None]
         x, z = frames[..., None, :, 0], frames[..., None, :, 2]
         turning = (z @ directions.real + x @ directions.imag)[..., 0, :]
-        _, _, ahead, origin = np.add.reduce(frames, axis=-2).T
-        moving = self.finger.segment_length / 2 * ahead + origin
+        base = np.add.reduce(frames, axis=-2)
+        moving = self.finger.segment_length / 2 * base[..., 2] + base[..., 3]
         forces = np.empty((2, *turning.shape), dtype=complex)
         forces[0] = turning @ self._inertia + moving[..., None] * self._moments
         forces[1] = (plane @ gravity)[..., None] * self._moments

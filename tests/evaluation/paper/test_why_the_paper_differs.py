@@ -1,0 +1,50 @@
+"""Joints where segments begin: no sensor sees half of the first joint's angle, however many there are."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.evaluation.paper.why_the_paper_differs import chain_with_joints_at_starts, tip_errors
+from soft_gripper.fingers.statics import free_bending_angles
+
+BENDS = np.radians([20.0, 60.0, 120.0])
+
+
+@pytest.fixture
+def even_bends(shipped_finger):
+    """Joint angles of even bends, (3, N) rad."""
+    return np.repeat(BENDS[:, None] / shipped_finger.segments, shipped_finger.segments, axis=1)
+
+
+def test_half_of_the_first_angle_is_not_measured(shipped_finger, even_bends):
+    spacing = shipped_finger.sensor_spacing
+    offsets = np.array([0.5, -0.5])[:, None, None] * spacing
+    (inner, outer), _ = chain_with_joints_at_starts(even_bends, shipped_finger.segment_length, offsets)
+    measured = (outer - inner).sum(axis=-1) / spacing
+    np.testing.assert_allclose(measured, BENDS - even_bends[:, 0] / 2, rtol=3e-3)
+
+
+def test_the_tip_is_that_of_the_links(shipped_finger, bent):
+    q, ds = bent(5, 12), shipped_finger.segment_length
+    _, tip = chain_with_joints_at_starts(q, ds, np.zeros((1, 1, 1)))
+    heading, expected = np.zeros(5), np.zeros(5, dtype=complex)
+    for angle in q.T:
+        heading = heading + angle
+        expected = expected + ds * np.exp(1j * heading)
+    np.testing.assert_allclose(tip, expected, atol=1e-15)
+
+
+def test_with_joints_at_the_starts_more_sensors_gain_little(shipped_finger):
+    q = free_bending_angles(shipped_finger, np.array([30e3, 120e3, 240e3]))
+    errors = tip_errors(shipped_finger, q)
+    assert (np.ptp(errors.starts, axis=0) < 0.2 * errors.starts.mean(axis=0)).all()
+    assert (errors.middles[1] < 0.3 * errors.middles[0]).all()
+    lever = shipped_finger.length * np.sinc(q.sum(axis=-1) / 2 / np.pi)
+    np.testing.assert_allclose(errors.starts[-1], lever * q[:, 0] / 2, rtol=0.15)
+
+
+def test_noise_does_not_hide_the_gain(shipped_finger, bent):
+    """Of an uneven bend; and without noise the errors are those of the chain alone."""
+    q = np.linspace(0.02, 0.15, 12)[None, :]
+    errors, clean = tip_errors(shipped_finger, q, noise=1e-3), tip_errors(shipped_finger, q, noise=0.0)
+    assert errors.noisy[0] > 3 * errors.noisy[3]
+    np.testing.assert_allclose(clean.noisy, clean.middles, rtol=1e-12)
