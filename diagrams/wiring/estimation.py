@@ -62,6 +62,8 @@ class FingerEstimation(Diagram):
         if contact_threshold is not None:
             detector = ContactDetector(joints, int(layout.joints_per_section[0]), period, contact_threshold)
             wires.add("contact_detector", detector)
+        else:
+            del wires.outputs["torque_tolerance"]  # which only the detector asks for
         wires.build_into(self)
 
 

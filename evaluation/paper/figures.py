@@ -52,8 +52,10 @@ def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str
 
 def run_with_pressure(axes: Axes, rows: Sequence[PoseRow] | Sequence[ForceRow]) -> None:
     """Lets an axis of pressure begin where the steps begin: a vacuum that grows runs to the right too."""
-    if rows[-1].pressure_kpa < rows[0].pressure_kpa:
-        axes.invert_xaxis()
+    first = rows[0].pressure_kpa
+    last = max((row.pressure_kpa for row in rows), key=lambda pressure: abs(pressure - first))
+    margin = 0.04 * (last - first)
+    axes.set_xlim(first - margin, last + margin)
 
 
 def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above: float = -np.inf) -> None:

@@ -8,7 +8,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimation.finger_shape import ANGLES
-from soft_gripper.estimation.torque_balance import SAMPLES, Motion, TorqueBalance
+from soft_gripper.estimation.torque_balance import SAMPLES, ExternalTorque, Motion, TorqueBalance
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.signals import describe
@@ -18,8 +18,7 @@ class Estimate(NamedTuple):
     """What one sample leads to."""
 
     samples: Array  # (5, N + 13), the last of them, row after row
-    torque: Array  # (N) N m
-    tolerance: Array  # (N) N m
+    external: ExternalTorque
 
 
 class ForceEstimator(LeafSystem):
@@ -52,8 +51,8 @@ class ForceEstimator(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc)
         inputs = {self.all_input_ports_ticket(), self.xd_ticket()}
-        self._external = self.DeclareCacheEntry("external torque", producer, inputs)
-        external = {self.cache_entry_ticket(self._external.cache_index())}
+        self._estimate = self.DeclareCacheEntry("external torque", producer, inputs)
+        external = {self.cache_entry_ticket(self._estimate.cache_index())}
         free = self.DeclareVectorOutputPort("free_bending_angles", joints, self._calc_free, {self._pressure.ticket()})
         describe(free, "rad", joint=range(joints))
         for name, calc in (("external_torque", self._calc_torque), ("torque_tolerance", self._calc_tolerance)):
@@ -65,7 +64,7 @@ class ForceEstimator(LeafSystem):
         An event that began at `period` instead would drift off those at multiples of it by rounding.
         """
         if context.get_time() > 0:
-            values.set_value(self._external.Eval(context).samples[1:].ravel())
+            values.set_value(self._estimate.Eval(context).samples[1:].ravel())
 
     def _read_samples(self, context: Context) -> Array:
         """The samples remembered and the present one, (5, N + 13): joint angles, pressure, X_WB."""
@@ -76,13 +75,13 @@ class ForceEstimator(LeafSystem):
     def _calc(self, context: Context, value: AbstractValue) -> None:
         samples, joints = self._read_samples(context), self._finger.segments
         motion = Motion(samples[:, :joints], samples[:, joints], samples[:, joints + 1 :].reshape(SAMPLES, 3, 4))
-        value.set_value(Estimate(samples, *self._balance.external_torque(motion, self._gravity, self._period)))
+        value.set_value(Estimate(samples, self._balance.external_torque(motion, self._gravity, self._period)))
 
     def _calc_free(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(free_bending_angles(self._finger, self._pressure.Eval(context)[0]))
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._external.Eval(context).torque)
+        output.SetFromVector(self._estimate.Eval(context).external.torque)
 
     def _calc_tolerance(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._external.Eval(context).tolerance)
+        output.SetFromVector(self._estimate.Eval(context).external.tolerance)

@@ -53,11 +53,21 @@ class Motion(NamedTuple):
     X_WB: Array  # (..., 5, 3, 4) pose of the base, [R | p]
 
 
-class ExternalTorque(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ExternalTorque:
     """What remains at every joint, at the middle one of five samples."""
 
     torque: Array  # (..., N) N m, positive where it closes the finger
-    tolerance: Array  # (..., N) N m, what may remain without contact
+    inertia: Array  # (..., N) N m, of the motion
+    damping_change: Array  # (..., N) N m, by which damping may be taken too early or too late
+    pressure: Array  # (..., 5) Pa
+    finger: Finger
+
+    @property
+    def tolerance(self) -> Array:
+        """What may remain without contact, N m, (..., N)."""
+        change = np.ptp(self.pressure, axis=-1)[..., None] * self.finger.pressure_gain
+        return np.abs(self.damping_change) + _OF_INERTIA * np.abs(self.inertia) + _OF_PRESSURE * change
 
 
 @dataclass(frozen=True)
@@ -73,17 +83,13 @@ class TorqueBalance:
 
     def external_torque(self, motion: Motion, gravity: Array, period: float) -> ExternalTorque:
         """What acts from outside, for samples `period` s apart; `gravity` in the world, (3,) m/s^2."""
-        finger, gain = self.finger, self.finger.pressure_gain
-        filtered = _FILTERS @ motion.q
+        finger, filtered = self.finger, _FILTERS @ motion.q
         inertia, weight = self._inertia_and_weight(motion, gravity, period)
-        pressure = motion.pressure
-        change = pressure.max(axis=-1) - pressure.min(axis=-1)
-        damping = finger.damping / period
-        tolerance = np.abs(damping * filtered[..., 2, :]) + _OF_INERTIA * np.abs(inertia)
-        tolerance += _OF_PRESSURE * change[..., None] * gain
-        torque = finger.elastic_torque(filtered[..., 0, :]) + damping * filtered[..., 1, :] + (inertia - weight)
-        torque -= (pressure @ _VALUE)[..., None] * gain
-        return ExternalTorque(torque, tolerance)
+        pressure = (motion.pressure @ _VALUE)[..., None] * finger.pressure_gain
+        damping = filtered[..., 1:, :] * (finger.damping / period)
+        elastic = finger.elastic_torque(filtered[..., 0, :])
+        torque = elastic + damping[..., 0, :] - pressure + inertia - weight
+        return ExternalTorque(torque, inertia, damping[..., 1, :], motion.pressure, finger)
 
     def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
         """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""

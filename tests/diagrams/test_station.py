@@ -33,7 +33,7 @@ PARTS = {
     "sensors": (["joint_angles", "pressure"], ["extension_ratio", "strain", "sampled_pressure"]),
     "estimation": (
         ["strain", "pressure", "X_WB"],
-        [port for _, outputs in BLOCKS["estimation"].values() for port in outputs],
+        [port for _, outputs in BLOCKS["estimation"].values() for port in outputs if port != "torque_tolerance"],
     ),
     "scoring": (
         ["joint_angles", "contact_torque", "joint_positions", "tip_pose", "external_torque"],
@@ -41,7 +41,7 @@ PARTS = {
     ),
 }
 OF_A_FINGER = ["pressure_command", "pressure", "X_WB", *(port for _, outputs in PARTS.values() for port in outputs)]
-OF_CONTACT = [*DETECTOR[1], "normal_force", "contact_center"]
+OF_CONTACT = ["torque_tolerance", *DETECTOR[1], "normal_force", "contact_center"]
 OF_GRIP, OF_WIDTH = ["set_point", "opening", "torque"], ["object_width", "true_object_width", "object_width_error"]
 OF_ARM = ["arm.joint_positions", "arm.joint_velocities", "arm.joint_torques"]
 OF_PLANT = ["gripper.actuation", "plant.state"]

@@ -104,7 +104,6 @@ def expected_signals(station, recording, finger):
         "X_WB": X_WB,
         "estimated_joint_angles": estimated,
         "external_torque": balance.torque,
-        "torque_tolerance": balance.tolerance,
     }
 
 

@@ -1,6 +1,7 @@
 """The evaluation: whole folders or none, what is left to do, runs that repeat themselves, and Ctrl-C."""
 
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -8,12 +9,13 @@ from pathlib import Path
 
 import pytest
 from command_line import LISTENING
+from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.csv_table import read_csv
-from soft_gripper.evaluation.paper.evaluate import SCENARIOS, run_scenarios, unfinished
+from soft_gripper.evaluation.csv_table import read_csv, write_csv
+from soft_gripper.evaluation.paper.evaluate import CONTACT, FREE, SCENARIOS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
@@ -139,6 +141,77 @@ def test_one_scenario_that_fails_stops_no_other(short, tmp_path, monkeypatch):
     assert is_finished(tmp_path / "out" / "good.yaml", load_scenario("good.yaml"))
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["good.yaml"]
     assert sum(advanced) == pytest.approx(0.5)
+
+
+@pytest.fixture
+def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Figure], list]:
+    """Rows that differ in every scenario, the figures made from them, and what the figure of the shape was given."""
+    poses = [
+        PoseRow(scenario, "left", "arcs", "as simulated", n, p, p, (1 + i) * p / n, (1 + i) * p / n + 100)
+        for i, scenario in enumerate(SCENARIOS)
+        for n in (1, 2, 3, 4)
+        for p in (10.0, 20.0)
+    ]
+    forces = [
+        ForceRow(row.scenario, "left", "arcs", "as simulated", row.sections, row.pressure_kpa, joint, 0.02, 0.03)
+        for row in poses
+        for joint in (0, 1)
+    ]
+    for name in SCENARIOS:
+        shutil.copytree(folder, tmp_path / name)
+        (tmp_path / name / "scene.png").touch()
+        write_csv(tmp_path / name / "metrics.csv", [row for row in poses if row.scenario == name])
+        write_csv(tmp_path / name / "forces.csv", [row for row in forces if row.scenario == name])
+        data = Recording.load(tmp_path / name / "recording.nc").data
+        Recording(data.assign_attrs(run_of=name)).save(tmp_path / name / "recording.nc")
+    figures, shapes = {}, []
+    where = "soft_gripper.evaluation.paper.evaluate."
+    monkeypatch.setattr(where + "save_figure", lambda figure, stem: (figures.update({stem.name: figure}), save(stem)))
+    monkeypatch.setattr(where + "shape_figure", lambda *given: shapes.append(given))
+    monkeypatch.setattr(where + "scenes_figure", lambda _: None)
+    summarize(tmp_path)
+    return poses, forces, figures, shapes
+
+
+def save(stem: Path) -> None:
+    """A file in the place of a figure."""
+    stem.with_suffix(".svg").touch()
+
+
+def test_fig_4_shows_the_end_of_the_finger_obstructed_inside(summarized):
+    *_, shapes = summarized
+    ((layout, recording, time),) = shapes
+    scenario = load_scenario("obstructed_inside")
+    assert recording.data.attrs["run_of"] == "obstructed_inside"
+    assert time == scenario.duration
+    assert layout.sections == scenario.sensor.sections
+
+
+@pytest.mark.parametrize(
+    ("name", "scenarios", "errors"),
+    [
+        ("fig5_free_bending", [FREE, FREE], ["pose_error_mm", "tip_error_mm"]),
+        ("fig6_pose_error", CONTACT, ["pose_error_mm"] * 4),
+        ("fig7_fingertip_error", CONTACT, ["tip_error_mm"] * 4),
+    ],
+)
+def test_figs_5_to_7_show_the_errors_that_they_are_named_after(summarized, name, scenarios, errors):
+    poses, _, figures, _ = summarized
+    for axes, scenario, error in zip(figures[name].axes, scenarios, errors, strict=True):
+        for n in (1, 2, 3, 4):
+            (line,) = (line for line in axes.lines if line.get_label() == str(n))
+            expected = [getattr(row, error) for row in poses if (row.scenario, row.sections) == (scenario, n)]
+            assert list(line.get_ydata()) == pytest.approx(expected)
+
+
+def test_a_summary_leaves_all_rows_and_a_report(summarized, tmp_path):
+    poses, forces, figures, _ = summarized
+    read = read_csv(tmp_path / "metrics.csv", PoseRow)
+    assert [(row.scenario, row.sections) for row in read] == [(row.scenario, row.sections) for row in poses]
+    assert [row.tip_error_mm for row in read] == pytest.approx([row.tip_error_mm for row in poses], abs=1e-6)
+    assert read_csv(tmp_path / "forces.csv", ForceRow) == forces
+    assert (tmp_path / "report.html").is_file()
+    assert set(figures) == {path.stem for path in tmp_path.glob("*.svg")}
 
 
 @pytest.mark.parametrize("moment", ["at the beginning", "in the middle"])

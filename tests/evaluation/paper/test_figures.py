@@ -1,5 +1,6 @@
 """The figures: every number of sensors has its line in every panel, and files are the same for the same rows."""
 
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -41,6 +42,17 @@ def test_free_bending_has_two_panels_of_four_lines(figure: Figure) -> None:
     for axes in figure.axes:
         assert [line.get_label() for line in lines(axes)] == ["1", "2", "3", "4"]
         assert axes.get_ylim()[0] == 0
+        assert axes.get_yscale() == "linear"
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    assert [axes.get_title() for axes in figure.axes] == ["Mean pose error", "Fingertip error"]
+
+
+def test_every_point_is_inside_its_panel(figure: Figure) -> None:
+    rows = [row for name in CONTACT for row in rows_of(name)]
+    for axes in (*figure.axes, *contact_figure(rows, CONTACT, "tip_error_mm").axes):
+        for line in lines(axes):
+            for values, (low, high) in ((line.get_xdata(), axes.get_xlim()), (line.get_ydata(), axes.get_ylim())):
+                assert low <= min(values) <= max(values) <= high
 
 
 def test_lines_differ_in_more_than_color(figure: Figure) -> None:
@@ -70,7 +82,34 @@ def test_contact_scenarios_share_one_scale() -> None:
     for i, axes in enumerate(figure.axes):
         assert "[kPa]" in axes.get_xlabel()
         assert len(lines(axes)) == 4
+        assert axes.get_title() == CONTACT[i].replace("_", " ").capitalize()
         assert lines(axes)[0].get_ydata()[-1] == pytest.approx(200 * (i + 1) + 0.1)
+
+
+@pytest.mark.parametrize(("error", "more"), [("pose_error_mm", 0.1), ("tip_error_mm", 0.3)])
+def test_contact_figure_shows_means_of_the_error_that_is_asked_for(error: str, more: float) -> None:
+    figure = contact_figure([row for name in CONTACT for row in rows_of(name)], CONTACT, error)
+    for axes in figure.axes:
+        for n, line in enumerate(lines(axes), start=1):
+            assert line.get_label() == str(n)
+            assert list(line.get_ydata()) == pytest.approx([p / n + more for p in (0.0, 100.0, 200.0)])
+
+
+def test_errors_of_contact_are_on_a_logarithmic_axis_without_what_is_zero() -> None:
+    """The right finger errs at every step; the left one, and so the mean of one finger, not when it is straight."""
+    left = [row for name in CONTACT for row in rows_of(name) if row.finger == "left"]
+    for axes in contact_figure(left, CONTACT, "pose_error_mm").axes:
+        assert axes.get_yscale() == "log"
+        assert axes.get_ylim()[0] > 0.1
+        assert [list(line.get_xdata()) for line in lines(axes)] == [[100.0, 200.0]] * 4
+
+
+def test_a_growing_vacuum_runs_to_the_right() -> None:
+    rows = [replace(row, pressure_kpa=-row.pressure_kpa) for row in rows_of("obstructed_outside")]
+    figure = contact_figure([*rows, *rows_of("box_grasp")], ["obstructed_outside", "box_grasp"], "pose_error_mm")
+    vacuum, pressure = figure.axes[:2]
+    assert vacuum.get_xlim() == pytest.approx((8.0, -208.0))
+    assert pressure.get_xlim() == pytest.approx((-8.0, 208.0))
 
 
 def test_files_are_the_same_for_the_same_rows(figure: Figure, tmp_path: Path) -> None:
