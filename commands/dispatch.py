@@ -12,7 +12,7 @@ COMMANDS = (run, evaluate, grasp_trials, tune, list_scenarios, show, expand)
 
 
 def dispatch(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command; the exit code is 0, 1 if a task failed, or 2 for a mistake in the input."""
+    """Runs one command; the exit code is 0, 1 if a task or a claim failed, or 2 for a mistake in the input."""
     parser = argparse.ArgumentParser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
     parser.add_argument("--version", action="version", version=f"soft-gripper {version('soft-gripper')}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")

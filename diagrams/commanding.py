@@ -21,13 +21,13 @@ def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive:
         InputError: if pressures are missing or of no finger, or the fingers do not form a gripper.
     """
     scenario, period = station.scenario, station.scenario.sensor.period
-    check_steps(scenario, drive.commands)
+    check_steps(scenario.pressure, drive.commands)
     if "pressure" in scenario.external:
         station.leave_open(add_external_pressures(builder, drive.commands))
         return None
     for_task = scenario.task is not None and scenario.task.grips
     if scenario.control.set_points is None and not for_task and "opening" not in scenario.external:
-        steps = {name: pressure_steps(scenario, name) for name in drive.commands}
+        steps = {name: pressure_steps(scenario.pressure, name) for name in drive.commands}
         station.signals |= add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)
         return None
     set_point, signals = add_grip_control(

@@ -88,6 +88,8 @@ def _advance(simulator: Simulator, station: Station, time: float) -> None:
         simulator.AdvanceTo(time)
         reason = ""
     except RuntimeError as error:
+        if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
+            raise  # from a block written in Python, not from Drake
         reason = str(error).strip().splitlines()[0]
     context = simulator.get_context()
     state = station.plant.GetPositionsAndVelocities(station.plant.GetMyContextFromRoot(context))

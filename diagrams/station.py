@@ -7,9 +7,10 @@ from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
 from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.scene.plant import add_plant
 from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario_checks import check_scenario
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, block_name
+from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, name_of
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_contact_width, add_sensing
@@ -67,9 +68,10 @@ def add_station(
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
+    check_scenario("scenario", scenario)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
-    station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers))
-    station.estimator = scenario.estimator.type if make_estimator is None else block_name(make_estimator)
+    made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
+    station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
     sensing = SensingConfig(scenario.sensor, scenario.estimator, scenario.believed, make_sensor, make_estimator)

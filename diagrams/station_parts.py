@@ -30,11 +30,17 @@ class StationParts:
     plant: MultibodyPlant
     scene_graph: SceneGraph
     fingers: tuple[PlantFinger, ...]
+    sensor: str  # what the blocks are called in tables and recordings
+    estimator: str
     inputs: dict[str, InputPort] = field(default_factory=dict)
     signals: dict[str, OutputPort] = field(default_factory=dict)
     arm: Arm | None = None
     task: TaskMachine | None = None  # what leads through the task, if there is one
-    estimator: str = "arcs"  # of the shape, for tables
+
+    @property
+    def about(self) -> dict[str, str]:
+        """Attributes of a recording: scenario, versions, frames."""
+        return provenance(self.scenario, self.sensor, self.estimator)
 
     def leave_open(self, external: External) -> None:
         """Takes in a command that comes from outside."""
@@ -82,4 +88,4 @@ class Station:
 
     def recording(self, context: Context) -> Recording:
         """What was logged, from the context of the whole diagram."""
-        return read_logs(self.logs, context, provenance(self.scenario))
+        return read_logs(self.logs, context, self.parts.about)

@@ -50,6 +50,6 @@ def scenes_figure(runs: Mapping[str, tuple[Scenario, Recording]], height: int = 
 
 def largest_pressure(scenario: Scenario) -> tuple[float, float]:
     """When the step of the largest pressure or vacuum ends, s, and that pressure, Pa."""
-    steps = np.array([pressure_steps(scenario, name) for name in scenario.pressure.steps])
+    steps = np.array([pressure_steps(scenario.pressure, name) for name in scenario.pressure.steps])
     finger, step = np.unravel_index(np.argmax(np.abs(steps)), steps.shape)
     return float(step + 1) * scenario.step_duration, float(steps[finger, step])

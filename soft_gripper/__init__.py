@@ -14,7 +14,7 @@ _MODULES = {
     " PhaseConfig SensorConfig EstimatorConfig BelievedConfig",
     "diagrams.schema.scenario_file": "load_scenario dump_scenario scenario_names",
     "diagrams.station": "add_station make_station",
-    "diagrams.simulation": "simulate run_station make_simulator",
+    "diagrams.simulation": "simulate run_station make_simulator solver_config",
     "diagrams.recording.recording": "Recording read_logs",
     "diagrams.recording.signal_logs": "add_logs",
     "diagrams.recording.phase_spans": "phase_spans",

@@ -39,6 +39,10 @@ def describe(
     Raises:
         ValueError: if the axes do not fill the port, or the units not the last axis.
     """
+    if not axes and port.size() > 1:
+        raise ValueError(f"port '{port.get_name()}': give axes for its entries, such as joint=range({port.size()})")
+    if "time" in axes:
+        raise ValueError(f"port '{port.get_name()}': 'time' is the axis of the samples; give another name")
     size = 1
     for labels in axes.values():
         size *= len(labels)

@@ -34,7 +34,15 @@ def test_what_is_not_declared_has_no_unit_and_is_counted():
     assert signal_of(port(1)) == Signal()
 
 
-@pytest.mark.parametrize(("size", "axes"), [(5, {"joint": range(3)}), (2, {}), (6, {"joint": range(2), "xz": XZ})])
+@pytest.mark.parametrize(
+    ("axes", "message"), [({}, r"give axes for its entries"), ({"time": range(2)}, "is the axis of")]
+)
+def test_axes_are_given_and_not_that_of_the_samples(axes, message):
+    with pytest.raises(ValueError, match=message):
+        describe(port(2), **axes)
+
+
+@pytest.mark.parametrize(("size", "axes"), [(5, {"joint": range(3)}), (6, {"joint": range(2), "xz": XZ})])
 def test_axes_fill_the_port(size, axes):
     with pytest.raises(ValueError, match=rf"port 'y': axes of \d entries for {size} in the port"):
         describe(port(size), "m", **axes)

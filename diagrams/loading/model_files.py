@@ -13,6 +13,7 @@ from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.diagrams.schema.scenario import ModelConfig
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
@@ -78,6 +79,11 @@ def add_fingers(
         InputError: if the file is missing or wrong, holds no fingers, or the name is taken.
     """
     path, plant = model_path(str(file)), parser.plant()
+    if plant.is_finalized():
+        raise InputError(path, "plant", "finalized", "read fingers before plant.Finalize()")
+    if name is not None and (not name or plant.HasModelInstanceNamed(name)):
+        expected = "is taken by another model" if name else "give a name, or None for the robot's in the file"
+        raise InputError(path, "name", name, expected)
     expanded = expand_urdf(path, segments, model_name=name)
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
@@ -88,25 +94,27 @@ def add_fingers(
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
 
 
-def find_fingers(plant: MultibodyPlant, file: Path | str, model: ModelInstanceIndex) -> list[PlantFinger]:
+def find_fingers(
+    plant: MultibodyPlant, file: Path | str, model: ModelInstanceIndex, segments: int | None = None
+) -> list[PlantFinger]:
     """The fingers of a model that was read from the expanded text of a URDF, as by ModelDirectives.
 
     Args:
         plant: with the model in it.
-        file: the URDF with <finger>s that was expanded, with the segments that it says.
+        file: the URDF with <finger>s that was expanded.
         model: the model instance.
+        segments: with which it was expanded; None: as the file says.
 
     Raises:
         InputError: if the file is wrong, or the model has no such fingers.
     """
     path = model_path(str(file))
-    found = [PlantFinger(finger, plant, model) for finger in expand_urdf(path).fingers]
-    for finger in found:
-        try:
-            _ = finger.links, finger.joints
-        except RuntimeError as error:
-            name = plant.GetModelInstanceName(model)
-            raise InputError(path, "finger", finger.finger.name, f"is not in '{name}': {first_line(error)}") from None
+    found = [PlantFinger(finger, plant, model) for finger in expand_urdf(path, segments).fingers]
+    for finger in (finger.finger for finger in found):
+        last, beyond = (plant.HasBodyNamed(link_name(finger.name, finger.segments + i), model) for i in (0, 1))
+        if not last or beyond:
+            expected = f"is not in '{plant.GetModelInstanceName(model)}' with {finger.segments} segments"
+            raise InputError(path, "finger", finger.name, expected)
     return found
 
 

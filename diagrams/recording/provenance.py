@@ -14,12 +14,17 @@ FRAMES = (
 )
 
 
-def provenance(scenario: Scenario) -> dict[str, str]:
-    """Attributes of a recording: description, scenario as YAML, versions, frames."""
+def provenance(scenario: Scenario, sensor: str, estimator: str) -> dict[str, str]:
+    """Attributes of a recording: description, scenario as YAML, versions, frames.
+
+    `sensor` and `estimator` name the blocks, which a user may have given in the place of the scenario's.
+    """
     versions = (f"{name} {version(name)}" for name in ("soft-gripper", "drake", "numpy"))
     return {
         "description": scenario.description,
         "scenario": dump_scenario(scenario),
+        "sensor": sensor,
+        "estimator": estimator,
         "versions": ", ".join(versions),
         "frames": FRAMES,
     }

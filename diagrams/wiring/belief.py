@@ -14,6 +14,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _OF_SECTION = tuple(field.name for field in fields(CrossSection))
 _OF_FINGER = ("length", "relaxation_time", "sensor_spacing")
+_FAR = 20.0  # times the simulated value: more is taken for a change whose "%" was forgotten
 _EXPECTED = 'give a number, or a change such as "+10 %"'
 
 
@@ -66,7 +67,7 @@ def _changed(part: Any, believed: BelievedConfig, names: tuple[str, ...]) -> Any
 
 def _value(name: str, text: str, simulated: float) -> float:
     """What a change leads to."""
-    number, percent, rest = text.partition("%")
+    number, percent, rest = str(text).partition("%")
     try:
         value = float(number)
     except ValueError:
@@ -75,4 +76,7 @@ def _value(name: str, text: str, simulated: float) -> float:
     wrong = rest.strip() or (relative and sign not in ("+", "-")) or (not relative and sign == "+")
     if wrong or not math.isfinite(value):
         raise InputError("believed", name, text, _EXPECTED)
+    if not relative and value > 0 and not 1 / _FAR <= value / simulated <= _FAR:
+        expected = f'is far from the simulated {simulated:g}; a change is written "+10 %"'
+        raise InputError("believed", name, text, expected)
     return simulated * (1 + value / 100) if relative else value

@@ -8,7 +8,7 @@ period of their samples, s:
 
 An estimator is a system with an output `estimated_joint_angles` (N) rad, see `FingerShape`. It may take the outputs of
 the sensor, `pressure` and `X_WB`. It is made from sensors and finger as they are believed to be, gravity in the world,
-m/s^2, and the period:
+m/s^2 (zero without `estimator.compensate_gravity`), and the period:
 
     def make(layout: SensorLayout, gravity: Array, period: float) -> System
 """
@@ -60,21 +60,21 @@ def make_block(field: str, make: Callable[..., System], *arguments: Any) -> Syst
     Raises:
         InputError: if it fails, or makes no system; `field` is what names it.
     """
-    name = block_name(make)
+    name = name_of(make, "")
     try:
         block = make(*arguments)
     except InputError:
         raise
     except Exception as error:  # whatever a user's function may raise
-        raise InputError("scenario", field, name, f"failed: {type(error).__name__}: {error}") from error
+        raise InputError("scenario", field, name, f"failed: {type(error).__name__}: {_first_line(error)}") from error
     if not isinstance(block, System):
         raise InputError("scenario", field, name, f"made a {type(block).__name__}; a Drake System is needed")
     return block
 
 
-def block_name(make: Callable[..., System]) -> str:
-    """What a user's function is called, in tables and messages."""
-    return str(getattr(make, "__qualname__", repr(make)))
+def name_of(make: Callable[..., System] | None, type_name: str) -> str:
+    """What a block is called in tables, recordings and messages: a user's function, or the type of a scenario."""
+    return type_name if make is None else f"{make.__module__}:{getattr(make, '__qualname__', repr(make))}"
 
 
 def _find(field: str, name: str, known: Mapping[str, Any]) -> Any:
@@ -85,15 +85,21 @@ def _find(field: str, name: str, known: Mapping[str, Any]) -> Any:
         raise InputError("scenario", field, name, f'known: {", ".join(known)}; or give "module:function" of your own')
     try:
         made = getattr(_import(module), function)
-    except (ImportError, AttributeError, SyntaxError) as error:
-        raise InputError("scenario", field, name, f"cannot be imported: {error}") from None
+    except Exception as error:  # whatever a user's module may raise
+        where = f"looked where Python looks, and in {Path.cwd()}"
+        reason = f"{type(error).__name__}: {_first_line(error)}"
+        raise InputError("scenario", field, name, f"cannot be imported: {reason}; {where}") from error
     if not callable(made):
         raise InputError("scenario", field, name, "is no function")
     return made
 
 
+def _first_line(error: Exception) -> str:
+    return (str(error).strip().splitlines() or [""])[0]
+
+
 def _import(module: str) -> Any:
-    """A module, also from the current folder, as `python -m` finds it."""
+    """A module; the current folder is looked through last."""
     here = str(Path.cwd())
     sys.path.append(here)
     try:

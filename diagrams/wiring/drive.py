@@ -38,10 +38,14 @@ def add_pressure_drive(
         InputError: if the step of a discrete plant is too long for a finger.
     """
     drive, config = Drive({}, {}, {}), config or PressureConfig()
+    check_finalized(fingers)
     for finger in fingers:
         _check_time_step(finger)
     for model in dict.fromkeys(finger.model for finger in fingers):
         driven = [finger for finger in fingers if finger.model == model]
+        if builder.IsConnectedOrExported(driven[0].plant.get_actuation_input_port(model)):
+            expected = "has a drive already; give all fingers of a model in one call"
+            raise InputError("add_pressure_drive", "model", driven[0].model_name, expected)
         block = _add_block(builder, driven, config)
         for name in (finger.name for finger in driven):
             drive.commands[name] = block.GetInputPort(f"{name}.pressure_command")
@@ -50,6 +54,13 @@ def add_pressure_drive(
         torques = [block.GetOutputPort("actuation"), *elastic]
         drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
     return drive
+
+
+def check_finalized(fingers: Sequence[PlantFinger]) -> None:
+    """Raises an InputError if the plant of a finger is not finalized."""
+    for finger in fingers:
+        if not finger.plant.is_finalized():
+            raise InputError("fingers", "plant", finger.name, "call plant.Finalize() before blocks are added")
 
 
 def _check_time_step(finger: PlantFinger) -> None:

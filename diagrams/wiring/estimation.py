@@ -52,10 +52,10 @@ class FingerEstimation(Diagram):
         """
         super().__init__()
         joints = layout.finger.segments
-        _check(estimator, joints)
+        shape = FingerShape(layout.finger)
+        _check(estimator, joints, shape)
         wires = NamedWires()
         wires.add("estimator", estimator)
-        shape = FingerShape(layout.finger)
         if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
             wires.add("shape", shape)
         wires.add("force_estimator", ForceEstimator(layout.finger, gravity, period))
@@ -67,8 +67,17 @@ class FingerEstimation(Diagram):
         wires.build_into(self)
 
 
-def _check(estimator: System, joints: int) -> None:
+_LATER = {"free_bending_angles", "external_torque", "torque_tolerance", "contact", "contact_residual", "contact_time"}
+
+
+def _check(estimator: System, joints: int, shape: FingerShape) -> None:
     found = vector_outputs(estimator)
+    if found.keys() & _LATER:
+        taken = ", ".join(sorted(found.keys() & _LATER))
+        raise InputError("estimator", "output ports", taken, "are names of what follows from the shape")
+    for name, port in vector_outputs(shape).items():
+        if name != "arcs" and name in found and found[name].size() != port.size():
+            raise InputError("estimator", f"output port '{name}'", found[name].size(), f"give it {port.size()} entries")
     if ANGLES not in found or found[ANGLES].size() != joints:
         sizes = ", ".join(f"{name} ({port.size()})" for name, port in found.items()) or "none"
         raise InputError("estimator", "output ports", sizes, f"put out '{ANGLES}' ({joints}) rad")

@@ -8,26 +8,26 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.errors import InputError
 from soft_gripper.signals import describe
 
 COMMON = "all"
 
 
-def pressure_steps(scenario: Scenario, finger: str) -> Array:
-    """Pressure of a finger in every step of the scenario, Pa, (steps,); a short list holds its last value."""
-    steps = scenario.pressure.steps.get(finger, scenario.pressure.steps.get(COMMON))
+def pressure_steps(config: PressureConfig, finger: str) -> Array:
+    """Pressure of a finger in every step, Pa, (steps,); a short list holds its last value."""
+    steps = config.steps.get(finger, config.steps.get(COMMON))
     if steps is None:
-        known = ", ".join(scenario.pressure.steps)
+        known = ", ".join(config.steps)
         raise InputError("pressure", "steps", known, f"give steps for finger '{finger}' or for '{COMMON}'")
-    return np.concatenate([steps, np.full(scenario.steps - len(steps), steps[-1])])
+    return np.concatenate([steps, np.full(max(map(len, config.steps.values())) - len(steps), steps[-1])])
 
 
-def check_steps(scenario: Scenario, fingers: Iterable[str]) -> None:
+def check_steps(config: PressureConfig, fingers: Iterable[str]) -> None:
     """Raises an InputError if there are steps for a finger that is none of `fingers`, by name."""
     known = [*fingers, COMMON]
-    for name, steps in scenario.pressure.steps.items():
+    for name, steps in config.steps.items():
         if name not in known:
             raise InputError("pressure.steps", name, steps, f"no such finger; known: {', '.join(known)}")
 

@@ -10,6 +10,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from soft_gripper.diagrams.schema.scenario import BelievedConfig, EstimatorConfig, SensorConfig
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
+from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.diagrams.wiring.grip_control import forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports
@@ -53,7 +54,10 @@ def add_sensing(
     """
     config = config or SensingConfig()
     signals: Ports = {}
+    check_finalized(fingers)
     for finger in fingers:
+        if finger.name not in pressures:
+            raise InputError("add_sensing", "pressures", list(pressures), f"has none for finger '{finger.name}'")
         found = _sense(builder, finger, pressures[finger.name], config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
     return signals
@@ -66,12 +70,12 @@ def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, c
     measured = add_sensors(builder, finger, sensor, pressure, config.make_sensor)
     estimated = add_estimation(builder, finger.name, layout, config.estimator, sensor.period, gravity, measured, make)
     known = {**measured, **estimated}
-    found = {**known, **add_scoring(builder, finger, sensor.period, known)}
-    del found["joint_angles"]  # of every step of the plant; what is sampled is logged
-    if len(found) != len(measured) + len(estimated) + 4:
-        twice = measured.keys() & estimated.keys()
-        raise InputError("estimator", "output port", ", ".join(twice), "is the name of a signal of the sensors")
-    return {"pressure": pressure, **found}
+    scores = add_scoring(builder, finger, sensor.period, known)
+    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, "pressure"})
+    if twice:
+        raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
+    del known["joint_angles"]  # of every step of the plant; what is sampled is logged
+    return {"pressure": pressure, **known, **scores}
 
 
 def add_contact_width(

@@ -89,6 +89,9 @@ def add_sensors(
     """
     make, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
     sensor = make_block("sensor.type", make, layout, config.period)
+    taken = vector_outputs(sensor).keys() & {"joint_angles", "pressure", "sampled_pressure", "X_WB"}
+    if taken:
+        raise InputError("sensor", "output ports", ", ".join(sorted(taken)), "are names of other signals of the finger")
     sensors = FingerSensors(sensor, config.period)
     builder.AddNamedSystem(f"{finger.name}.sensors", sensors)
     X_WB = add_base_pose(builder, finger, config.period)

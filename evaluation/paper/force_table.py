@@ -63,7 +63,7 @@ def _rows(
 ) -> Iterator[ForceRow]:
     """The rows of one finger from its estimated torque at every sample, N m, (T, N)."""
     scenario = station.scenario
-    steps, belief = pressure_steps(scenario, finger.name) / 1e3, describe_belief(scenario.believed)
+    steps, belief = pressure_steps(scenario.pressure, finger.name) / 1e3, describe_belief(scenario.believed)
     estimated = held_samples(scenario, recording, torque).mean(axis=1)
     true = held_samples(scenario, recording, f"{finger.name}.true_external_torque").mean(axis=1)
     for step, joint in np.ndindex(estimated.shape):

@@ -68,7 +68,7 @@ def _rows(
     scenario = station.scenario
     q = held_samples(scenario, recording, f"{finger.name}.sampled_joint_angles")
     bend = np.degrees(q.sum(axis=-1).mean(axis=-1))
-    pressure = pressure_steps(scenario, finger.name) / 1e3
+    pressure = pressure_steps(scenario.pressure, finger.name) / 1e3
     errors = (1e3 * held_samples(scenario, recording, error).mean(axis=-1) for error in (pose, tip))
     belief = describe_belief(scenario.believed)
     for step in zip(pressure, bend, *errors, strict=True):

@@ -15,7 +15,10 @@ from soft_gripper.fingers.finger_links import joint_name, link_name
 
 @dataclass(frozen=True, eq=False)
 class PlantFinger:
-    """A finger of one model instance of a plant. But for its name, it is asked after the plant is finalized."""
+    """A finger of one model instance of a plant.
+
+    Ask it when the plant is finalized; a model that is read later may change its name.
+    """
 
     finger: Finger
     plant: MultibodyPlant

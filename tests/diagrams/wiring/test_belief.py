@@ -36,13 +36,18 @@ def test_changes_of_the_finger(tapered_finger, name, text, value, factor):
 @pytest.mark.parametrize(
     "name", ["width", "thickness", "youngs_modulus", "density", "chamber_area", "chamber_eccentricity"]
 )
-@pytest.mark.parametrize(("text", "value", "factor"), [("0.02", 0.02, 0), ("+10 %", 0, 1.1)])
-def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name, text, value, factor):
-    ends = {
-        end: replace(section, **{name: value + factor * getattr(section, name)})
-        for end, section in (("base", tapered_finger.base), ("tip", tapered_finger.tip))
-    }
-    assert believed(tapered_finger, **{name: text}) == replace(tapered_finger, **ends)
+def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name):
+    value = 1.3 * getattr(tapered_finger.base, name)
+    for text, change in ((repr(value), lambda old: value), ("+10 %", lambda old: 1.1 * old)):
+        sections = {"base": tapered_finger.base, "tip": tapered_finger.tip}
+        ends = {end: replace(section, **{name: change(getattr(section, name))}) for end, section in sections.items()}
+        assert believed(tapered_finger, **{name: text}) == replace(tapered_finger, **ends)
+
+
+@pytest.mark.parametrize("text", ["10", "0.1"])
+def test_a_forgotten_percent_sign_is_no_modulus(tapered_finger, text):
+    with pytest.raises(InputError, match="is far from the simulated"):
+        believed(tapered_finger, youngs_modulus=text)
 
 
 def test_another_response_is_believed_of_the_same_sensors(tapered_finger):

@@ -15,20 +15,20 @@ def scenario(**steps):
 
 def test_a_finger_has_its_own_steps_or_those_of_all():
     both = scenario(all=[1.0, 2.0], left=[3.0, 4.0])
-    assert pressure_steps(both, "left").tolist() == [3.0, 4.0]
-    assert pressure_steps(both, "right").tolist() == [1.0, 2.0]
+    assert pressure_steps(both.pressure, "left").tolist() == [3.0, 4.0]
+    assert pressure_steps(both.pressure, "right").tolist() == [1.0, 2.0]
 
 
 def test_a_short_list_holds_its_last_value():
     longest = scenario(all=[5.0, 6.0], left=[1.0, 2.0, 3.0])
     assert longest.steps == 3
     assert longest.duration == pytest.approx(1.5)
-    assert pressure_steps(longest, "right").tolist() == [5.0, 6.0, 6.0]
+    assert pressure_steps(longest.pressure, "right").tolist() == [5.0, 6.0, 6.0]
 
 
 def test_a_finger_without_steps_is_named():
     with pytest.raises(InputError, match="steps for finger 'right' or for 'all'"):
-        pressure_steps(scenario(left=[1.0]), "right")
+        pressure_steps(scenario(left=[1.0]).pressure, "right")
 
 
 def test_source_changes_at_the_end_of_each_step():

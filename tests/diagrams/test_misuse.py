@@ -1,0 +1,123 @@
+"""Calls in a diagram of one's own that cannot work are refused in a line, before anything is built from them."""
+
+import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import ZeroOrderHold
+
+import soft_gripper as sg
+
+TWO = "package://soft_gripper/grippers/two_finger.urdf"
+
+
+class Scene:
+    """A builder, and two fingers in a plant."""
+
+    def __init__(self, is_finalized=True):
+        self.builder = DiagramBuilder()
+        self.plant, _ = AddMultibodyPlantSceneGraph(self.builder, 0.005)
+        self.fingers = sg.add_fingers(Parser(self.plant), TWO, "hand")
+        if is_finalized:
+            self.plant.Finalize()
+
+
+class Named(LeafSystem):
+    """A sensor or estimator that puts out more than it should, under a name that is taken."""
+
+    def __init__(self, layout, needed, size, taken):
+        super().__init__()
+        for name, entries in ((needed, size), (taken, 1)):
+            self.DeclareVectorOutputPort(name, entries, lambda context, output: None, {self.nothing_ticket()})
+
+
+def test_blocks_wait_for_the_plant_to_be_finalized():
+    scene = Scene(is_finalized=False)
+    for add in (lambda: sg.add_pressure_drive(scene.builder, scene.fingers), lambda: sense(scene, {})):
+        with pytest.raises(sg.InputError, match=r"call plant.Finalize\(\)"):
+            add()
+
+
+def sense(scene, pressures):
+    return sg.add_sensing(scene.builder, scene.fingers, pressures)
+
+
+def test_a_pressure_is_missing():
+    with pytest.raises(sg.InputError, match="has none for finger 'left_finger'"):
+        sense(Scene(), {})
+
+
+def test_a_model_has_one_drive():
+    scene = Scene()
+    sg.add_pressure_drive(scene.builder, scene.fingers)
+    with pytest.raises(sg.InputError, match="model = 'hand': has a drive already"):
+        sg.add_pressure_drive(scene.builder, scene.fingers)
+
+
+@pytest.mark.parametrize(("name", "message"), [("", "give a name"), ("hand", "is taken by another model")])
+def test_names_of_models(name, message):
+    scene = Scene(is_finalized=False)
+    with pytest.raises(sg.InputError, match=message):
+        sg.add_fingers(Parser(scene.plant), TWO, name)
+
+
+def test_fingers_are_read_before_the_plant_is_finalized():
+    with pytest.raises(sg.InputError, match="read fingers before"):
+        sg.add_fingers(Parser(Scene().plant), TWO, "other")
+
+
+@pytest.mark.parametrize("taken", ["joint_angles", "pressure", "sampled_pressure", "X_WB", "pose_error"])
+def test_a_sensor_takes_no_name_of_another_signal(taken):
+    with pytest.raises(sg.InputError, match=f"output ports = '{taken}'"):
+        sg.make_station(
+            sg.load_scenario("obstructed_inside"),
+            make_sensor=lambda layout, period: Named(layout, "strain", layout.readings, taken),
+        )
+
+
+@pytest.mark.parametrize("taken", ["external_torque", "contact", "strain", "pose_error"])
+def test_an_estimator_takes_no_name_of_another_signal(taken):
+    def make(layout, gravity, period):
+        return Named(layout, "estimated_joint_angles", layout.finger.segments, taken)
+
+    with pytest.raises(sg.InputError, match=f"output ports = '{taken}'"):
+        sg.make_station(sg.load_scenario("obstructed_inside"), make_estimator=make)
+
+
+def test_what_an_estimator_knows_better_has_the_size_of_the_contract():
+    def make(layout, gravity, period):
+        return Named(layout, "estimated_joint_angles", layout.finger.segments, "tip_pose")
+
+    with pytest.raises(sg.InputError, match="output port 'tip_pose' = 1: give it 3 entries"):
+        sg.make_station(sg.load_scenario("obstructed_inside"), make_estimator=make)
+
+
+def test_a_scenario_of_python_is_checked_too():
+    with pytest.raises(sg.InputError, match=r"external\[0\] = 'presure': known"):
+        sg.make_station(sg.Scenario(models=[sg.ModelConfig(name="hand", file=TWO)], external=["presure"]))
+
+
+def test_a_recording_names_the_users_own_blocks():
+    def make(layout, gravity, period):
+        return sg.ArcPoseEstimator(layout, gravity)
+
+    station = sg.make_station(sg.load_scenario("obstructed_inside"), make_estimator=make)
+    assert station.parts.about["sensor"] == "strain"
+    assert station.parts.about["estimator"].endswith(f"{make.__qualname__}")
+
+
+def test_a_mistake_in_a_users_block_is_no_divergence():
+    class Broken(sg.ArcPoseEstimator):
+        def _estimate(self, context, value):
+            raise RuntimeError("no calibration")
+
+    scenario = sg.load_scenario("obstructed_inside")
+    station = sg.make_station(scenario, make_estimator=lambda layout, gravity, period: Broken(layout, gravity))
+    with pytest.raises(RuntimeError, match="no calibration") as caught:
+        sg.run_station(station)
+    assert not isinstance(caught.value, sg.SimulationDivergedError)
+
+
+def test_a_function_must_make_a_system():
+    with pytest.raises(sg.InputError, match="a Drake System is needed"):
+        sg.make_station(sg.load_scenario("obstructed_inside"), make_sensor=lambda layout, period: ZeroOrderHold)
