@@ -61,9 +61,7 @@ def add_arm(builder: DiagramBuilder, station: StationParts, set_point: InputPort
     elif "joints" in scenario.external:
         station.leave_open(add_external_joints(builder, arm.name, desired))
     elif "tool" in scenario.external:
-        target, signal = add_tool_target(builder, station.plant, arm, period, desired)
-        station.inputs[f"{arm.name}.X_WTool"] = target
-        station.signals[f"{arm.name}.desired_state"] = signal
+        station.leave_open(add_tool_target(builder, station.plant, arm, period, desired))
     else:
         station.signals[f"{arm.name}.desired_state"] = add_home(builder, arm, desired)
     owner = arm.name if scenario.task is None else "task"

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario import EstimatorConfig
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, inputs, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.contact_detector import ContactDetector
 from soft_gripper.estimation.finger_shape import ANGLES, FingerShape
@@ -118,11 +118,5 @@ def add_estimation(
     builder.AddNamedSystem(f"{name}.estimation", estimation)
     known = {**measured, "pressure": measured["sampled_pressure"]}
     known.pop("joint_angles", None)  # the truth, which is for the scores
-    for port_name, port in inputs(estimation).items():
-        if port_name not in known:
-            raise InputError("estimator", "input port", port_name, f"an estimator may take: {', '.join(known)}")
-        if known[port_name].size() != port.size():
-            expected = f"the signal of that name has {known[port_name].size()} entries"
-            raise InputError("estimator", f"input port '{port_name}'", port.size(), expected)
-        builder.Connect(known[port_name], port)
+    connect_known(builder, estimation, known, "estimator")
     return vector_outputs(estimation)

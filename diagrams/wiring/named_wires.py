@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType, System
 
+from soft_gripper.errors import InputError
 from soft_gripper.signals import export_outputs
 
 Ports = dict[str, OutputPort]
@@ -18,6 +19,22 @@ def vector_outputs(system: System) -> Ports:
 def inputs(system: System) -> dict[str, InputPort]:
     """The input ports of a system by their names."""
     return {port.get_name(): port for port in map(system.get_input_port, range(system.num_input_ports()))}
+
+
+def connect_known(builder: DiagramBuilder, system: System, known: Mapping[str, OutputPort], what: str) -> None:
+    """Connects every input of a system to the signal of that name; `what` says of which part it is.
+
+    Raises:
+        InputError: if there is no such signal, or it has another size.
+    """
+    for name, port in inputs(system).items():
+        if name not in known:
+            article = "an" if what[0] in "aeiou" else "a"
+            raise InputError(what, "input port", name, f"{article} {what} may take: {', '.join(known)}")
+        if known[name].size() != port.size():
+            expected = f"the signal of that name has {known[name].size()} entries"
+            raise InputError(what, f"input port '{name}'", port.size(), expected)
+        builder.Connect(known[name], port)
 
 
 class NamedWires:

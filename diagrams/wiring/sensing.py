@@ -12,7 +12,7 @@ from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
 from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
-from soft_gripper.diagrams.wiring.grip_control import forms_gripper
+from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.diagrams.wiring.scoring import add_scoring, add_true_contact, add_width_error
 from soft_gripper.diagrams.wiring.sensors import add_sensors
@@ -94,7 +94,8 @@ def add_contact_width(
     if not forms_gripper(fingers):
         return truth
     believed = {f.name: believed_layout(f.finger, config.sensor, config.believed).finger for f in fingers}
-    width = add_object_width(builder, fingers, believed, signals)
+    gripper = find_gripper(fingers, "estimator.contact_threshold")
+    width = add_object_width(builder, gripper, believed, signals)
     error = add_width_error(builder, width, true_width)
     widths = {"object_width": width, "true_object_width": true_width, "object_width_error": error}
     return truth | {f"grip.{name}": port for name, port in widths.items()}

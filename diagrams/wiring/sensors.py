@@ -5,7 +5,7 @@ from pydrake.systems.primitives import ConstantVectorSource, MatrixGain, ZeroOrd
 
 from soft_gripper.diagrams.schema.scenario import SensorConfig
 from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, inputs, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.bending_plane import pose_entries
 from soft_gripper.fingers.finger import Finger
@@ -96,13 +96,7 @@ def add_sensors(
     builder.AddNamedSystem(f"{finger.name}.sensors", sensors)
     X_WB = add_base_pose(builder, finger, config.period)
     known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
-    for name, port in inputs(sensors).items():
-        if name not in known:
-            raise InputError("sensor", "input port", name, f"a sensor may take: {', '.join(known)}")
-        if known[name].size() != port.size():
-            expected = f"the signal of that name has {known[name].size()} entries"
-            raise InputError("sensor", f"input port '{name}'", port.size(), expected)
-        builder.Connect(known[name], port)
+    connect_known(builder, sensors, known, "sensor")
     found = vector_outputs(sensors)
     if "strain" not in found:
         raise InputError("sensor", "output ports", ", ".join(found), "a sensor puts out its readings as 'strain'")

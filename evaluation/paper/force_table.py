@@ -10,21 +10,15 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import describe_belief
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
-from soft_gripper.evaluation.paper.held_steps import held_samples
+from soft_gripper.evaluation.paper.held_steps import HeldStep, held_samples
 from soft_gripper.evaluation.paper.readings_again import external_torque_again, read_again
 from soft_gripper.fingers.plant_finger import PlantFinger
 
 
 @dataclass(frozen=True)
-class ForceRow:
+class ForceRow(HeldStep):
     """Averages over one held step at one joint, counted from the base."""
 
-    scenario: str
-    finger: str
-    estimator: str
-    belief: str
-    sections: int
-    pressure_kpa: float
     joint: int
     estimated_nm: float
     true_nm: float

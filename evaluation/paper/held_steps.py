@@ -1,10 +1,24 @@
 """Held steps: which samples of a recording belong to the hold at the end of each step of pressure."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class HeldStep:
+    """Of which finger, estimator and step a row of a table is."""
+
+    scenario: str
+    finger: str
+    estimator: str
+    belief: str
+    sections: int
+    pressure_kpa: float
 
 
 def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:
