@@ -44,11 +44,13 @@ CAPTIONS = {
     "fig8_scenarios": "The scenarios as they begin and at their largest pressure (the paper's Fig. 8), the fingers"
     " coloured by the external torque at their joints.",
     "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
-    "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle, both panels on one scale.",
+    "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle, both panels on"
+    " one scale.",
     "difference": "Why the paper's fingertip error in free bending hardly depends on the number of sensors: with joints"
     " where the segments begin, half of the first joint's angle is turned before the sensors begin, and none sees it.",
     "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure, all panels on one logarithmic scale.",
-    "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure, all panels on one logarithmic scale.",
+    "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure, all panels on one logarithmic"
+    " scale.",
     "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
     "pid_regimes": "A step of the opening in three regimes of the grip control: kp in kPa/m, ki in kPa/(m s), kd in"
     " kPa s/m.",

@@ -38,20 +38,20 @@ class LinkContact(LeafSystem):
         describe(force, "N", link=range(len(shapes)))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        results, forces = self._results.Eval(context), np.zeros(output.size())
+        results, found = self._results.Eval(context), []
         for i in range(results.num_hydroelastic_contacts()):
             info = results.hydroelastic_contact_info(i)
             surface = info.contact_surface()
-            self._add(forces, surface.id_M(), surface.id_N(), info.F_Ac_W().translational())
+            found.append(((surface.id_M(), surface.id_N()), info.F_Ac_W().translational()))
         for i in range(results.num_point_pair_contacts()):
             point = results.point_pair_contact_info(i)
-            self._add(forces, point.point_pair().id_A, point.point_pair().id_B, point.contact_force())
+            found.append(((point.point_pair().id_A, point.point_pair().id_B), point.contact_force()))
+        forces = np.zeros(output.size())
+        for shapes, force in found:
+            for shape in shapes:
+                if shape in self._link_of:
+                    forces[self._link_of[shape]] += np.linalg.norm(force)
         output.SetFromVector(forces)
-
-    def _add(self, forces: Array, one: GeometryId, other: GeometryId, force: Array) -> None:
-        for shape in (one, other):
-            if shape in self._link_of:
-                forces[self._link_of[shape]] += np.linalg.norm(force)
 
 
 def touches(force: Array) -> NDArray[np.bool_]:
