@@ -114,7 +114,8 @@ def _regime(row: RegimeRow) -> str:
 
 def _phase(row: PhaseRow) -> str:
     began, lasted = f"{row.began_s:.2f}", f"{row.lasted_s:.2f}"
-    return _row(row.phase, began, lasted, *(f"{v:.1f}" for v in (row.opening_mm, row.torque_mnm, row.pressure_kpa)))
+    at_end = (row.opening_mm, row.torque_mnm, row.pressure_kpa)
+    return _row(row.phase, began, lasted, *(f"{value:z.1f}" for value in at_end))
 
 
 def _row(*cells: Any) -> str:

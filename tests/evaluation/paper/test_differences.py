@@ -38,7 +38,7 @@ def mutated(scenario: str, sections: int, error: str, change: float) -> list[Pos
 
 def test_says_the_means_of_free_bending_and_of_the_other_chain() -> None:
     fingertip, _, _ = box(POSES)
-    assert "2.00, 0.60, 0.40 and 0.20 mm with one to 4 sensors" in fingertip
+    assert "2.00, 0.60, 0.40 and 0.20 mm with 1 to 4 sensors" in fingertip
     assert "give 4.00, 4.75, 4.50 and 3.75 mm" in fingertip
 
 

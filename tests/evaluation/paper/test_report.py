@@ -29,7 +29,7 @@ CONTACTS = [
 ]
 DIFFERENCES = [Difference("Tip", "hardly depends", "falls to 0.13 mm", "joints & sensors")]
 REGIMES = [RegimeRow("under-damped", 62.0, 17400.0, 0.58, 60.2, 100.0, 72.6, 8, 1.394)]
-PHASES = [PhaseRow("close", 1.35, 1.113, 55.68, 139.39, 149.98)]
+PHASES = [PhaseRow("close", 1.35, 1.113, 55.68, 139.39, 149.98), PhaseRow("lift", 2.0, 1.0, 55.0, -0.04, -9.0)]
 
 
 def page_of(folder: Path, claims: list[Claim]) -> str:
@@ -110,6 +110,7 @@ def test_regimes_phases_and_outcome_are_shown(tmp_path: Path) -> None:
     page = page_of(tmp_path, [HOLDS])
     assert ["Under-damped", "62", "17400", "0.58", "60 to 100", "73", "8", "1.39"] in rows_of(page)
     assert ["close", "1.35", "1.11", "55.7", "139.4", "150.0"] in rows_of(page)
+    assert ["lift", "2.00", "1.00", "55.0", "0.0", "-9.0"] in rows_of(page)
     assert "Outcome, as estimated: <b>done &amp; well</b>" in page
 
 
