@@ -143,8 +143,11 @@ class BelievedConfig:
     thickness: str | None = None  # m
     youngs_modulus: str | None = None  # Pa
     density: str | None = None  # kg/m^3
-    chamber_area: str | None = None  # m^2
-    chamber_eccentricity: str | None = None  # m
+    chamber_width: str | None = None  # m
+    chamber_thickness: str | None = None  # m
+    chamber_center: str | None = None  # m
+    layer_thickness: str | None = None  # m
+    layer_modulus: str | None = None  # Pa
     relaxation_time: str | None = None  # s
     sensor_spacing: str | None = None  # m
     response: list[list[float]] | None = None  # of the sensors; None: as they are
