@@ -44,7 +44,7 @@ class PressureConfig:
     steps: dict[str, list[float]] = field(default_factory=lambda: {"all": [0.0]})  # Pa, by finger or "all"
     settle: float = 1.0  # s before the samples of a step begin
     hold_samples: int = 100  # sensor samples averaged in each step
-    minimum: float = -60e3  # Pa, of the supply (negative: vacuum)
+    minimum: float = -50e3  # Pa, of the supply (negative: vacuum, which the walls of the chamber must bear)
     maximum: float = 250e3  # Pa
     time_constant: float = 0.05  # s, first-order lag between command and chamber; 0: none
 
