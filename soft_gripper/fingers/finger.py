@@ -180,8 +180,7 @@ class Finger:
     @cached_property
     def link_centers(self) -> Planar:
         """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
-        centers: Planar = np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center
-        return centers
+        return (np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center).astype(complex)
 
     @cached_property
     def link_gyration(self) -> Array:
