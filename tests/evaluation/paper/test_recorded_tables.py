@@ -72,7 +72,7 @@ def test_a_belief_has_its_name_in_every_row() -> None:
         force_table("run", station, recording, [1, 4]),
     )
     for rows in tables:
-        assert {row.belief for row in rows} == {"youngs_modulus +10 %; response"}
+        assert {row.belief for row in rows} == {"youngs_modulus +10 %; layer_modulus +10 %; response"}
 
 
 def test_a_finger_believed_too_stiff_seems_to_be_pushed_by_what_its_elasticity_is_wrong() -> None:
