@@ -28,7 +28,7 @@ def in_mm(planar: Planar) -> Array:
 def draw_base(axes: Axes, finger: Finger) -> None:
     """What the finger is mounted on, as a dark block."""
     width, depth = 1.8e3 * finger.base.thickness, 0.6e3 * finger.base.thickness
-    middle = -1e3 * finger.base.neutral_axis
+    middle = -1e3 * float(finger.base.neutral_axis)
     axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
 
 

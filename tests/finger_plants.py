@@ -1,7 +1,9 @@
 """A finger with textbook solutions, and short runs of the shipped free bending."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
+
+import numpy as np
 
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
@@ -17,6 +19,12 @@ def uniform_finger(segments: int, relaxation_time: float = 0.015) -> Finger:
     section = CrossSection(0.02, 0.02, 1.0, 1100.0, chamber_width=0.012, chamber_thickness=0.008, chamber_center=-5e-3)
     section = replace(section, youngs_modulus=BENDING_STIFFNESS / float(section.bending_stiffness))
     return Finger("finger", LENGTH, section, section, 0.018, segments, relaxation_time)
+
+
+def built_at(finger: Finger, s: float) -> CrossSection:
+    """The cross-section at `s` m from the base: every number of what it is built of is linear from base to tip."""
+    base, tip = np.array([astuple(finger.base), astuple(finger.tip)])
+    return CrossSection(*(base + (tip - base) * s / finger.length))
 
 
 def free_bending(pressures: Sequence[float], step_duration: float, *overrides: str) -> Scenario:

@@ -23,6 +23,8 @@ from functools import cached_property
 
 from soft_gripper.arrays import Array
 
+Quantity = Array | float  # at one place along the finger, or at several
+
 
 @dataclass(frozen=True)
 class CrossSection:
@@ -42,64 +44,64 @@ class CrossSection:
     layer_modulus: float = 0.0  # Pa, Young's modulus of that layer
 
     @cached_property
-    def chamber_area(self) -> Array | float:
+    def chamber_area(self) -> Quantity:
         """m^2."""
         return self.chamber_width * self.chamber_thickness
 
     @cached_property
-    def area(self) -> Array | float:
+    def area(self) -> Quantity:
         """What is solid, m^2."""
         return self.width * self.thickness - self.chamber_area
 
     @cached_property
-    def _parts(self) -> list[tuple[Array | float, ...]]:
+    def _parts(self) -> list[tuple[Quantity, ...]]:
         """Modulus, width, thickness, centre of what is added up: block, chamber, layer."""
         layer = (self.layer_modulus - self.youngs_modulus, self.width, self.layer_thickness, self.layer_center)
-        block = (self.youngs_modulus, self.width, self.thickness, 0.0 * self.thickness)
+        block = (self.youngs_modulus, self.width, self.thickness, 0.0)
         return [block, (-self.youngs_modulus, *self._chamber), layer]
 
     @property
-    def _chamber(self) -> tuple[Array | float, ...]:
+    def _chamber(self) -> tuple[Quantity, ...]:
         return self.chamber_width, self.chamber_thickness, self.chamber_center
 
     @property
-    def layer_center(self) -> Array | float:
+    def layer_center(self) -> Quantity:
         """m, along x from the middle of the outer section."""
         return (self.thickness - self.layer_thickness) / 2
 
     @cached_property
-    def neutral_axis(self) -> Array | float:
+    def neutral_axis(self) -> Quantity:
         """What keeps its length when the finger bends: m, along x from the middle of the outer section."""
         stretched = sum(E * w * t for E, w, t, _ in self._parts)
         return sum(E * w * t * x for E, w, t, x in self._parts) / stretched
 
     @cached_property
-    def bending_stiffness(self) -> Array | float:
+    def bending_stiffness(self) -> Quantity:
         """E I about the neutral axis, N m^2."""
         return sum(E * w * t * (t**2 / 12 + (x - self.neutral_axis) ** 2) for E, w, t, x in self._parts)
 
     @cached_property
-    def chamber_eccentricity(self) -> Array | float:
+    def chamber_eccentricity(self) -> Quantity:
         """From the chamber's centroid to the neutral axis, m; positive where pressure closes the finger."""
         return self.neutral_axis - self.chamber_center
 
     @property
-    def inner_face(self) -> Array | float:
+    def inner_face(self) -> Quantity:
         """m, along x from the neutral axis."""
         return self.thickness / 2 - self.neutral_axis
 
     @property
-    def outer_face(self) -> Array | float:
+    def outer_face(self) -> Quantity:
         """m, along x from the neutral axis; negative."""
         return -self.thickness / 2 - self.neutral_axis
 
     @cached_property
-    def mass_center(self) -> Array | float:
+    def mass_center(self) -> Quantity:
         """m, along x from the neutral axis. The layer counts as silicone."""
         return -self.chamber_area * self.chamber_center / self.area - self.neutral_axis
 
     @cached_property
-    def gyration(self) -> tuple[Array | float, Array | float]:
+    def gyration(self) -> tuple[Quantity, Quantity]:
         """Squares of the radii of gyration of the mass about its centre, along x and along y, m^2."""
         center = self.mass_center + self.neutral_axis
         block, hole = self.width * self.thickness, self.chamber_area
@@ -109,7 +111,7 @@ class CrossSection:
         return along_x / self.area, along_y / self.area
 
     @property
-    def walls(self) -> dict[str, Array | float]:
+    def walls(self) -> dict[str, Quantity]:
         """Thickness of the walls round the chamber, m: at each side, outer and inner (of silicone, without layer)."""
         half, middle = self.chamber_thickness / 2, self.chamber_center
         return {

@@ -11,8 +11,10 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection, misfits
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
-_MAY_BE_ZERO = ("relaxation_time", "friction", "dissipation", "chamber_width", "chamber_thickness")
-_MAY_BE_ZERO += ("layer_thickness", "layer_modulus")
+_MAY_BE_ZERO = (
+    *("relaxation_time", "friction", "dissipation"),
+    *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
+)
 
 
 @dataclass(frozen=True)
@@ -178,7 +180,7 @@ class Finger:
     @cached_property
     def link_centers(self) -> Planar:
         """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
-        return np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center
+        return (np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center).astype(complex)
 
     @cached_property
     def link_gyration(self) -> Array:
@@ -191,7 +193,8 @@ class Finger:
         lengths, masses = np.diff(self.link_ends)[1:], self.link_masses[1:]
         beyond = np.cumsum(masses[::-1])[::-1] - masses
         moments = lengths * beyond + masses * self.link_centers[1:]
-        return np.tril(np.outer(moments, np.ones(self.segments)))
+        on_joints: Planar = np.tril(np.outer(moments, np.ones(self.segments)))
+        return on_joints
 
     def section_ends(self, sections: int) -> NDArray[np.int_]:
         """Segments covered up to the end of each sensor section, shape (sections + 1,), from 0 to N.

@@ -14,9 +14,9 @@
       <elastic_law angle="-0.3 0 0.1 0.3" base_torque="-0.4 0 0.1 0.4" tip_torque="-0.3 0 0.08 0.3"/>
     </finger>
 
-`base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, on the neutral axis.
-`origin`, `contact` and `elastic_law` may be left out, as may `segments`, `relaxation_time`, the chamber and the
-strain-limiting layer; the rest may not.
+`base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, which lies on the
+neutral axis. `origin`, `contact` and `elastic_law` may be left out, as may `segments`, `relaxation_time`, the chamber
+and the strain-limiting layer; the rest may not.
 An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file;
 it takes the place of Young's modulus, which is left to the damping. For the frame beside the fingers see `urdf`.
 """

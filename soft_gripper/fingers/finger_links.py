@@ -52,7 +52,8 @@ def _link(finger: Finger, index: int) -> ET.Element:
     length, middle = end - begin, np.array((begin + end) / 2)
     section, mass = finger.section(middle), float(finger.link_masses[index])
     width, center = float(section.width), finger.link_centers[index]
-    origin = _element("origin", xyz=_text(-section.neutral_axis, 0, length / 2))
+    middle_of_section = -float(section.neutral_axis)
+    origin = _element("origin", xyz=_text(middle_of_section, 0, length / 2))
     box = _element("geometry", _element("box", size=_text(section.thickness, width, length)))
     x, y, z = finger.link_gyration[:, index]
     moments = {"ixx": _text(mass * (y + z)), "iyy": _text(mass * (x + z)), "izz": _text(mass * (x + y))}
@@ -80,7 +81,7 @@ def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
     radius = min(float(section.thickness) / 2, finger.length - s)
     return _element(
         "visual",
-        _element("origin", xyz=_text(-section.neutral_axis, 0, 0), rpy=_text(np.pi / 2, 0, 0)),
+        _element("origin", xyz=_text(-float(section.neutral_axis), 0, 0), rpy=_text(np.pi / 2, 0, 0)),
         _element("geometry", _element("cylinder", radius=_text(radius), length=_text(0.99 * width))),
         _material(finger),
     )
