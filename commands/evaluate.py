@@ -6,15 +6,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.evaluation.paper.evaluate import SCENARIOS, run_scenarios, summarize, unfinished
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.evaluate import RUNS, SCENARIOS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.files import writable_folder
 
@@ -32,7 +31,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     jobs = whole_number("evaluate", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
     out = writable_folder(options.out)
-    names = unfinished(out) if options.resume else list(SCENARIOS)
+    names = unfinished(out) if options.resume else list(RUNS)
     duration = sum(load_scenario(name).duration for name in names)
     try:
         with tqdm(total=duration, desc=f"scenarios: {len(names)}", bar_format=BAR, disable=None) as bar:
@@ -43,7 +42,9 @@ def _run(options: argparse.Namespace) -> int:
     evaluation = summarize(out)
     _print_errors(evaluation.poses)
     _print_claims(evaluation.claims)
-    print(f"\nWritten to {out}: report.html, metrics.csv, forces.csv, the figures, and a folder a scenario")
+    print(
+        f"\nWritten to {out}: report.html, metrics.csv, forces.csv, contact.csv, the figures, and a folder a scenario"
+    )
     return 0 if all(claim.holds for claim in evaluation.claims) else 1
 
 
@@ -51,11 +52,7 @@ def _print_errors(rows: Sequence[PoseRow]) -> None:
     print(f"\n{'':<20}{'mean pose error [mm]':^32}{'mean fingertip error [mm]':^32}")
     print(f"{'sensors a side':<20}" + 2 * "".join(f"{n:>8}" for n in SECTIONS))
     for scenario in SCENARIOS:
-        means = [
-            np.mean([getattr(row, error) for row in rows if (row.scenario, row.sections) == (scenario, n)])
-            for error in ("pose_error_mm", "tip_error_mm")
-            for n in SECTIONS
-        ]
+        means = [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
         print(f"{scenario:<20}" + "".join(f"{mean:>8.2f}" for mean in means))
 
 

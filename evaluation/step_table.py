@@ -17,12 +17,16 @@ STEADY = 0.5  # s at the end of a step, over which the steady error is averaged
 
 @dataclass(frozen=True)
 class StepRow:
-    """One step of the opening of the gripper; overshoot and settling of the estimated opening."""
+    """One step of the opening of the gripper; overshoot, crossings and settling of the estimated opening.
+
+    `crossings` is how often the opening goes from one side of the band around the set point to the other.
+    """
 
     step: int
     from_mm: float
     to_mm: float
     overshoot_percent: float
+    crossings: int
     settling_s: float
     steady_error_estimated_mm: float
     steady_error_true_mm: float
@@ -41,21 +45,21 @@ def step_table(station: Station, recording: Recording) -> list[StepRow]:
         last = since > hold - STEADY
         opening = estimated[during]
         steady = (float((signal[during][last] - end).mean()) * 1e3 for signal in (estimated, true))
-        overshoot, settling = _follow(since, opening, begin, end)
-        rows.append(StepRow(step, 1e3 * begin, 1e3 * end, overshoot, settling, *steady))
+        rows.append(StepRow(step, 1e3 * begin, 1e3 * end, *_follow(since, opening, begin, end), *steady))
         begin = float(opening[-1])
     return rows
 
 
-def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[float, float]:
-    """Overshoot, percent of the step, and when, s, the opening stays within the band; NaN if it does not."""
-    size = end - begin
-    overshoot = max(0.0, float(((opening - end) / size).max())) * 100
-    outside = np.flatnonzero(np.abs(opening - end) > BAND * abs(size))
+def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[float, int, float]:
+    """Overshoot, percent of the step, crossings, and when, s, the opening stays within the band; NaN if it does not."""
+    beyond = (opening - end) / (end - begin)  # -1 where the step begins
+    overshoot = max(0.0, float(beyond.max())) * 100
+    outside = np.flatnonzero(np.abs(beyond) > BAND)
     if len(outside) == 0:
-        return overshoot, 0.0
+        return overshoot, 0, 0.0
+    crossings = int(np.count_nonzero(np.diff(np.sign(beyond[outside]))))
     settled = outside[-1] + 1 < len(since)
-    return overshoot, float(since[outside[-1] + 1]) if settled else float("nan")
+    return overshoot, crossings, float(since[outside[-1] + 1]) if settled else float("nan")
 
 
 def true_opening(station: Station, recording: Recording) -> Array:

@@ -12,6 +12,7 @@ from soft_gripper.estimation.torque_balance import DELAY
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.signals import describe
+from soft_gripper.truth.link_contact import LinkContact
 from soft_gripper.truth.metrics import PoseError
 from soft_gripper.truth.true_contact import Shapes, TrueContact
 
@@ -53,7 +54,7 @@ class FingerScoring(Diagram):
 
 
 def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, known: Mapping[str, OutputPort]) -> Ports:
-    """Adds `{finger}.scoring`, with `{finger}.contact_torque` before it.
+    """Adds `{finger}.scoring`, with `{finger}.contact_torque` before it, and `{finger}.link_contact`.
 
     Args:
         builder: of a diagram with the finger's plant.
@@ -71,7 +72,14 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     sources = {**known, "contact_torque": contact.get_output_port()}
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
-    return vector_outputs(scoring)
+    return vector_outputs(scoring) | _add_link_contact(builder, finger)
+
+
+def _add_link_contact(builder: DiagramBuilder, finger: PlantFinger) -> Ports:
+    shapes = [finger.plant.GetCollisionGeometriesForBody(link) for link in finger.links]
+    contact = builder.AddNamedSystem(f"{finger.name}.link_contact", LinkContact(shapes))
+    builder.Connect(finger.plant.get_contact_results_output_port(), contact.get_input_port())
+    return vector_outputs(contact)
 
 
 def add_true_contact(

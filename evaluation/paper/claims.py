@@ -11,10 +11,11 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.evaluation.paper.force_table import ForceRow
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.pose_table import PoseRow, errors_of, largest_gain, mean_errors
 
 FREE = "free_bending"
 ROUNDING = 1e-6  # mm; smaller differences between errors are no ground to prefer one sensor to another
+PAPER_POSE_GAIN, PAPER_TIP_GAIN = 4, 6  # mm, from two to four sensors
 LARGE = 0.02  # N m; of torques above it the relative error is of interest
 
 
@@ -76,7 +77,7 @@ def _one_is_not_enough(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Cla
 
 def _contact(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
     mean, tip = (
-        np.max([_of(rows, s, 4, error).mean() for s in scenarios]) for error in ("pose_error_mm", "tip_error_mm")
+        np.max([errors_of(rows, s, 4, error).mean() for s in scenarios]) for error in ("pose_error_mm", "tip_error_mm")
     )
     largest = np.max([_pose(rows, s, 4).max() for s in scenarios])
     return [
@@ -89,11 +90,8 @@ def _contact(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
 
 def _more_sensors(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
     worse = np.max([_excess(rows, s, few + 1, few) for s in scenarios for few in (2, 3)])
-    pose_gain, tip_gain = (
-        np.max([np.max(_of(rows, s, 2, error) - _of(rows, s, 4, error)) for s in scenarios])
-        for error in ("pose_error_mm", "tip_error_mm")
-    )
-    gains = np.array([-np.diff([_pose(rows, s, n).mean() for n in (1, 2, 3, 4)]) for s in scenarios])
+    pose_gain, tip_gain = (largest_gain(rows, scenarios, 2, 4, error) for error in ("pose_error_mm", "tip_error_mm"))
+    gains = np.array([-np.diff(mean_errors(rows, s, "pose_error_mm")) for s in scenarios])
     with np.errstate(divide="ignore", invalid="ignore"):
         flattening = np.min(gains[:, :-1] / gains[:, 1:])
     return [
@@ -101,7 +99,7 @@ def _more_sensors(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Cla
             "paper",
             "contact: from two to four sensors every one gains",
             worse <= 0 and gains.min() > 0,
-            f"largest gains {pose_gain:.1f} and {tip_gain:.1f} mm (paper: 4 and 6)",
+            f"largest gains {pose_gain:.1f} and {tip_gain:.1f} mm (paper: {PAPER_POSE_GAIN} and {PAPER_TIP_GAIN})",
         ),
         _claim(
             "ours",
@@ -138,12 +136,8 @@ def _claim(source: str, text: str, holds: bool | np.bool_, number: str) -> Claim
     return Claim(source, text, bool(holds), number)
 
 
-def _of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:
-    return np.array([getattr(row, error) for row in rows if row.scenario == scenario and row.sections == sections])
-
-
 def _pose(rows: Sequence[PoseRow], scenario: str, sections: int) -> Array:
-    return _of(rows, scenario, sections, "pose_error_mm")
+    return errors_of(rows, scenario, sections, "pose_error_mm")
 
 
 def _excess(rows: Sequence[PoseRow], scenario: str, more: int, fewer: int) -> float:

@@ -2,28 +2,34 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import Progress
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
-from soft_gripper.evaluation.csv_table import read_csv, write_csv
+from soft_gripper.evaluation.csv_table import Row, read_csv, write_csv
 from soft_gripper.evaluation.figure_style import save_figure
-from soft_gripper.evaluation.paper.claims import Claim, claims
+from soft_gripper.evaluation.paper.claims import claims
+from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.difference_figure import difference_figure
+from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
 from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_figure
 from soft_gripper.evaluation.paper.force_figure import force_figure
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.report import write_report
+from soft_gripper.evaluation.paper.report import Evaluation, write_report
 from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
+from soft_gripper.evaluation.phase_table import PhaseRow, outcome
+from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
 from soft_gripper.evaluation.processes import call_in_processes, report
+from soft_gripper.evaluation.task_run import run_task
 from soft_gripper.files import remove_partial
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.scenes_figure import scenes_figure
@@ -32,36 +38,33 @@ from soft_gripper.pictures.shape_figure import shape_figure
 FREE = "free_bending"
 CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
 SCENARIOS = (FREE, *CONTACT)
+GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
+RUNS = (*SCENARIOS, GRIP, TASK)
 CAPTIONS = {
     "fig8_scenarios": "The scenarios as they begin and at their largest pressure (the paper's Fig. 8), the fingers"
     " coloured by the external torque at their joints.",
     "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
-    "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle.",
+    "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle, both panels on"
+    " one scale.",
     "difference": "Why the paper's fingertip error in free bending hardly depends on the number of sensors: with joints"
     " where the segments begin, half of the first joint's angle is turned before the sensors begin, and none sees it.",
-    "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure.",
-    "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure.",
-    "force_estimate": "External torque along the first finger at the last step, and its mean error against pressure.",
+    "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure, all panels on one logarithmic scale.",
+    "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure, all panels on one logarithmic"
+    " scale.",
+    "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
+    "pid_regimes": "A step of the opening in three regimes of the grip control: kp in kPa/m, ki in kPa/(m s), kd in"
+    " kPa s/m.",
 }
 Advance = Callable[[float], Any]
 
 
-@dataclass(frozen=True)
-class Evaluation:
-    """The tables of all scenarios, and what follows from them."""
-
-    poses: list[PoseRow]
-    forces: list[ForceRow]
-    claims: list[Claim]
-
-
 def unfinished(out: Path) -> list[str]:
-    """Scenarios of which `out` holds no whole run."""
-    return [name for name in SCENARIOS if not is_finished(out / name, load_scenario(name))]
+    """Of RUNS, those of which `out` holds no whole run."""
+    return [name for name in RUNS if not is_finished(out / name, load_scenario(name))]
 
 
 def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) -> None:
-    """Runs scenarios in `jobs` processes, each into its own folder below `out`.
+    """Runs scenarios, tasks and closed loops in `jobs` processes, each into its own folder below `out`.
 
     Args:
         advance: called with the seconds of simulated time that were added, of all scenarios together.
@@ -83,37 +86,71 @@ def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) 
 
 
 def _work(name: str, folder: Path) -> None:
-    last = 0.0
+    scenario, last = load_scenario(name), 0.0
 
     def advance(time: float) -> None:
         nonlocal last
         report(time - last)
         last = time
 
-    run_scenario(name, folder, advance)
+    _runner(scenario)(name, folder, advance)
+    advance(scenario.duration)  # a task is over before its time is
+
+
+def _runner(scenario: Scenario) -> Callable[[str, Path, Progress], None]:
+    """What runs a scenario of this kind."""
+    if scenario.task is not None:
+        return run_task
+    return run_scenario if scenario.control.set_points is None else run_regimes
 
 
 def summarize(out: Path) -> Evaluation:
-    """Writes the tables, the figures and the report from the finished scenarios in `out`."""
-    poses = [row for name in SCENARIOS for row in read_csv(out / name / "metrics.csv", PoseRow)]
-    forces = [row for name in SCENARIOS for row in read_csv(out / name / "forces.csv", ForceRow)]
-    found = claims(poses, forces)
-    write_csv(out / "metrics.csv", poses)
-    write_csv(out / "forces.csv", forces)
-    for name, figure in _figures(out, poses, forces).items():
-        save_figure(figure, out / name)
-    write_report(out, SCENARIOS, poses, found, CAPTIONS)
-    return Evaluation(poses, forces, found)
+    """Writes the tables, the figures and the report from the finished runs in `out`."""
+    poses, forces = _gather(out, "metrics.csv", PoseRow), _gather(out, "forces.csv", ForceRow)
+    contacts = _gather(out, "contact.csv", ContactRow)
+    found = _evaluate(out, of_touched_fingers(poses, contacts), of_touched_fingers(forces, contacts), contacts)
+    write_report(out, SCENARIOS, found, CAPTIONS, out / TASK / "phases.png")
+    return found
 
 
-def _figures(out: Path, poses: list[PoseRow], forces: list[ForceRow]) -> dict[str, Figure]:
-    """All figures, by the names of `CAPTIONS`."""
+def _gather(out: Path, file: str, kind: type[Row]) -> list[Row]:
+    """The rows of a table of all scenarios, which are written into one."""
+    rows = [row for name in SCENARIOS for row in read_csv(out / name / file, kind)]
+    write_csv(out / file, rows)
+    return rows
+
+
+def _evaluate(out: Path, poses: list[PoseRow], forces: list[ForceRow], contacts: list[ContactRow]) -> Evaluation:
+    """What follows from the tables; the figures are written on the way."""
     runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
+    bend, errors = held_tip_errors(*runs[FREE], _finger(*runs[FREE]))
+    figures = {
+        **_scenario_figures(runs, poses, forces),
+        "difference": difference_figure(bend, errors),
+        "pid_regimes": regimes_figure(load_scenario(GRIP), read_regimes(out / GRIP)),
+    }
+    for name, figure in figures.items():
+        save_figure(figure, out / name)
+    return Evaluation(
+        poses,
+        forces,
+        claims(poses, forces),
+        contacts,
+        differences(poses, FREE, CONTACT, errors),
+        read_csv(out / GRIP / "regimes.csv", RegimeRow),
+        read_csv(out / TASK / "phases.csv", PhaseRow),
+        outcome(Recording.load(out / TASK / "recording.nc")).words,
+    )
+
+
+def _scenario_figures(
+    runs: dict[str, tuple[Scenario, Recording]], poses: list[PoseRow], forces: list[ForceRow]
+) -> dict[str, Figure]:
+    """The figures of the scenarios, by the names of `CAPTIONS`."""
     scenario, recording = runs["obstructed_inside"]
-    layout = sensor_layout(_finger(scenario), scenario.sensor)
+    layout = sensor_layout(_finger(scenario, recording), scenario.sensor)
     return {
         "fig4_shape": shape_figure(layout, recording, scenario.duration),
-        "difference": difference_figure(*runs[FREE], _finger(runs[FREE][0])),
         "fig5_free_bending": free_bending_figure([row for row in poses if row.scenario == FREE]),
         "fig6_pose_error": contact_figure(poses, CONTACT, "pose_error_mm"),
         "fig7_fingertip_error": contact_figure(poses, CONTACT, "tip_error_mm"),
@@ -122,6 +159,8 @@ def _figures(out: Path, poses: list[PoseRow], forces: list[ForceRow]) -> dict[st
     }
 
 
-def _finger(scenario: Scenario) -> Finger:
-    """The first finger of a scenario."""
-    return make_station(scenario).fingers[0].finger
+def _finger(scenario: Scenario, recording: Recording) -> Finger:
+    """The finger of a scenario on which something presses hardest at the end; the first, if nothing does."""
+    fingers = make_station(scenario).fingers
+    pressed = [recording[f"{finger.name}.link_contact_force"].values[-1].sum() for finger in fingers]
+    return fingers[int(np.argmax(pressed))].finger

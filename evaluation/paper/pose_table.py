@@ -27,6 +27,23 @@ class PoseRow(HeldStep):
     tip_error_mm: float
 
 
+def errors_of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:
+    """A column of errors, mm, (rows of the scenario with so many sensors), in the order of the rows."""
+    return np.array([getattr(row, error) for row in rows if (row.scenario, row.sections) == (scenario, sections)])
+
+
+def mean_errors(rows: Sequence[PoseRow], scenario: str, error: str) -> Array:
+    """Mean of a column of errors over the steps and fingers of a scenario, mm, for each number of sensors in turn."""
+    counts = sorted({row.sections for row in rows})
+    return np.array([errors_of(rows, scenario, sections, error).mean() for sections in counts])
+
+
+def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], few: int, more: int, error: str) -> float:
+    """By how much `more` sensors err less than `few` at the step of any scenario where they gain most, mm."""
+    gains = [errors_of(rows, name, few, error) - errors_of(rows, name, more, error) for name in scenarios]
+    return float(np.max([gain.max() for gain in gains]))
+
+
 def pose_table(name: str, station: Station, recording: Recording, sections: Sequence[int]) -> list[PoseRow]:
     """A row for every finger, number of sections and held step, in this order, of the estimator `arcs`."""
     rows: list[PoseRow] = []

@@ -3,34 +3,61 @@
 import base64
 import gzip
 from collections.abc import Sequence
+from dataclasses import astuple, dataclass, field
 from html import escape
 from pathlib import Path
 from string import Template
-
-import numpy as np
+from typing import Any
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
+from soft_gripper.evaluation.paper.differences import Difference
+from soft_gripper.evaluation.paper.force_table import ForceRow
+from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors
+from soft_gripper.evaluation.phase_table import PhaseRow
+from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.files import atomic_file
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
 
-def write_report(
-    out: Path, scenarios: Sequence[str], poses: Sequence[PoseRow], claims: Sequence[Claim], figures: dict[str, str]
-) -> None:
-    """Writes `out`/report.html from the files of the finished scenarios in `out`.
+@dataclass(frozen=True)
+class Evaluation:
+    """The tables of all runs, and what follows from them."""
+
+    poses: list[PoseRow]
+    forces: list[ForceRow]
+    claims: list[Claim]
+    contacts: list[ContactRow] = field(default_factory=list)
+    differences: list[Difference] = field(default_factory=list)
+    regimes: list[RegimeRow] = field(default_factory=list)
+    phases: list[PhaseRow] = field(default_factory=list)  # of the task
+    outcome: str = ""  # of the task, in words
+
+
+def write_report(out: Path, scenarios: Sequence[str], found: Evaluation, figures: dict[str, str], task: Path) -> None:
+    """Writes `out`/report.html from the tables and from the files of the finished runs in `out`.
 
     Args:
-        figures: name of each figure (its SVG lies in `out`) and its caption.
+        out: the folder of the evaluation.
+        scenarios: those with a picture and a replay.
+        found: the tables.
+        figures: name of each figure (its SVG lies in `out`, its place in the template has its name) and its caption.
+        task: the picture of the task, a PNG.
     """
     parts = {
-        "verdict": _verdict(claims),
-        "claims": "\n".join(map(_claim, claims)),
+        "verdict": _verdict(found.claims),
+        "claims": "\n".join(map(_claim, found.claims)),
+        "differences": "\n".join(map(_difference, found.differences)),
         "scenes": "\n".join(_scene(out / name) for name in scenarios),
-        "errors": "\n".join(_errors(name, poses) for name in scenarios),
-        "figures": "\n".join(_figure(out / f"{name}.svg", caption) for name, caption in figures.items()),
+        "errors": "\n".join(_errors(name, found.poses) for name in scenarios),
+        "contacts": "\n".join(_contact(*astuple(row)) for row in contact_summary(found.contacts)),
+        "regimes": "\n".join(map(_regime, found.regimes)),
+        "outcome": escape(found.outcome),
+        "phases": "\n".join(map(_phase, found.phases)),
+        "task": _figure(task, "png", "The path of the box, the gripper at the end of every phase, and the signals."),
+        **{name: _figure(out / f"{name}.svg", "svg+xml", caption) for name, caption in figures.items()},
     }
     page = Template(TEMPLATE.read_text(encoding="utf-8")).substitute(parts)
     with atomic_file(out / "report.html") as partial:
@@ -53,6 +80,11 @@ def _claim(claim: Claim) -> str:
     return f'<tr class="claim">{cells}<td class="text">{escape(claim.number)}</td></tr>'
 
 
+def _difference(row: Difference) -> str:
+    cells = "".join(f'<td class="text">{escape(text)}</td>' for text in astuple(row))
+    return f'<tr class="difference">{cells}</tr>'
+
+
 def _scene(folder: Path) -> str:
     name = folder.name
     picture = base64.b64encode((folder / "scene.png").read_bytes()).decode()
@@ -66,15 +98,30 @@ def _scene(folder: Path) -> str:
 
 
 def _errors(scenario: str, poses: Sequence[PoseRow]) -> str:
-    means = [
-        np.mean([getattr(row, error) for row in poses if (row.scenario, row.sections) == (scenario, sections)])
-        for error in ("pose_error_mm", "tip_error_mm")
-        for sections in sorted({row.sections for row in poses})
-    ]
-    return f"<tr><td>{title(scenario)}</td>" + "".join(f"<td>{mean:.2f}</td>" for mean in means) + "</tr>"
+    means = [*mean_errors(poses, scenario, "pose_error_mm"), *mean_errors(poses, scenario, "tip_error_mm")]
+    return _row(title(scenario), *(f"{mean:.2f}" for mean in means))
 
 
-def _figure(svg: Path, caption: str) -> str:
-    picture = base64.b64encode(svg.read_bytes()).decode()
-    image = f'<img alt="{escape(caption)}" src="data:image/svg+xml;base64,{picture}">'
+def _contact(scenario: str, links: int, length: float, sign_changes: int) -> str:
+    return _row(title(scenario), links, f"{length:.0f}", "yes" if sign_changes else "no")
+
+
+def _regime(row: RegimeRow) -> str:
+    gains = (f"{gain:.5g}" for gain in (row.kp_kpa, row.ki_kpa, row.kd_kpa))
+    follows = (f"{row.from_mm:.0f} to {row.to_mm:.0f}", f"{row.overshoot_percent:.0f}", row.crossings)
+    return _row(row.regime.capitalize(), *gains, *follows, f"{row.settling_s:.2f}")
+
+
+def _phase(row: PhaseRow) -> str:
+    began, lasted = f"{row.began_s:.2f}", f"{row.lasted_s:.2f}"
+    return _row(row.phase, began, lasted, *(f"{v:.1f}" for v in (row.opening_mm, row.torque_mnm, row.pressure_kpa)))
+
+
+def _row(*cells: Any) -> str:
+    return "<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in cells) + "</tr>"
+
+
+def _figure(file: Path, kind: str, caption: str) -> str:
+    picture = base64.b64encode(file.read_bytes()).decode()
+    image = f'<img alt="{escape(caption)}" src="data:image/{kind};base64,{picture}">'
     return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"

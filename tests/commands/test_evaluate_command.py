@@ -19,12 +19,13 @@ from soft_gripper.commands import main
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.evaluation.csv_table import read_csv
 from soft_gripper.evaluation.paper.claims import Claim
-from soft_gripper.evaluation.paper.evaluate import CONTACT, FREE, SCENARIOS, Evaluation
+from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
+from soft_gripper.evaluation.paper.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.report import Evaluation
 
 SECTIONS = (1, 2, 3, 4)
-OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "replay.html"}
-FIGURES = {"fig5_free_bending", "fig6_pose_error", "fig7_fingertip_error", "force_estimate"}
+OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}
 
 
 PAGE_IS_LOADED = """
@@ -67,11 +68,26 @@ def evaluated(tmp_path_factory: pytest.TempPathFactory) -> Evaluated:
 def test_writes_tables_figures_and_a_folder_for_every_scenario(evaluated: Evaluated) -> None:
     assert evaluated.outcome.code == 0
     written = {path.name for path in evaluated.folder.iterdir()}
-    drawn = {f"{figure}{ending}" for figure in FIGURES for ending in (".png", ".svg")}
-    assert written >= {"metrics.csv", "forces.csv", *drawn, *SCENARIOS}
+    drawn = {f"{figure}{ending}" for figure in CAPTIONS for ending in (".png", ".svg")}
+    assert written >= {"metrics.csv", "forces.csv", "contact.csv", *drawn, *RUNS}
     assert not [path for path in evaluated.folder.rglob("*") if path.name.startswith(".")]
     for scenario in SCENARIOS:
         assert {path.name for path in (evaluated.folder / scenario).iterdir()} >= OF_A_SCENARIO
+    assert (evaluated.folder / GRIP / "regimes.csv").is_file()
+    assert {path.name for path in (evaluated.folder / TASK).iterdir()} >= {"phases.csv", "phases.png", "recording.nc"}
+
+
+def test_fingers_are_touched_in_contact_and_not_in_free_bending(evaluated: Evaluated) -> None:
+    """A peg bends a finger both ways."""
+    free, *contact = contact_summary(read_csv(evaluated.folder / "contact.csv", ContactRow))
+    assert [free.scenario, *(row.scenario for row in contact)] == list(SCENARIOS)
+    assert (free.touching_links, free.contact_length_mm, free.sign_changes) == (0, 0, 0)
+    assert all(row.touching_links >= 1 and row.contact_length_mm > 0 for row in contact)
+    assert [row.sign_changes for row in contact if row.scenario.startswith("obstructed")] == [1, 1]
+
+
+def test_the_box_is_put_down(evaluated: Evaluated) -> None:
+    assert "Outcome, as estimated: <b>done</b>" in (evaluated.folder / "report.html").read_text()
 
 
 def test_every_file_that_is_named_is_there(evaluated: Evaluated) -> None:
@@ -195,12 +211,12 @@ def test_interrupt_says_what_is_missing_and_how_to_go_on(started: list[str], tmp
     assert interrupted.code == 130
     assert f"evaluate --out {tmp_path} --resume" in interrupted.out
     assert all(scenario in interrupted.out for scenario in started)
-    assert set(started) == set(SCENARIOS)
+    assert set(started) == set(RUNS)
     assert "Traceback" not in interrupted.err
 
 
 def test_resume_runs_what_is_missing_or_was_another_scenario(started: list[str], tmp_path: Path) -> None:
-    missing, changed, *finished = SCENARIOS
+    missing, changed, *finished = RUNS
     for name in (changed, *finished):
         (tmp_path / name).mkdir()
         scenario = load_scenario(name, ["pressure.settle=9"] if name == changed else [])
@@ -215,7 +231,7 @@ def test_report_opens_offline_with_its_figures_and_replays(evaluated: Evaluated,
         driver.set_script_timeout(60)
         driver.execute_async_script(PAGE_IS_LOADED)
         widths = driver.execute_script("return [...document.images].map((i) => i.complete ? i.naturalWidth : 0)")
-        assert len(widths) >= len(SCENARIOS) + len(FIGURES)
+        assert len(widths) >= len(SCENARIOS) + len(CAPTIONS) + 1
         assert min(widths) > 0
         assert len(driver.find_elements("css selector", "td.holds")) == len(
             driver.find_elements("css selector", "tr.claim")

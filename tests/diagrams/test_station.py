@@ -40,7 +40,8 @@ PARTS = {
         ["sampled_joint_angles", "true_external_torque", "pose_error", "fingertip_error", "external_torque_error"],
     ),
 }
-OF_A_FINGER = ["pressure_command", "pressure", "X_WB", *(port for _, outputs in PARTS.values() for port in outputs)]
+OF_PARTS = [port for _, outputs in PARTS.values() for port in outputs]
+OF_A_FINGER = ["pressure_command", "pressure", "X_WB", "link_contact_force", *OF_PARTS]
 OF_CONTACT = ["torque_tolerance", *DETECTOR[1], "normal_force", "contact_center"]
 OF_GRIP, OF_WIDTH = ["set_point", "opening", "torque"], ["object_width", "true_object_width", "object_width_error"]
 OF_ARM = ["arm.joint_positions", "arm.joint_velocities", "arm.joint_torques"]
@@ -109,12 +110,20 @@ def test_ports_of_a_task(pick_and_place):
 
 
 def test_blocks_of_the_station(free_bending):
-    of_each = ("pressure_drive", "pressure_steps", "joint_angles", "contact_torque", "base_pose", *PARTS)
+    of_each = (
+        "pressure_drive",
+        "pressure_steps",
+        "joint_angles",
+        "contact_torque",
+        "link_contact",
+        "base_pose",
+        *PARTS,
+    )
     assert blocks(free_bending) == sorted(["plant", "scene_graph", "logs", *of_each_finger(of_each)])
 
 
 def test_blocks_of_a_task(pick_and_place):
-    of_each = ("joint_angles", "contact_torque", "base_pose", *PARTS)
+    of_each = ("joint_angles", "contact_torque", "link_contact", "base_pose", *PARTS)
     of_arm = [f"arm.{name}" for name in ("gravity_compensation", "torque", "desired")]
     of_contact = ("true_contact", "object_width", "minus_true_width", "object_width_error")
     others = ("plant", "scene_graph", "logs", "gripper.pressure_drive", "grip_control", "task", "box.pose", *OF_ARM)
@@ -198,7 +207,7 @@ def test_estimates_are_made_of_measurements_and_of_nothing_else(pick_and_place):
         sources.setdefault(target.get_name(), set()).add(source.get_name())
     for finger in FINGERS:
         assert sources[f"{finger}.estimation"] == {f"{finger}.sensors", f"{finger}.base_pose"}
-    scores = {name for name in sources if name.endswith(".scoring")} | {"true_contact"}
+    scores = {name for name in sources if name.endswith((".scoring", ".link_contact"))} | {"true_contact"}
     readers = {name for name, found in sources.items() if found & scores}
     assert readers == {"logs", "minus_true_width"}
 

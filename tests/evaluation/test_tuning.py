@@ -37,7 +37,7 @@ def test_first_gains_are_stable(two_steps):
 
 
 def test_cost_counts_overshoot_beyond_two_percent():
-    table = [StepRow(0, 90, 80, overshoot, settling, 0, 0) for overshoot, settling in ((1.9, 0.5), (5.0, 0.7))]
+    table = [StepRow(0, 90, 80, overshoot, 0, settling, 0, 0) for overshoot, settling in ((1.9, 0.5), (5.0, 0.7))]
     assert step_cost(table) == pytest.approx(0.6 + 0.3 / 2)
 
 

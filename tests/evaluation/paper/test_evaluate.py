@@ -5,23 +5,41 @@ import shutil
 import signal
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import xarray as xr
 from command_line import LISTENING
 from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
-from soft_gripper.evaluation.paper.evaluate import CONTACT, FREE, SCENARIOS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.paper.contact_table import ContactRow
+from soft_gripper.evaluation.paper.evaluate import (
+    CAPTIONS,
+    CONTACT,
+    FREE,
+    GRIP,
+    RUNS,
+    SCENARIOS,
+    TASK,
+    run_scenarios,
+    summarize,
+    unfinished,
+)
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
+from soft_gripper.evaluation.phase_table import PhaseRow
+from soft_gripper.evaluation.pid_regimes import RegimeRow
+from soft_gripper.manipulation.task_phases import Outcome
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5"]
-FILES = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "replay.html"}
+FILES = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}
 COMMAND = [*LISTENING, "evaluate"]
 
 
@@ -62,13 +80,14 @@ def test_a_run_leaves_a_whole_folder(short, folder):
             "estimator,belief,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm",
         ),
         ("forces.csv", ForceRow, 2 * 4 * 2 * 12, "estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"),
+        ("contact.csv", ContactRow, 2 * 2, "pressure_kpa,touching_links,contact_length_mm,sign_changes"),
     ],
 )
 def test_tables_of_a_run(folder, file, row, number, columns):
     assert (folder / file).read_text().splitlines()[0] == f"scenario,finger,{columns}"
     rows = read_csv(folder / file, row)
     assert len(rows) == number
-    assert {row.sections for row in rows} == {1, 2, 3, 4}
+    assert {getattr(row, "sections", 1) for row in rows} <= {1, 2, 3, 4}
 
 
 def test_a_second_run_leaves_the_same_in_the_place_of_an_old_one(short, folder, tmp_path):
@@ -77,7 +96,7 @@ def test_a_second_run_leaves_the_same_in_the_place_of_an_old_one(short, folder, 
     run_scenario(short, tmp_path / "again")
     first, second = contents(folder), contents(tmp_path / "again")
     assert set(first) == set(second)
-    for table in ("metrics.csv", "forces.csv"):
+    for table in ("metrics.csv", "forces.csv", "contact.csv"):
         assert first[table] == second[table]
 
 
@@ -121,14 +140,14 @@ def test_sections_that_do_not_divide_the_segments_are_refused(short, tmp_path):
 
 
 def test_unfinished_are_those_without_a_whole_folder_of_the_same_scenario(tmp_path):
-    assert unfinished(tmp_path) == list(SCENARIOS)
-    for name in SCENARIOS[:3]:
+    assert unfinished(tmp_path) == list(RUNS)
+    for name in RUNS[:3]:
         (tmp_path / name).mkdir()
         (tmp_path / name / "scenario.yaml").write_text(dump_scenario(load_scenario(name)))
-    assert unfinished(tmp_path) == list(SCENARIOS[3:])
-    with (tmp_path / SCENARIOS[1] / "scenario.yaml").open("a") as file:
+    assert unfinished(tmp_path) == list(RUNS[3:])
+    with (tmp_path / RUNS[1] / "scenario.yaml").open("a") as file:
         file.write("gravity: [0, 0, 0]\n")
-    assert unfinished(tmp_path) == [SCENARIOS[1], *SCENARIOS[3:]]
+    assert unfinished(tmp_path) == [RUNS[1], *RUNS[3:]]
 
 
 def test_one_scenario_that_fails_stops_no_other(short, tmp_path, monkeypatch):
@@ -152,8 +171,10 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
         for n in (1, 2, 3, 4)
         for p in (10.0, 20.0)
     ]
+    free = [replace(row, finger="right", pose_error_mm=1e3, tip_error_mm=1e3) for row in poses if row.scenario != FREE]
+    poses = poses + free
     forces = [
-        ForceRow(row.scenario, "left", "arcs", "as simulated", row.sections, row.pressure_kpa, joint, 0.02, 0.03)
+        ForceRow(row.scenario, row.finger, "arcs", "as simulated", row.sections, row.pressure_kpa, joint, 0.02, 0.03)
         for row in poses
         for joint in (0, 1)
     ]
@@ -162,15 +183,34 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
         (tmp_path / name / "scene.png").touch()
         write_csv(tmp_path / name / "metrics.csv", [row for row in poses if row.scenario == name])
         write_csv(tmp_path / name / "forces.csv", [row for row in forces if row.scenario == name])
-        data = Recording.load(tmp_path / name / "recording.nc").data
-        Recording(data.assign_attrs(run_of=name)).save(tmp_path / name / "recording.nc")
+        pressed = [ContactRow(name, "left", p, 1, 10.0, 0) for p in (10.0, 20.0)] if name != FREE else []
+        write_csv(tmp_path / name / "contact.csv", [*pressed, ContactRow(name, "right", 10.0, 0, 0.0, 0)])
+        data = Recording.load(tmp_path / name / "recording.nc").data.drop_dims("link").assign_attrs(run_of=name)
+        forces_of = {
+            f"{finger}.link_contact_force": ("time", i + 0 * data["time"].values) for i, finger in fingers(name)
+        }
+        Recording(data.assign(forces_of)).save(tmp_path / name / "recording.nc")
+    for name in (GRIP, TASK):
+        (tmp_path / name).mkdir()
+    write_csv(tmp_path / GRIP / "regimes.csv", [RegimeRow("slow", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7, 8.0)])
+    write_csv(tmp_path / TASK / "phases.csv", [PhaseRow("close", 1.0, 2.0, 3.0, 4.0, 5.0)])
+    (tmp_path / TASK / "phases.png").touch()
+    Recording(xr.Dataset({"task.outcome": ("time", [0.0, float(Outcome.DONE)])})).save(tmp_path / TASK / "recording.nc")
     figures, shapes = {}, []
     where = "soft_gripper.evaluation.paper.evaluate."
     monkeypatch.setattr(where + "save_figure", lambda figure, stem: (figures.update({stem.name: figure}), save(stem)))
     monkeypatch.setattr(where + "shape_figure", lambda *given: shapes.append(given))
-    monkeypatch.setattr(where + "scenes_figure", lambda _: None)
-    summarize(tmp_path)
+    for drawn in ("scenes_figure", "read_regimes", "regimes_figure"):
+        monkeypatch.setattr(where + drawn, lambda *_: None)
+    found = summarize(tmp_path)
+    assert (found.outcome, found.regimes[0].regime, found.phases[0].phase) == (Outcome.DONE.words, "slow", "close")
+    assert {row.finger for row in (*found.poses, *found.forces)} == {"left"}
     return poses, forces, figures, shapes
+
+
+def fingers(name: str) -> list[tuple[int, str]]:
+    """The fingers of a scenario, counted."""
+    return list(enumerate(finger.name for finger in make_station(load_scenario(name)).fingers))
 
 
 def save(stem: Path) -> None:
@@ -178,13 +218,15 @@ def save(stem: Path) -> None:
     stem.with_suffix(".svg").touch()
 
 
-def test_fig_4_shows_the_end_of_the_finger_obstructed_inside(summarized):
+def test_fig_4_shows_the_end_of_the_finger_that_is_obstructed_inside(summarized):
+    """The last of the scenario's fingers is pressed hardest."""
     *_, shapes = summarized
     ((layout, recording, time),) = shapes
     scenario = load_scenario("obstructed_inside")
     assert recording.data.attrs["run_of"] == "obstructed_inside"
     assert time == scenario.duration
     assert layout.sections == scenario.sensor.sections
+    assert layout.finger.name == fingers("obstructed_inside")[-1][1]
 
 
 @pytest.mark.parametrize(
@@ -200,18 +242,21 @@ def test_figs_5_to_7_show_the_errors_that_they_are_named_after(summarized, name,
     for axes, scenario, error in zip(figures[name].axes, scenarios, errors, strict=True):
         for n in (1, 2, 3, 4):
             (line,) = (line for line in axes.lines if line.get_label() == str(n))
-            expected = [getattr(row, error) for row in poses if (row.scenario, row.sections) == (scenario, n)]
+            of_line = (scenario, "left", n)
+            expected = [getattr(row, error) for row in poses if (row.scenario, row.finger, row.sections) == of_line]
             assert list(line.get_ydata()) == pytest.approx(expected)
 
 
 def test_a_summary_leaves_all_rows_and_a_report(summarized, tmp_path):
     poses, forces, figures, _ = summarized
     read = read_csv(tmp_path / "metrics.csv", PoseRow)
+    poses, forces = (sorted(rows, key=lambda row: SCENARIOS.index(row.scenario)) for rows in (poses, forces))
     assert [(row.scenario, row.sections) for row in read] == [(row.scenario, row.sections) for row in poses]
     assert [row.tip_error_mm for row in read] == pytest.approx([row.tip_error_mm for row in poses], abs=1e-6)
     assert read_csv(tmp_path / "forces.csv", ForceRow) == forces
+    assert {row.finger for row in read_csv(tmp_path / "contact.csv", ContactRow)} == {"left", "right"}
     assert (tmp_path / "report.html").is_file()
-    assert set(figures) == {path.stem for path in tmp_path.glob("*.svg")}
+    assert set(figures) == {path.stem for path in tmp_path.glob("*.svg")} == set(CAPTIONS)
 
 
 @pytest.mark.parametrize("moment", ["at the beginning", "in the middle"])
@@ -227,8 +272,8 @@ def test_interrupted_evaluation_says_what_is_missing(tmp_path, moment):
         os.killpg(process.pid, signal.SIGINT)
         printed, complaint = process.communicate(timeout=30)
     assert process.returncode == 130
-    missing = [name for name in SCENARIOS if not (out / name).exists()]
+    missing = [name for name in RUNS if not (out / name).exists()]
     assert f"Missing: {', '.join(missing)}; " in printed
     assert f"evaluate --out {out} --resume" in printed
     assert "Traceback" not in complaint
-    assert sorted(path.name for path in out.iterdir()) == sorted(set(SCENARIOS) - set(missing))
+    assert sorted(path.name for path in out.iterdir()) == sorted(set(RUNS) - set(missing))

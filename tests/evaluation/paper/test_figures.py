@@ -74,6 +74,21 @@ def test_axes_name_their_units(figure: Figure) -> None:
     assert "[mm]" in figure.axes[0].get_ylabel()
 
 
+@pytest.mark.parametrize(
+    ("error", "label"), [("pose_error_mm", "mean pose error [mm]"), ("tip_error_mm", "fingertip error [mm]")]
+)
+def test_contact_figure_names_the_error_the_pressure_and_the_sensors(error: str, label: str) -> None:
+    figure = contact_figure([row for name in CONTACT for row in rows_of(name)], CONTACT, error)
+    assert [axes.get_ylabel() for axes in figure.axes] == [label, "", label, ""]
+    assert {axes.get_xlabel() for axes in figure.axes} == {"pressure [kPa]"}
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert legend.get_title().get_text() == "sensors a side"
+    for handle, text, line in zip(legend.get_lines(), legend.get_texts(), lines(figure.axes[0]), strict=True):
+        assert text.get_text() == line.get_label()
+        assert (handle.get_color(), handle.get_marker()) == (line.get_color(), line.get_marker())
+
+
 def test_contact_scenarios_share_one_scale() -> None:
     rows = [row for i, name in enumerate(CONTACT) for row in rows_of(name, scale=i + 1)]
     figure = contact_figure(rows, CONTACT, "pose_error_mm")

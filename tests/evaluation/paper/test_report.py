@@ -7,8 +7,13 @@ from pathlib import Path
 import pytest
 
 from soft_gripper.evaluation.paper.claims import Claim
+from soft_gripper.evaluation.paper.contact_table import ContactRow
+from soft_gripper.evaluation.paper.differences import Difference
+from soft_gripper.evaluation.paper.evaluate import CAPTIONS
 from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.report import write_report
+from soft_gripper.evaluation.paper.report import TEMPLATE, Evaluation, write_report
+from soft_gripper.evaluation.phase_table import PhaseRow
+from soft_gripper.evaluation.pid_regimes import RegimeRow
 
 HOLDS = Claim("paper", "one sensor is within 3 mm", True, "2.42 mm")
 FAILS = Claim("ours", "four sensors are within 1 mm & less", False, "nan mm")
@@ -17,15 +22,24 @@ POSES = [
     for n in (1, 2, 3, 4)
     for pressure, scale in ((0.0, 0.0), (50.0, 1.0), (100.0, 5.0))
 ]
+CONTACTS = [
+    ContactRow("free_bending", "finger", 0.0, 0, 0.0, 0),
+    ContactRow("box_grasp", "left", 50.0, 2, 15.04, 0),
+    ContactRow("box_grasp", "right", 50.0, 1, 10.0, 1),
+]
+DIFFERENCES = [Difference("Tip", "hardly depends", "falls to 0.13 mm", "joints & sensors")]
+REGIMES = [RegimeRow("under-damped", 62.0, 17400.0, 0.58, 60.2, 100.0, 72.6, 8, 1.394)]
+PHASES = [PhaseRow("close", 1.35, 1.113, 55.68, 139.39, 149.98)]
 
 
 def page_of(folder: Path, claims: list[Claim]) -> str:
     """The report of one scenario, of which the pictures and the replay are mere names."""
     scene = folder / "free_bending"
     scene.mkdir()
-    for name in ("scene.png", "replay.html", "../curve.svg"):
+    for name in ("scene.png", "replay.html", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
         (scene / name).write_text(name)
-    write_report(folder, ["free_bending"], POSES, claims, {"curve": "A curve"})
+    found = Evaluation(POSES, [], claims, CONTACTS, DIFFERENCES, REGIMES, PHASES, "done & well")
+    write_report(folder, ["free_bending"], found, CAPTIONS, folder / "phases.png")
     return (folder / "report.html").read_text()
 
 
@@ -73,6 +87,34 @@ def test_errors_are_means_over_the_steps(tmp_path: Path) -> None:
 
 def test_pictures_are_inside(tmp_path: Path) -> None:
     page = page_of(tmp_path, [HOLDS])
-    for name in ("scene.png", "../curve.svg"):
+    for name in ("scene.png", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
         assert base64.b64encode(name.encode()).decode() in page
     assert not re.search(r'(src|href)="(?!data:)', page)
+
+
+def test_a_difference_from_the_paper_is_told_in_the_box(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [HOLDS])
+    (box,) = re.findall(r'<section class="box">(.*?)</section>', page, flags=re.DOTALL)
+    assert "<h2>Where this differs from the paper</h2>" in box
+    assert ["Tip", "hardly depends", "falls to 0.13 mm", "joints &amp; sensors"] in rows_of(box)
+    assert base64.b64encode(b"../difference.svg").decode() in box
+
+
+def test_contact_is_the_most_of_every_scenario(tmp_path: Path) -> None:
+    rows = rows_of(page_of(tmp_path, [HOLDS]))
+    assert ["Free bending", "0", "0", "no"] in rows
+    assert ["Box grasp", "2", "15", "yes"] in rows
+
+
+def test_regimes_phases_and_outcome_are_shown(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [HOLDS])
+    assert ["Under-damped", "62", "17400", "0.58", "60 to 100", "73", "8", "1.39"] in rows_of(page)
+    assert ["close", "1.35", "1.11", "55.7", "139.4", "150.0"] in rows_of(page)
+    assert "Outcome, as estimated: <b>done &amp; well</b>" in page
+
+
+def test_every_number_of_the_page_comes_from_a_run() -> None:
+    """The body of the template holds none, but for those of sensors."""
+    body = TEMPLATE.read_text(encoding="utf-8").partition("<body>")[2].partition("<script>")[0]
+    words = re.sub(r"<[^>]*>|\$\w+", " ", body)
+    assert set(re.findall(r"\d+\S*", words)) <= {"1", "2", "3", "4"} | set(re.findall(r"3-D", words))

@@ -1,0 +1,30 @@
+"""A task, run once: its recording, its phases as a table and as a picture, in a folder of their own."""
+
+from pathlib import Path
+
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.diagrams.simulation import Progress, run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.phase_table import phase_table
+from soft_gripper.files import atomic_folder
+from soft_gripper.pictures.phases_figure import phases_figure
+
+
+def run_task(name: str, folder: Path, progress: Progress) -> None:
+    """Fills `folder`: scenario.yaml, recording.nc, phases.csv and phases.png; all of them or nothing.
+
+    Args:
+        name: of a scenario with a task.
+        folder: appears when it is whole.
+        progress: called with the simulated time, s.
+    """
+    scenario = load_scenario(name)
+    station = make_station(scenario)
+    recording = run_station(station, progress=progress)
+    assert station.task is not None
+    with atomic_folder(folder) as partial:
+        recording.save(partial / "recording.nc")
+        write_csv(partial / "phases.csv", phase_table(station, recording))
+        phases_figure(scenario, recording, station.task.phases).savefig(partial / "phases.png")
+        (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")

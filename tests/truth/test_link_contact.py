@@ -1,0 +1,70 @@
+"""LinkContact against a known scene: a peg beside a link or two of one finger, and another that touches nothing."""
+
+import numpy as np
+import pytest
+from pydrake.common.schema import Transform
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PressureConfig, Scenario
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.truth.link_contact import STRAIGHT, TOUCH, changes_sign, contact_length, touches
+
+HEIGHT, RADIUS, GAP = 0.2, 0.01, 2e-4  # m, of the bases, of the peg of models/objects, between peg and finger
+
+
+def hanging(name: str, x: float) -> ModelConfig:
+    turned = Transform(RigidTransform(RollPitchYaw(np.pi, 0, 0), [x, 0.0, HEIGHT]))
+    return ModelConfig(name=name, file="package://soft_gripper/grippers/finger.urdf", X_PC=turned)
+
+
+def peg_at(finger: Finger, s: float) -> ModelConfig:
+    """A peg beside the inner side of a finger that hangs at x = 0, `s` m from its base."""
+    x = finger.interpolate("thickness", np.array(s)) / 2 + RADIUS + GAP
+    place = Transform(RigidTransform([float(x), 0.0, HEIGHT - s]))
+    return ModelConfig(name="peg", file="package://soft_gripper/objects/peg.sdf", X_PC=place)
+
+
+def pressed(finger: Finger, s: float):
+    """What is recorded at last of a finger that closes softly against the peg, beside one that is free."""
+    models = [hanging("obstructed", 0.0), hanging("free", -0.3), peg_at(finger, s)]
+    pressure = PressureConfig(steps={"all": [15e3]}, settle=1.5, hold_samples=1)
+    return simulate(Scenario(models=models, pressure=pressure)).data.isel(time=-1)
+
+
+@pytest.mark.parametrize("at_joint", [False, True], ids=["beside a link", "where two links meet"])
+def test_a_peg_touches_the_links_beside_it_and_nothing_else(shipped_finger: Finger, at_joint: bool) -> None:
+    """The force, and its lever about the first joint, are those of the external torque there."""
+    ends, link = shipped_finger.link_ends, shipped_finger.segments // 2
+    s = float(ends[link + 1]) if at_joint else float(ends[link : link + 2].mean())
+    last = pressed(shipped_finger, s)
+    force, touching = (last["obstructed.link_contact_force"].values, [link, link + 1] if at_joint else [link])
+    np.testing.assert_array_equal(np.flatnonzero(touches(force)), touching)
+    length = contact_length(shipped_finger, touches(force))
+    assert length == pytest.approx(len(touching) * shipped_finger.segment_length)
+    torque = last["obstructed.true_external_torque"].values[0]
+    assert force.sum() == pytest.approx(-torque / (s - shipped_finger.joint_arc_lengths[0]), rel=0.1)
+    assert force.sum() > 0.05
+    np.testing.assert_array_equal(last["free.link_contact_force"], 0)
+
+
+def test_lengths_of_links_add_up(shipped_finger: Finger) -> None:
+    """The first and the last link are half as long as the others; where nothing is touched there is no length."""
+    ds, links = shipped_finger.segment_length, shipped_finger.segments + 1
+    assert contact_length(shipped_finger, np.ones(links, dtype=bool)) == pytest.approx(shipped_finger.length)
+    some = np.zeros((3, links), dtype=bool)
+    some[1, [0, 4]] = some[2, -1] = True
+    np.testing.assert_allclose(contact_length(shipped_finger, some), [0, 1.5 * ds, 0.5 * ds])
+
+
+def test_a_link_touches_where_the_force_is_above_the_limit() -> None:
+    np.testing.assert_array_equal(touches(np.array([0.0, 0.9 * TOUCH, 1.1 * TOUCH, 2.0])), [False, False, True, True])
+
+
+def test_curvature_changes_its_sign_where_joints_are_bent_both_ways(shipped_finger: Finger) -> None:
+    bent, nearly_straight = 2 * STRAIGHT * shipped_finger.segment_length, 0.5 * STRAIGHT * shipped_finger.segment_length
+    q = np.full((4, shipped_finger.segments), bent)
+    q[1] = -bent
+    q[2, :2] = -bent
+    q[3, :2] = -nearly_straight
+    np.testing.assert_array_equal(changes_sign(shipped_finger, q), [False, False, True, False])
