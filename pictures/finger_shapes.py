@@ -28,16 +28,17 @@ def in_mm(planar: Planar) -> Array:
 def draw_base(axes: Axes, finger: Finger) -> None:
     """What the finger is mounted on, as a dark block."""
     width, depth = 1.8e3 * finger.base.thickness, 0.6e3 * finger.base.thickness
-    axes.add_patch(Rectangle((-width / 2, -depth), width, depth, color="#474f5c"))
+    middle = -1e3 * float(finger.base.neutral_axis)
+    axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
 
 
 def draw_segments(axes: Axes, finger: Finger, chain: Chain, colors: Array) -> None:
     """The segments as rounded rectangles of `colors`, (N, 3)."""
-    thickness = 1e3 * finger.interpolate("thickness", finger.joint_arc_lengths)
-    length = 1e3 * finger.segment_length
+    section, length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
+    faces = 1e3 * np.array([section.outer_face, section.inner_face]).T
     style = BoxStyle.Round(pad=0, rounding_size=0.2 * length)
-    for (begin, end), width, rgb in zip(pairwise(chain.segment_ends), thickness, colors, strict=True):
-        corner = (-width / 2, -length / 2)
+    for (begin, end), (outer, inner), rgb in zip(pairwise(chain.segment_ends), faces, colors, strict=True):
+        corner, width = (outer, -length / 2), inner - outer
         segment = FancyBboxPatch(corner, width, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6)
         place = Affine2D().rotate(-np.angle(end - begin)).translate(*in_mm(np.array((begin + end) / 2)))
         segment.set_transform(place + axes.transData)
@@ -60,9 +61,9 @@ def _outline(layout: SensorLayout, arcs: Arcs, section: int, begin: float = 0.0,
     fraction = np.linspace(begin, end, 17)
     s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
     normal = 1j * np.exp(1j * (arcs.heading[section] + fraction * arcs.theta[section]))
-    half = layout.finger.interpolate("thickness", s) / 2 * normal
-    middle = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
-    return in_mm(np.concatenate([middle + half, (middle - half)[::-1]]))
+    built = layout.finger.section(s)
+    axis = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
+    return in_mm(np.concatenate([axis + built.inner_face * normal, (axis + built.outer_face * normal)[::-1]]))
 
 
 def draw_arcs(axes: Axes, layout: SensorLayout, arcs: Arcs) -> None:
@@ -82,6 +83,8 @@ def _write_radius(axes: Axes, layout: SensorLayout, arcs: Arcs, section: int, **
     (middle,) = points_on_arcs(arcs, np.array([section]), np.array([0.5]))
     theta, radius = arcs.theta[section], abs(arcs.start[section] - arcs.centers[section])
     normal = 1j * np.exp(1j * (arcs.heading[section] + theta / 2))
-    x, z = in_mm(middle - np.copysign(layout.finger.base.thickness / 2 + _TEXT_DISTANCE, theta) * normal)
+    base = layout.finger.base
+    face = base.outer_face - _TEXT_DISTANCE if theta > 0 else base.inner_face + _TEXT_DISTANCE
+    x, z = in_mm(middle + face * normal)
     text = f"{1e3 * radius:.0f}" if radius < _STRAIGHT else "straight"
     axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)

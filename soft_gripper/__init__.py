@@ -29,7 +29,8 @@ _MODULES = {
     "diagrams.wiring.grip_control": "add_grip_control",
     "diagrams.manipulation.arm": "make_arm",
     # Fingers.
-    "fingers.finger": "Finger CrossSection ContactMaterial ElasticLaw",
+    "fingers.cross_section": "CrossSection",
+    "fingers.finger": "Finger ContactMaterial ElasticLaw",
     "fingers.urdf": "expand_urdf",
     "fingers.plant_finger": "PlantFinger",
     "fingers.kinematics": "forward_kinematics as_points as_planar",

@@ -36,10 +36,13 @@ def tapered_finger(shipped_finger: Finger) -> Finger:
         thickness=0.011,
         youngs_modulus=3e5,
         density=900.0,
-        chamber_area=5e-5,
-        chamber_eccentricity=4e-3,
+        chamber_width=5e-3,
+        chamber_thickness=6e-3,
+        chamber_center=-5e-4,
+        layer_thickness=1e-4,
+        layer_modulus=3e8,
     )
-    return replace(shipped_finger, name="tapered", tip=tip, segments=5)
+    return replace(shipped_finger, name="tapered", tip=tip, segments=5, sensor_spacing=0.01)
 
 
 @pytest.fixture(params=[(1, False), (2, False), (4, False), (5, False), (3, True)], ids=str)

@@ -1,26 +1,30 @@
 """A finger with textbook solutions, and short runs of the shipped free bending."""
 
 from collections.abc import Sequence
+from dataclasses import astuple, replace
+
+import numpy as np
 
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.fingers.finger import CrossSection, Finger
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import Finger
 
 LENGTH = 0.12  # m
-BENDING_STIFFNESS = 0.01  # N m^2, E I = 7.5e5 Pa * 0.02 m * (0.02 m)^3 / 12
+BENDING_STIFFNESS = 0.01  # N m^2
 
 
 def uniform_finger(segments: int, relaxation_time: float = 0.015) -> Finger:
     """A beam of constant cross-section, LENGTH long and of BENDING_STIFFNESS."""
-    section = CrossSection(
-        width=0.02,
-        thickness=0.02,
-        youngs_modulus=7.5e5,
-        density=1100.0,
-        chamber_area=1e-4,
-        chamber_eccentricity=8e-3,
-    )
+    section = CrossSection(0.02, 0.02, 1.0, 1100.0, chamber_width=0.012, chamber_thickness=0.008, chamber_center=-5e-3)
+    section = replace(section, youngs_modulus=BENDING_STIFFNESS / float(section.bending_stiffness))
     return Finger("finger", LENGTH, section, section, 0.018, segments, relaxation_time)
+
+
+def built_at(finger: Finger, s: float) -> CrossSection:
+    """The cross-section at `s` m from the base: every number of what it is built of is linear from base to tip."""
+    base, tip = np.array([astuple(finger.base), astuple(finger.tip)])
+    return CrossSection(*(base + (tip - base) * s / finger.length))
 
 
 def free_bending(pressures: Sequence[float], step_duration: float, *overrides: str) -> Scenario:

@@ -44,7 +44,7 @@ class PressureConfig:
     steps: dict[str, list[float]] = field(default_factory=lambda: {"all": [0.0]})  # Pa, by finger or "all"
     settle: float = 1.0  # s before the samples of a step begin
     hold_samples: int = 100  # sensor samples averaged in each step
-    minimum: float = -60e3  # Pa, of the supply (negative: vacuum)
+    minimum: float = -50e3  # Pa, of the supply (negative: vacuum, which the walls of the chamber must bear)
     maximum: float = 250e3  # Pa
     time_constant: float = 0.05  # s, first-order lag between command and chamber; 0: none
 
@@ -143,8 +143,11 @@ class BelievedConfig:
     thickness: str | None = None  # m
     youngs_modulus: str | None = None  # Pa
     density: str | None = None  # kg/m^3
-    chamber_area: str | None = None  # m^2
-    chamber_eccentricity: str | None = None  # m
+    chamber_width: str | None = None  # m
+    chamber_thickness: str | None = None  # m
+    chamber_center: str | None = None  # m
+    layer_thickness: str | None = None  # m
+    layer_modulus: str | None = None  # Pa
     relaxation_time: str | None = None  # s
     sensor_spacing: str | None = None  # m
     response: list[list[float]] | None = None  # of the sensors; None: as they are

@@ -8,7 +8,8 @@ from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.schema.scenario import BelievedConfig, SensorConfig
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger import CrossSection, Finger
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.sensors.sensor_layout import SensorLayout
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimation.arcs import arcs_from_lengths
+from soft_gripper.estimation.section_arcs import arcs_from_paths
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, segment_path_lengths
 
@@ -33,7 +33,7 @@ def tip_errors(
 ) -> TipErrors:
     """Fingertip errors at joint angles (steps, N) rad; `noise` of the extension ratio, root mean square."""
     rng = np.random.default_rng(seed)
-    ds, offsets = finger.segment_length, np.array([0.5, -0.5])[:, None, None] * finger.sensor_spacing
+    ds, offsets = finger.segment_length, np.array(finger.sensor_offsets)[:, None, None]
     in_middles = segment_path_lengths(q, ds, offsets)
     tip = forward_kinematics(q, ds).tip
     at_starts, tip_of_starts = chain_with_joints_at_starts(q, ds, offsets)
@@ -66,5 +66,5 @@ def chain_with_joints_at_starts(q: Array, ds: float, offsets: Array) -> tuple[Ar
 def _tip(paths: Array, finger: Finger) -> Planar:
     """The estimated tip from the lengths of the inner and outer paths, (2, steps, S) m."""
     inner, outer = paths
-    tip: Planar = arcs_from_lengths(inner, outer, finger.sensor_spacing).end[..., -1]
+    tip: Planar = arcs_from_paths(finger, inner, outer).end[..., -1]
     return tip

@@ -6,7 +6,7 @@ Equations (2) to (6) of the paper, with the slips in its (3) and (6) put right, 
     (2)  R_2 = R_1 + Delta_R                 the paths are arcs about one centre
     (3)  L_1 = R_1 theta ,  L_2 = R_2 theta  length of an arc
     (4)  R_1 = L_1 Delta_R / (L_2 - L_1)     from both; singular where the finger is straight
-    (5)  R = R_1 + Delta_R / 2               the axis runs midway between the paths
+    (5)  R = R_1 + Delta_R / 2               the axis runs midway between the paths, or wherever it is neutral
     (6)  theta = L_1 / R_1                   bend of the section
 
 Eliminating the radii leaves what `arcs_from_lengths` computes, smooth through zero, so that no case is special:
@@ -69,9 +69,9 @@ def join_arcs(theta: Array, length: Array) -> Arcs:
 def arcs_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> Arcs:
     """Equations (2)-(6): the arcs whose two sensor paths are `inner` and `outer` m long, each (..., S).
 
-    `spacing` is the distance between the paths, m; `axis_at` says where between them the axis of the finger
-    runs (0: on the inner path, 1: on the outer). A length that is NaN makes its own arc NaN and the start of
-    all that follow: what hangs on an unknown arc is unknown.
+    `spacing` is the distance between the paths, m; `axis_at` says where between them the neutral axis of the
+    finger runs (0: on the inner path, 1: on the outer, below 0: beyond the inner one). A length that is NaN makes its
+    own arc NaN and the start of all that follow: what hangs on an unknown arc is unknown.
     """
     difference = outer - inner
     return join_arcs(difference / spacing, inner + axis_at * difference)

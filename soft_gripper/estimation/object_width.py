@@ -31,7 +31,7 @@ class InnerSurface:
         s = np.linspace(0.0, finger.length, _POINTS * finger.segments + 1)
         along = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
         own_link = np.searchsorted(ends[1:-1], s) == np.arange(finger.segments + 1)[:, None]
-        levers: Planar = along + 1j * own_link * finger.interpolate("thickness", s) / 2
+        levers: Planar = along + 1j * own_link * finger.section(s).inner_face
         return levers
 
     def points(self, q: Array) -> Planar:

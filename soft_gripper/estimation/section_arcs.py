@@ -4,6 +4,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimation.arcs import Arcs, arcs_from_lengths, points_on_arcs
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 
@@ -16,8 +17,14 @@ def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:
     lengths = ratios.reshape(*readings.shape[:-1], layout.paths, layout.sections) * layout.rest_lengths
     outer = lengths[..., -1, :]
     if layout.one_sided:
-        return arcs_from_lengths(layout.rest_lengths, outer, layout.finger.sensor_spacing, axis_at=0.0)
-    return arcs_from_lengths(lengths[..., 0, :], outer, layout.finger.sensor_spacing)
+        return arcs_from_lengths(layout.rest_lengths, outer, -layout.offsets[0], axis_at=0.0)
+    return arcs_from_paths(layout.finger, lengths[..., 0, :], outer)
+
+
+def arcs_from_paths(finger: Finger, inner: Array, outer: Array) -> Arcs:
+    """The arcs of a finger whose two sensor paths are `inner` and `outer` m long, each (..., S)."""
+    spacing = finger.sensor_spacing
+    return arcs_from_lengths(inner, outer, spacing, axis_at=finger.sensor_offsets[0] / spacing)
 
 
 def joints_on_arcs(layout: SensorLayout, arcs: Arcs) -> Planar:

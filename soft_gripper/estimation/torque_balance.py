@@ -74,9 +74,10 @@ class ExternalTorque:
 class TorqueBalance:
     """The balance of one finger: every link is two points that move in the bending plane as it does.
 
-    Together they have its mass, its middle and its moment of inertia about the bending axis. Beyond the first joint a
+    Together they have its mass, its centre and its moment of inertia about the bending axis. Beyond the first joint a
     point P of mass m_P lies at  b + sum_j L_Pj d_j , with b the first half link and d_j = z + i x the direction of
-    link j. So forces m (a - g) have at joint i the torque  sum over j >= i of  Im conj(d_j) sum_P m_P L_Pj (a_P - g) .
+    link j; where the centre of mass is off the axis, L_Pj has an imaginary part, along the normal i d_j. So forces
+    m (a - g) have at joint i the torque  sum over j >= i of  Im conj(d_j) sum_P m_P conj(L_Pj) (a_P - g) .
     """
 
     finger: Finger
@@ -100,10 +101,11 @@ class TorqueBalance:
         frames = frames * (_ACCELERATION / period**2)[:, None]
         x, z = frames[..., None, :, 0], frames[..., None, :, 2]
         turning = (z @ directions.real + x @ directions.imag)[..., 0, :]
+        normals = (x @ directions.real - z @ directions.imag)[..., 0, :]
         base = np.add.reduce(frames, axis=-2)
         moving = self.finger.segment_length / 2 * base[..., 2] + base[..., 3]
         forces = np.empty((2, *turning.shape), dtype=complex)
-        forces[0] = turning @ self._inertia + moving[..., None] * self._moments
+        forces[0] = turning @ self._inertia[0] + normals @ self._inertia[1] + moving[..., None] * self._moments
         forces[1] = (plane @ gravity)[..., None] * self._moments
         forces *= directions[..., DELAY, :].conj()
         # Sums over each joint and all beyond it.
@@ -111,14 +113,13 @@ class TorqueBalance:
         return beyond
 
     @cached_property
-    def _levers(self) -> Array:
+    def _levers(self) -> Planar:
         """How far the direction of each link beyond a joint carries each point, L, m, (P, N)."""
         finger = self.finger
-        ends = finger.link_ends[1:]
-        lengths, middles = np.diff(ends), (ends[:-1] + ends[1:]) / 2
-        radii = np.sqrt((lengths**2 + finger.interpolate("thickness", middles) ** 2) / 12)
+        lengths, centers = np.diff(finger.link_ends)[1:], finger.link_centers[1:]
+        radii = np.sqrt(finger.link_gyration[0] + finger.link_gyration[2])[1:]
         before = np.tril(np.broadcast_to(lengths, (finger.segments,) * 2), -1)
-        return np.concatenate([before + np.diag(lengths / 2 + radius) for radius in (-radii, radii)])
+        return np.concatenate([before + np.diag(centers + radius) for radius in (-radii, radii)])
 
     @cached_property
     def _masses(self) -> Array:
@@ -126,14 +127,16 @@ class TorqueBalance:
         return np.tile(self.finger.link_masses[1:] / 2, 2)
 
     @cached_property
-    def _inertia(self) -> Array:
-        """sum_P L_Pi m_P L_Pj, kg m^2, (N, N)."""
-        return self._levers.T @ (self._masses[:, None] * self._levers)
+    def _inertia(self) -> Planar:
+        """sum_P L_Pi m_P conj(L_Pj), kg m^2, of the real and of the imaginary part of L_Pi, (2, N, N)."""
+        parts = np.array([self._levers.real.T, self._levers.imag.T])
+        inertia: Planar = parts @ (self._masses[:, None] * self._levers.conj())
+        return inertia
 
     @cached_property
-    def _moments(self) -> Array:
-        """sum_P m_P L_Pj, kg m, (N,)."""
-        return self._masses @ self._levers
+    def _moments(self) -> Planar:
+        """sum_P m_P conj(L_Pj), kg m, (N,)."""
+        return self._masses @ self._levers.conj()
 
 
 def windows(samples: Array) -> Array:

@@ -6,21 +6,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.cross_section import CrossSection, misfits
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
-
-@dataclass(frozen=True)
-class CrossSection:
-    """What the finger is made of at one place along its length (SI units)."""
-
-    width: float  # m, along the bending axis y
-    thickness: float  # m, along the inner normal x
-    youngs_modulus: float  # Pa
-    density: float  # kg/m^3, effective (mass over outer volume)
-    chamber_area: float  # m^2, cross-section of the pressure chamber
-    chamber_eccentricity: float  # m, from the neutral axis to the chamber's centroid
+_MAY_BE_ZERO = (
+    *("relaxation_time", "friction", "dissipation"),
+    *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
+)
 
 
 @dataclass(frozen=True)
@@ -46,11 +40,12 @@ class Finger:
     """A finger of `length` m in `segments` equal segments, a joint in the middle of each.
 
     Joints in the middles are the midpoint rule: the chain converges to the beam with the square of the
-    segment length, and every joint belongs to exactly one sensor section. Frame B sits at the base with +z
-    along the straight finger and +x toward the object; a positive joint angle closes the finger.
+    segment length, and every joint belongs to exactly one sensor section. Frame B sits at the base on the neutral
+    axis, which keeps its length and is the axis of the chain, with +z along the straight finger and +x toward the
+    object; a positive joint angle closes the finger.
 
     Raises:
-        InputError: if a field is not finite or out of range.
+        InputError: if a field is not finite or out of range, or a section cannot be moulded.
     """
 
     name: str
@@ -71,6 +66,12 @@ class Finger:
                 value = getattr(part, field.name)
                 if isinstance(value, int | float):
                     self._require_in_range(label + field.name, value)
+        for end, section in (("base", self.base), ("tip", self.tip)):
+            for name, value, expected in misfits(section):
+                self._reject(f"{end}.{name}", value, expected)
+        if self.sensor_spacing > self._thinner_end.thickness:
+            thinnest = self._thinner_end.thickness
+            self._reject("sensor_spacing", self.sensor_spacing, f"the finger is only {thinnest:g} m thick")
         if self.elastic_law is not None:
             self._check_elastic_law(self.elastic_law)
 
@@ -82,9 +83,14 @@ class Finger:
                 self._reject(f"elastic_law.{field.name}", values, "give as many increasing numbers in each list")
 
     def _require_in_range(self, field: str, value: float) -> None:
-        may_be_zero = field in ("relaxation_time", "contact.friction", "contact.dissipation")
-        if not np.isfinite(value) or value < 0 or (value == 0 and not may_be_zero):
-            self._reject(field, value, "give a finite number " + ("of at least 0" if may_be_zero else "above 0"))
+        name = field.rpartition(".")[2]
+        least, allowed = "of at least 0", value >= 0
+        if name not in _MAY_BE_ZERO:
+            least, allowed = "above 0", value > 0
+        if name == "chamber_center":
+            least, allowed = "", True
+        if not np.isfinite(value) or not allowed:
+            self._reject(field, value, f"give a finite number {least}".strip())
 
     def _reject(self, field: str, value: object, expected: str) -> None:
         raise InputError(f"finger '{self.name}'", field, value, expected)
@@ -98,17 +104,38 @@ class Finger:
         """Arc length s of every joint from the base, m, shape (N,)."""
         return (np.arange(self.segments) + 0.5) * self.segment_length
 
-    def interpolate(self, quantity: str, s: Array) -> Array:
-        """A quantity of the cross-section at arc lengths `s` (m), linear from base to tip."""
-        ends = [getattr(self.base, quantity), getattr(self.tip, quantity)]
-        return np.interp(s, [0.0, self.length], ends)
+    def section(self, s: Array | float) -> CrossSection:
+        """The cross-section at arc lengths `s` (m), what it is built of linear from base to tip."""
+        along = np.asarray(s) / self.length
+        ends = ((getattr(self.base, field.name), getattr(self.tip, field.name)) for field in fields(CrossSection))
+        return CrossSection(*(base + (tip - base) * along for base, tip in ends))
+
+    @cached_property
+    def _at_joints(self) -> CrossSection:
+        return self.section(self.joint_arc_lengths)
+
+    @cached_property
+    def _at_links(self) -> CrossSection:
+        """In the middles of the links."""
+        return self.section((self.link_ends[:-1] + self.link_ends[1:]) / 2)
+
+    @property
+    def _thinner_end(self) -> CrossSection:
+        return min(self.base, self.tip, key=lambda section: section.thickness)
+
+    @property
+    def sensor_offsets(self) -> tuple[float, float]:
+        """Of the inner and the outer sensor path from the neutral axis, m, positive on the inner side.
+
+        The paths run parallel to the axis and lie symmetrically in the thinner end of the finger.
+        """
+        middle = -float(self._thinner_end.neutral_axis)
+        return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
     @cached_property
     def stiffness(self) -> Array:
         """Bending stiffness of every joint, k_i = E I(s_i) / ds, N m/rad, shape (N,)."""
-        s = self.joint_arc_lengths
-        second_moment = self.interpolate("width", s) * self.interpolate("thickness", s) ** 3 / 12
-        return self.interpolate("youngs_modulus", s) * second_moment / self.segment_length
+        return np.asarray(self._at_joints.bending_stiffness) / self.segment_length
 
     def elastic_torque(self, q: Array) -> Array:
         """Torque that joint angles (..., N) rad call up against them, N m, (..., N)."""
@@ -138,8 +165,7 @@ class Finger:
     @cached_property
     def pressure_gain(self) -> Array:
         """Joint torque per pressure (the chamber law), A(s_i) e(s_i), N m/Pa, shape (N,)."""
-        s = self.joint_arc_lengths
-        return self.interpolate("chamber_area", s) * self.interpolate("chamber_eccentricity", s)
+        return np.asarray(self._at_joints.chamber_area * self._at_joints.chamber_eccentricity)
 
     @cached_property
     def link_ends(self) -> Array:
@@ -149,17 +175,26 @@ class Finger:
     @cached_property
     def link_masses(self) -> Array:
         """Mass of every link from the base to the tip, kg, shape (N + 1,)."""
-        ends = self.link_ends
-        middle = (ends[:-1] + ends[1:]) / 2
-        section = self.interpolate("width", middle) * self.interpolate("thickness", middle)
-        return self.interpolate("density", middle) * section * np.diff(ends)
+        return self._at_links.density * self._at_links.area * np.diff(self.link_ends)
 
     @cached_property
-    def mass_moments(self) -> Array:
+    def link_centers(self) -> Planar:
+        """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
+        return (np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center).astype(complex)
+
+    @cached_property
+    def link_gyration(self) -> Array:
+        """Squares of the radii of gyration of the links about their centres along x, y and z, m^2, (3, N + 1)."""
+        return np.array([*self._at_links.gyration, np.diff(self.link_ends) ** 2 / 12])
+
+    @cached_property
+    def mass_moments(self) -> Planar:
         """First moment of mass, kg m, by which the direction of link j + 1 weighs on joint i, [j, i], (N, N)."""
         lengths, masses = np.diff(self.link_ends)[1:], self.link_masses[1:]
         beyond = np.cumsum(masses[::-1])[::-1] - masses
-        return np.tril(np.outer(lengths * (masses / 2 + beyond), np.ones(self.segments)))
+        moments = lengths * beyond + masses * self.link_centers[1:]
+        on_joints: Planar = np.tril(np.outer(moments, np.ones(self.segments)))
+        return on_joints
 
     def section_ends(self, sections: int) -> NDArray[np.int_]:
         """Segments covered up to the end of each sensor section, shape (sections + 1,), from 0 to N.
@@ -175,10 +210,9 @@ class Finger:
 
     def mass_matrix(self) -> Array:
         """Joint-space mass matrix of the straight finger, kg m^2, shape (N, N)."""
-        ends, joints, mass = self.link_ends, self.joint_arc_lengths, self.link_masses
-        middle = (ends[:-1] + ends[1:]) / 2
-        thickness = self.interpolate("thickness", middle)
-        rotational = mass * (np.diff(ends) ** 2 + thickness**2) / 12
+        joints, mass = self.joint_arc_lengths, self.link_masses
+        middle = (self.link_ends[:-1] + self.link_ends[1:]) / 2
+        rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + self.link_centers.imag**2)
         moved = middle[:, None] > joints[None, :]
         lever = np.where(moved, middle[:, None] - joints[None, :], 0.0)
         return lever.T @ (mass[:, None] * lever) + moved.T @ (rotational[:, None] * moved)

@@ -5,15 +5,18 @@
       <parent link="palm"/>
       <origin xyz="-0.05 0 0" rpy="0 0 0"/>
       <body length="0.12" segments="12" relaxation_time="0.015"/>
-      <base width="0.02" thickness="0.02" youngs_modulus="8e5" density="1100"
-            chamber_area="1e-4" chamber_eccentricity="8e-3"/>
+      <base width="0.02" thickness="0.02" youngs_modulus="2.67e5" density="1070"
+            chamber_width="9e-3" chamber_thickness="10e-3" chamber_center="-1e-3"
+            layer_thickness="2e-4" layer_modulus="1e9"/>
       <tip  .../>
-      <sensors spacing="0.018"/>
+      <sensors spacing="0.017"/>
       <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="3"/>
       <elastic_law angle="-0.3 0 0.1 0.3" base_torque="-0.4 0 0.1 0.4" tip_torque="-0.3 0 0.08 0.3"/>
     </finger>
 
-`origin`, `contact` and `elastic_law` may be left out, as may `segments` and `relaxation_time`; the rest may not.
+`base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, which lies on the
+neutral axis. `origin`, `contact` and `elastic_law` may be left out, as may `segments`, `relaxation_time`, the chamber
+and the strain-limiting layer; the rest may not.
 An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file;
 it takes the place of Young's modulus, which is left to the damping. For the frame beside the fingers see `urdf`.
 """
@@ -25,7 +28,8 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger import ContactMaterial, CrossSection, ElasticLaw, Finger
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import ContactMaterial, ElasticLaw, Finger
 
 _CHILDREN = {
     "parent": ["link"],

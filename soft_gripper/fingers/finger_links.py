@@ -50,18 +50,18 @@ def _text(*values: float) -> str:
 def _link(finger: Finger, index: int) -> ET.Element:
     begin, end = finger.link_ends[index : index + 2]
     length, middle = end - begin, np.array((begin + end) / 2)
-    width = float(finger.interpolate("width", middle))
-    thickness = float(finger.interpolate("thickness", middle))
-    mass = float(finger.link_masses[index])
-    origin = _element("origin", xyz=_text(0, 0, length / 2))
-    box = _element("geometry", _element("box", size=_text(thickness, width, length)))
-    inertia = mass / 12 * np.array([width**2 + length**2, thickness**2 + length**2, thickness**2 + width**2])
-    moments = dict(zip(("ixx", "iyy", "izz"), map(_text, inertia), strict=True))
+    section, mass = finger.section(middle), float(finger.link_masses[index])
+    width, center = float(section.width), finger.link_centers[index]
+    middle_of_section = -float(section.neutral_axis)
+    origin = _element("origin", xyz=_text(middle_of_section, 0, length / 2))
+    box = _element("geometry", _element("box", size=_text(section.thickness, width, length)))
+    x, y, z = finger.link_gyration[:, index]
+    moments = {"ixx": _text(mass * (y + z)), "iyy": _text(mass * (x + z)), "izz": _text(mass * (x + y))}
     return _element(
         "link",
         _element(
             "inertial",
-            origin,
+            _element("origin", xyz=_text(center.imag, 0, center.real)),
             _element("mass", value=_text(mass)),
             _element("inertia", **moments, ixy="0", ixz="0", iyz="0"),
         ),
@@ -73,14 +73,15 @@ def _link(finger: Finger, index: int) -> ET.Element:
 
 
 def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
-    """A visual cylinder on the joint's axis: it fills the wedge that opens on the outer side.
+    """A visual cylinder at the joint, in the middle of the section: it fills the wedge that opens on the outer side.
 
     It is a little narrower than the link, so that no two surfaces coincide and flicker, and ends with the tip.
     """
-    radius = min(float(finger.interpolate("thickness", np.array(s))) / 2, finger.length - s)
+    section = finger.section(s)
+    radius = min(float(section.thickness) / 2, finger.length - s)
     return _element(
         "visual",
-        _element("origin", rpy=_text(np.pi / 2, 0, 0)),
+        _element("origin", xyz=_text(-float(section.neutral_axis), 0, 0), rpy=_text(np.pi / 2, 0, 0)),
         _element("geometry", _element("cylinder", radius=_text(radius), length=_text(0.99 * width))),
         _material(finger),
     )

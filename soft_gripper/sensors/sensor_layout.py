@@ -20,9 +20,8 @@ from soft_gripper.sensors.response_curve import ResponseCurve
 class SensorLayout:
     """Strain sensors along the sides of a finger, `sections` of them one after the other on each path.
 
-    Two-sided (the default), the paths lie half the sensor spacing to either side of the axis. One-sided, the
-    inner side does not stretch: the axis itself is that side, and only the outer path, a whole spacing away,
-    is measured.
+    Two-sided (the default), both paths are measured, on the inner and on the outer side. One-sided, only the outer
+    path is; the neutral axis, which does not stretch, stands for the other.
 
     Raises:
         InputError: if there are fewer than 1 or more sections than segments.
@@ -53,9 +52,8 @@ class SensorLayout:
 
     @cached_property
     def offsets(self) -> Array:
-        """Offsets of the measured paths from the axis, m, positive on the inner side, (paths,)."""
-        spacing = self.finger.sensor_spacing
-        return np.array([-spacing] if self.one_sided else [spacing / 2, -spacing / 2])
+        """Offsets of the measured paths from the neutral axis, m, positive on the inner side, (paths,)."""
+        return np.array(self.finger.sensor_offsets[-self.paths :])
 
     @cached_property
     def section_ends(self) -> NDArray[np.int_]:

@@ -24,7 +24,7 @@ WRONG_FIELDS = [
     ("pressure.settle=-1", ["pressure.settle", "-1"]),
     ("pressure.hold_samples=0", ["pressure.hold_samples", "0"]),
     ("pressure.steps.left_fingr=[0]", ["pressure.steps", "left_fingr"]),
-    ("plant_config.time_step=0.1", ["time_step", "0.1", "stable_time_step", "0.03", "left_finger"]),
+    ("plant_config.time_step=0.1", ["time_step", "0.1", "stable_time_step", "0.013", "left_finger"]),
     ("plant_config.contact_model=sticky", ["plant_config.contact_model", "sticky"]),
     ("sensor.type=strian", ["sensor.type", "strian", "strain"]),
     ("sensor.type=math:pi", ["sensor.type", "math:pi", "function"]),
@@ -57,14 +57,14 @@ LIMP = """<robot name="limp"><link name="base_link"/><link name="tool0"/><joint 
 WRONG_SYNTAX = ["sensor.sections", "=3", "sensor.sections=[1,", "models.7.name=x", "models.first.name=x"]
 WRONG_FINGERS = [
     ('thickness="0.02"', 'thickness="-0.02"', ["base.thickness", "-0.02"]),
-    ('youngs_modulus="8e5"', 'youngs_modulus="-8e5"', ["base.youngs_modulus", "-800000"]),
-    ('youngs_modulus="8e5"', 'youngs_modulus="soft"', ["base.youngs_modulus", "soft"]),
+    ('youngs_modulus="2.67e5"', 'youngs_modulus="-8e5"', ["base.youngs_modulus", "-800000"]),
+    ('youngs_modulus="2.67e5"', 'youngs_modulus="soft"', ["base.youngs_modulus", "soft"]),
     ('length="0.12"', 'length="nan"', ["length", "nan"]),
     ('segments="12"', 'segments="0"', ["segments", "0"]),
     ('segments="12"', 'segments="2.5"', ["segments", "2.5"]),
-    (' density="1100"', "", ["base.density", "missing"]),
+    (' density="1070"', "", ["base.density", "missing"]),
     ("density", "densty", ["base", "densty", "density"]),
-    ('<sensors spacing="0.018"/>', "", ["sensors", "missing"]),
+    ('<sensors spacing="0.017"/>', "", ["sensors", "missing"]),
     ("<sensors", "<sensor", ["sensor", "sensors"]),
     ('<parent link="mount"/>', '<parent link="hand"/>', ["parent.link", "hand", "mount"]),
 ]

@@ -29,9 +29,12 @@ LAWS = pytest.mark.parametrize(
 
 @pytest.fixture
 def steep_finger(shipped_finger):
-    """Thickness falls from 35 to 10 mm: the joint at the tip is forty times as soft as that at the base."""
-    parts = {"base": 0.035, "tip": 0.010}
-    return replace(shipped_finger, **{p: replace(getattr(shipped_finger, p), thickness=t) for p, t in parts.items()})
+    """Thickness and chamber taper from 35 mm to 10 mm: the joint at the tip is 29 times as soft as the first."""
+    sections = (
+        replace(shipped_finger.base, thickness=t, chamber_thickness=t / 2, chamber_center=-t / 20)
+        for t in (0.035, 0.01)
+    )
+    return replace(shipped_finger, **dict(zip(("base", "tip"), sections, strict=True)), sensor_spacing=0.009)
 
 
 def sums(layout, q):

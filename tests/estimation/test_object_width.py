@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from finger_plants import LENGTH, uniform_finger
+from finger_plants import LENGTH, built_at, uniform_finger
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
@@ -25,8 +25,14 @@ def around(count, apart, lean=0.0):
 
 # The points of three curves as the axes of an array of all triples, after which come x, y, z.
 AXES = (np.s_[:, None, None], np.s_[None, :, None], np.s_[None, None, :])
-PALM = around(2, 0.09)  # base to base as on the shipped gripper
+PALM = around(2, 0.0706)  # base to base as on the shipped gripper
 GRIPPERS = pytest.mark.parametrize("count", [2, 3])
+
+
+def inner_face(finger, s):
+    """Of the neutral axis, m, at `s` m from the base."""
+    section = built_at(finger, s)
+    return section.thickness / 2 - section.neutral_axis
 
 
 def gap(gripper, *shapes):
@@ -36,16 +42,17 @@ def gap(gripper, *shapes):
 
 
 @GRIPPERS
-def test_straight_fingers_are_apart_by_the_bases_less_their_thickness(tapered_finger, count):
-    """Nearest where they are thickest: at the base."""
+def test_straight_fingers_are_apart_by_the_bases_less_their_inner_faces(tapered_finger, count):
+    """Nearest where the face is farthest from the axis."""
     straight = [(tapered_finger, np.zeros(5))] * count
-    assert gap(around(count, 0.09), *straight) == pytest.approx(0.09 - 0.02, abs=1e-12)
+    farthest = max(inner_face(tapered_finger, s) for s in np.linspace(0, LENGTH, 21))
+    assert gap(around(count, 0.09), *straight) == pytest.approx(0.09 - 2 * farthest, abs=1e-12)
 
 
 @GRIPPERS
 @pytest.mark.parametrize("lean", [0.1, 0.3])
 def test_straight_fingers_that_lean_inward_are_nearest_at_the_inner_edges_of_their_tips(tapered_finger, lean, count):
-    reach = LENGTH * np.sin(lean) + tapered_finger.tip.thickness / 2 * np.cos(lean)
+    reach = LENGTH * np.sin(lean) + inner_face(tapered_finger, LENGTH) * np.cos(lean)
     straight = [(tapered_finger, np.zeros(5))] * count
     assert gap(around(count, 0.2, lean), *straight) == pytest.approx(0.2 - 2 * reach, abs=1e-12)
 
@@ -57,15 +64,16 @@ def test_arcs_that_bulge_inward_are_apart_by_their_centers_less_their_radii(bend
     finger, lean, apart = uniform_finger(120), -bend / 2, 0.15
     radius = LENGTH / -bend
     center = -radius * np.cos(lean)  # of the first arc, along the line between the bases
-    expected = apart - 2 * (center + radius + finger.base.thickness / 2)
+    expected = apart - 2 * (center + radius + inner_face(finger, 0))
     found = gap(around(count, apart, lean), *[(finger, np.full(120, bend / 120))] * count)
     assert found == pytest.approx(expected, abs=1e-5)
 
 
-def test_surface_lies_half_the_thickness_inward_of_the_chain(tapered_finger, bent):
+def test_surface_is_the_inner_face_beside_the_chain(tapered_finger, bent):
     q = bent(20, 5)
     chain = forward_kinematics(q, tapered_finger.segment_length)
-    inward = 1j * np.exp(1j * chain.headings) * tapered_finger.interpolate("thickness", np.linspace(0, LENGTH, 6)) / 2
+    faces = [inner_face(tapered_finger, s) for s in np.linspace(0, LENGTH, 6)]
+    inward = 1j * np.exp(1j * chain.headings) * faces
     points = InnerSurface(tapered_finger).points(q)
     np.testing.assert_allclose(points[:, ::4], chain.segment_ends + inward, atol=1e-15)
     assert points.shape == (20, 21)
@@ -122,7 +130,8 @@ def test_there_is_no_width_unless_all_fingers_touch(shipped_finger, contacts):
     gripper, count = around(len(contacts), 0.09), len(contacts)
     fingers, straight = [shipped_finger] * count, [np.zeros(12)] * count
     assert np.isnan(measured(gripper, fingers, straight, contacts)).all()
-    assert measured(gripper, fingers, straight, [1.0] * count) == pytest.approx([0.07], abs=1e-12)
+    expected = 0.09 - 2 * inner_face(shipped_finger, 0)
+    assert measured(gripper, fingers, straight, [1.0] * count) == pytest.approx([expected], abs=1e-12)
 
 
 @GRIPPERS

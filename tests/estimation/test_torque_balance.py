@@ -130,7 +130,7 @@ def test_free_fall_takes_weight_away(shipped_finger):
     weight = balance.external_torque(resting, GRAVITY, period).torque
     found = balance.external_torque(falling, GRAVITY, period)
     torque, tolerance = found.torque, found.tolerance
-    assert abs(weight[0]) > 1e-3
+    assert abs(weight[0]) > 5e-4
     np.testing.assert_allclose(torque, 0, atol=1e-12)
     np.testing.assert_allclose(tolerance, 0.1 * np.abs(weight), rtol=1e-9)
 
@@ -146,14 +146,20 @@ def test_acceleration_across_the_bending_plane_is_of_no_account(shipped_finger, 
 
 @pytest.mark.parametrize("segments", [1, 5])
 def test_inertia_is_the_mass_matrix_of_the_chain(tapered_finger, segments):
-    """Of a straight finger without stiffness, whose joints speed up one after the other."""
-    base, tip = (replace(part, youngs_modulus=1e-12) for part in (tapered_finger.base, tapered_finger.tip))
+    """Of a straight finger without stiffness, whose joints speed up one after the other, each either way.
+
+    What the rates alone do, since the mass lies off the axis, is the same either way.
+    """
+    base, tip = (
+        replace(part, youngs_modulus=1e-18 * part.youngs_modulus, layer_modulus=1e-18 * part.layer_modulus)
+        for part in (tapered_finger.base, tapered_finger.tip)
+    )
     finger, speeding_up = replace(tapered_finger, base=base, tip=tip, segments=segments), np.arange(-2, 3) ** 2 / 2
     small = 1e-5  # rad/s^2
     for joint, column in zip(np.eye(segments), finger.mass_matrix().T, strict=True):
-        motion = at_rest(np.zeros(segments))._replace(q=np.outer(small * speeding_up, joint))
-        torque = TorqueBalance(finger).external_torque(motion, NO_GRAVITY, period=1.0).torque
-        np.testing.assert_allclose(torque / small, column, rtol=1e-9)
+        motions = [at_rest(np.zeros(segments))._replace(q=np.outer(a * speeding_up, joint)) for a in (small, -small)]
+        one, other = (TorqueBalance(finger).external_torque(m, NO_GRAVITY, period=1.0).torque for m in motions)
+        np.testing.assert_allclose((one - other) / 2 / small, column, rtol=1e-9)
 
 
 def test_pressure_that_changes_is_tolerated(shipped_finger):
@@ -165,7 +171,10 @@ def test_pressure_that_changes_is_tolerated(shipped_finger):
 
 
 def test_noise_of_the_strain(shipped_finger):
-    """0.24 mN m for 1e-4, which is a bend of rest length / spacing * sqrt(2) times as much."""
+    """0.19 mN m for 1e-4, which is a bend of rest length / spacing * sqrt(2) times as much.
+
+    As smoothed values, rates and accelerations of a small bend have it in stiffness, damping and inertia.
+    """
     layout, samples = SensorLayout(shipped_finger, 4), 4000
     scale = 1e-4 * layout.rest_lengths * np.sqrt(2) / shipped_finger.sensor_spacing
     theta = np.random.default_rng(2).standard_normal((samples, 5, 4)) * scale
@@ -173,7 +182,15 @@ def test_noise_of_the_strain(shipped_finger):
     noisy = Motion(q, np.zeros((samples, 5)), np.tile(np.eye(3, 4), (samples, 5, 1, 1)))
     torque = TorqueBalance(shipped_finger).external_torque(noisy, NO_GRAVITY, 0.01).torque
     at_base = torque[:, : layout.joints_per_section[0]].mean(axis=1)  # what a ContactDetector compares
-    assert at_base.std() == pytest.approx(0.24e-3, rel=0.05)
+    values, accelerations = (np.convolve([2 / 7, 3 / 7, 2 / 7], f) for f in ([1 / 12, 10 / 12, 1 / 12], [1, -2, 1]))
+    rates = np.convolve([2 / 7, 3 / 7, 2 / 7], [-0.5, 0.0, 0.5]) + accelerations / 4
+    stiffness, damping = np.diag(shipped_finger.stiffness), np.diag(shipped_finger.damping)
+    terms = ((values, stiffness), (rates / 0.01, damping), (accelerations / 0.01**2, shipped_finger.mass_matrix()))
+    shares = BendSharing(layout).joint_angles(np.eye(4), np.zeros(4), 0.0).T
+    torques = sum(np.multiply.outer(filtered, matrix @ shares) for filtered, matrix in terms)
+    expected = np.linalg.norm(scale * torques[:, : layout.joints_per_section[0]].mean(axis=1))
+    assert at_base.std() == pytest.approx(expected, rel=0.03)
+    assert expected == pytest.approx(0.19e-3, rel=0.05)
 
 
 def test_an_unknown_sample_makes_the_torque_unknown(shipped_finger):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import soft_gripper
-from finger_plants import free_bending
+from finger_plants import built_at, free_bending
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
@@ -109,9 +109,11 @@ def test_any_number_of_segments_bends_alike(gripper):
     assert fine < 1e-4
 
 
-def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path):
-    text = (DIRECTORY / "grippers" / "finger.urdf").read_text().replace('thickness="0.019"', 'thickness="0.02"')
-    stiffness = 8e5 * 0.02 * 0.02**3 / 12 / 0.01  # E I / ds of that uniform finger
+def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path, shipped_finger):
+    text = (DIRECTORY / "grippers" / "finger.urdf").read_text()
+    for tip, base in (('"0.019"', '"0.02"'), ('"9.5e-3"', '"10e-3"'), ('"-0.95e-3"', '"-1e-3"')):
+        text = text.replace(tip, base)
+    stiffness = shipped_finger.base.bending_stiffness / 0.01  # of that uniform finger
     torque = [-0.1 * stiffness, 0.1 * stiffness]
     texts = {"linear": text, "law": with_law(text, ([-0.1, 0.1], torque, torque))}
     angles = []
@@ -122,13 +124,15 @@ def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path):
     np.testing.assert_allclose(*angles, atol=1e-9)
 
 
-@pytest.mark.parametrize("time_step", [0.01, 0.0])
+@pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_finger, time_step):
     file = gripper("finger.urdf", STIFFENING)
-    recording, ends = run(file, "gravity=[0, 0, 0]", f"plant_config.time_step={time_step}")
+    longer = ("pressure.settle=1.99", "gravity=[0, 0, 0]", f"plant_config.time_step={time_step}")
+    recording, ends = run(file, *longer)[0], [2.0, 4.0, 6.0]
     angle, *torques = STIFFENING
     laws = at_joints(shipped_finger, *torques)
-    chamber = 1e-4 * at_joints(shipped_finger, [8e-3], [7.7e-3])[:, 0]  # A e of the file
+    sections = [built_at(shipped_finger, (i + 0.5) * 0.01) for i in range(12)]
+    chamber = [section.chamber_area * section.chamber_eccentricity for section in sections]
     for finger in FINGERS:
         settled = recording[f"{finger}.sampled_joint_angles"].sel(time=ends, method="nearest").values
         law = [straight_on(settled[:, i], angle, laws[i]) for i in range(12)]
@@ -136,13 +140,13 @@ def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_fing
 
 
 def test_estimators_know_the_law(gripper):
-    recording, ends = run(gripper("finger.urdf", STIFFENING))
+    recording, ends = run(gripper("finger.urdf", STIFFENING), "plant_config.time_step=0.005")
     for finger in FINGERS:
         estimated = recording[f"{finger}.external_torque"].sel(time=ends, method="nearest")
         assert np.abs(estimated).max() < 2e-3
 
 
-@pytest.mark.parametrize("time_step", [0.01, 0.0])
+@pytest.mark.parametrize("time_step", [0.005, 0.0])
 @pytest.mark.parametrize("name", scenario_names())
 def test_runs_in_every_scenario(gripper, name, time_step):
     models = load_scenario(name).models

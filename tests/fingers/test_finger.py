@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from finger_plants import built_at
 from scipy.integrate import quad
 
 from soft_gripper.errors import InputError
@@ -12,7 +13,9 @@ from soft_gripper.fingers.finger import ElasticLaw
 # Softer in the middle than at the ends of the curve, and softer at the tip of the finger than at its base.
 LAW = ElasticLaw((-30.0, -10.0, 5.0, 40.0), (-0.5, -0.1, 0.05, 0.8), (-0.3, -0.06, 0.02, 0.4))
 
-MAY_BE_ZERO = ("relaxation_time", "friction", "dissipation")
+MAY_BE_ZERO = ("relaxation_time", "friction", "dissipation", "chamber_width", "chamber_thickness")
+MAY_BE_ZERO += ("layer_thickness", "layer_modulus")
+HAS_A_SIGN = ("chamber_center",)
 
 
 def numbers(record):
@@ -23,7 +26,8 @@ def invalid_changes(finger):
     """Every number of the finger and its parts, wrong in every way: (part, field, value)."""
     for part in ("", "base", "tip", "contact"):
         for name in numbers(getattr(finger, part) if part else finger):
-            wrong = [-1, float("nan"), float("inf")] + [0] * (name not in MAY_BE_ZERO)
+            wrong = [float("nan"), float("inf"), -float("inf")] + [-1] * (name not in HAS_A_SIGN)
+            wrong += [0] * (name not in MAY_BE_ZERO + HAS_A_SIGN)
             yield from ((part, name, value) for value in wrong)
 
 
@@ -53,14 +57,13 @@ def test_zero_damping_and_friction_are_allowed(shipped_finger):
 
 
 def at_joints(finger, quantity):
-    """Linear from base to tip, at the middles of the segments."""
-    base, tip = getattr(finger.base, quantity), getattr(finger.tip, quantity)
-    return np.array([base + (tip - base) * (i + 0.5) / finger.segments for i in range(finger.segments)])
+    """Of the cross-sections at the middles of the segments."""
+    places = (np.arange(finger.segments) + 0.5) * finger.length / finger.segments
+    return np.array([getattr(built_at(finger, s), quantity) for s in places])
 
 
 def test_stiffness_is_that_of_the_cross_section(tapered_finger):
-    modulus, width, thickness = (at_joints(tapered_finger, name) for name in ("youngs_modulus", "width", "thickness"))
-    expected = modulus * width * thickness**3 / 12 / (tapered_finger.length / tapered_finger.segments)
+    expected = at_joints(tapered_finger, "bending_stiffness") / (tapered_finger.length / tapered_finger.segments)
     np.testing.assert_allclose(tapered_finger.stiffness, expected, rtol=1e-12)
     np.testing.assert_allclose(tapered_finger.damping, tapered_finger.relaxation_time * expected, rtol=1e-12)
 
@@ -134,9 +137,8 @@ def beam_value(finger, density):
 def test_chain_converges_to_the_beam_with_the_square_of_the_segment(tapered_finger):
     def free_bend(s):
         """Curvature of the beam per pascal."""
-        get = tapered_finger.interpolate
-        rigidity = get("youngs_modulus", s) * get("width", s) * get("thickness", s) ** 3 / 12
-        return get("chamber_area", s) * get("chamber_eccentricity", s) / rigidity
+        section = built_at(tapered_finger, s)
+        return section.chamber_area * section.chamber_eccentricity / section.bending_stiffness
 
     exact = beam_value(tapered_finger, free_bend)
     chains = [replace(tapered_finger, segments=n) for n in (20, 40, 80)]
@@ -146,9 +148,14 @@ def test_chain_converges_to_the_beam_with_the_square_of_the_segment(tapered_fing
 
 def test_mass_is_density_times_volume(shipped_finger, tapered_finger):
     uniform = replace(shipped_finger, tip=shipped_finger.base)
-    assert uniform.link_masses.sum() == pytest.approx(1100 * 0.12 * 0.02 * 0.02, rel=1e-12)
-    get = tapered_finger.interpolate
-    exact = beam_value(tapered_finger, lambda s: get("density", s) * get("width", s) * get("thickness", s))
+    assert uniform.link_masses.sum() == pytest.approx(1070 * 0.12 * (0.02**2 - 9e-3 * 10e-3), rel=1e-12)
+
+    def line_density(s):
+        """kg/m."""
+        section = built_at(tapered_finger, s)
+        return section.density * section.area
+
+    exact = beam_value(tapered_finger, line_density)
     assert replace(tapered_finger, segments=200).link_masses.sum() == pytest.approx(exact, rel=1e-5)
 
 
@@ -203,7 +210,8 @@ def test_stable_time_step_with_another_elastic_law(shipped_finger, finger_plant,
     """The damping stays that of Young's modulus: a stiffer law has a shorter relaxation time."""
     finger = replace(shipped_finger, tip=shipped_finger.base, segments=3)
     limit = replace(finger, elastic_law=linear_law(finger, factor)).stable_time_step()
-    section = replace(finger.base, youngs_modulus=factor * finger.base.youngs_modulus)
+    moduli = {name: factor * getattr(finger.base, name) for name in ("youngs_modulus", "layer_modulus")}
+    section = replace(finger.base, **moduli)
     alike = replace(finger, base=section, tip=section, relaxation_time=finger.relaxation_time / factor)
     assert spectral_radius(finger_plant(alike, 0.999 * limit)) < 1 + 1e-6
     assert spectral_radius(finger_plant(alike, 1.001 * limit)) > 1 + 1e-4

@@ -1,14 +1,18 @@
 """<finger> elements: what may be left out, and one line for every mistake."""
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger import ContactMaterial, CrossSection, ElasticLaw, Finger
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import ContactMaterial, ElasticLaw, Finger
 from soft_gripper.fingers.finger_element import read_finger_element
 
-SECTION = 'youngs_modulus="8e5" density="1100" chamber_area="1e-4" chamber_eccentricity="8e-3"'
+CHAMBER = 'chamber_width="9e-3" chamber_thickness="8e-3" chamber_center="-1e-3"'
+LAYER = 'layer_thickness="2e-4" layer_modulus="1e9"'
+SECTION = f'youngs_modulus="8e5" density="1100" {CHAMBER} {LAYER}'
 COMPLETE = f"""
 <finger name="left">
   <parent link="palm"/>
@@ -16,15 +20,15 @@ COMPLETE = f"""
   <body length="0.12" segments="6" relaxation_time="0.02"/>
   <base width="0.03" thickness="0.02" {SECTION}/>
   <tip width="0.025" thickness="0.015" {SECTION}/>
-  <sensors spacing="0.018"/>
+  <sensors spacing="0.014"/>
   <contact friction="0.7" hydroelastic_modulus="1e5" dissipation="2"/>
 </finger>"""
 LAW = '<elastic_law angle="-0.2 0 0.4" base_torque="-0.4 0 0.5" tip_torque="-0.3 0 0.25"/>'
 REQUIRED = {
     "parent": ["link"],
     "body": ["length"],
-    "base": ["width", "thickness", "youngs_modulus", "density", "chamber_area", "chamber_eccentricity"],
-    "tip": ["width", "thickness", "youngs_modulus", "density", "chamber_area", "chamber_eccentricity"],
+    "base": ["width", "thickness", "youngs_modulus", "density"],
+    "tip": ["width", "thickness", "youngs_modulus", "density"],
     "sensors": ["spacing"],
 }
 
@@ -50,10 +54,10 @@ def complaint(element):
 
 def test_complete_element():
     mounted = read(COMPLETE)
-    rest = (8e5, 1100.0, 1e-4, 8e-3)
+    rest = (8e5, 1100.0, 9e-3, 8e-3, -1e-3, 2e-4, 1e9)
     base, tip = CrossSection(0.03, 0.02, *rest), CrossSection(0.025, 0.015, *rest)
     contact = ContactMaterial(0.7, 1e5, 2.0)
-    assert mounted.finger == Finger("left", 0.12, base, tip, 0.018, 6, 0.02, contact)
+    assert mounted.finger == Finger("left", 0.12, base, tip, 0.014, 6, 0.02, contact)
     assert (mounted.parent, mounted.xyz, mounted.rpy) == ("palm", (0.1, -0.2, 0.3), (0.0, 0.0, 3.14))
 
 
@@ -65,6 +69,14 @@ def test_what_may_be_left_out_has_defaults():
     assert (mounted.xyz, mounted.rpy) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert (mounted.finger.segments, mounted.finger.relaxation_time) == (12, 0.015)
     assert mounted.finger.contact == ContactMaterial()
+
+
+@pytest.mark.parametrize("without", [CHAMBER, LAYER])
+def test_a_chamber_and_a_layer_may_be_left_out(without):
+    names = [part.split("=")[0] for part in without.split()]
+    finger, complete = read(COMPLETE.replace(without, "")).finger, read(COMPLETE).finger
+    for found, whole in ((finger.base, complete.base), (finger.tip, complete.tip)):
+        assert found == replace(whole, **dict.fromkeys(names, 0.0))
 
 
 def test_parts_of_the_optional_elements_may_be_left_out():
@@ -138,7 +150,7 @@ def test_missing_attribute(tag, attribute):
         ('name="left"', 'name=""', "finger.name = '': give every <finger> a name"),
         ('name="left"', "", "finger.name = None: give every <finger> a name"),
         ('name="left"', 'name="left" segments="6"', "finger 'left': attribute = 'segments': not known here"),
-        ('"0.018"', '"-0.018"', "finger 'left': sensors.spacing = -0.018: give a finite number above 0"),
+        ('"0.014"', '"-0.014"', "finger 'left': sensors.spacing = -0.014: give a finite number above 0"),
         ('"0.015"', '"nan"', "finger 'left': tip.thickness = nan: give a finite number above 0"),
         ('"6"', '"0"', "finger 'left': body.segments = 0: give a whole number of at least 1"),
     ],

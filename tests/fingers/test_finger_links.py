@@ -5,6 +5,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
+from finger_plants import built_at
 from pydrake.geometry import Role
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -46,23 +47,31 @@ def test_energy_of_the_springs_is_that_of_torsion_springs(tapered_finger, finger
 def test_damping_is_in_the_joints_and_only_there(tapered_finger, finger_plant):
     plant = finger_plant(tapered_finger)
     damping = [plant.GetJointByName(joint_name("tapered", i)).default_damping() for i in range(5)]
-    np.testing.assert_allclose(damping, 0.015 * tapered_finger.stiffness, rtol=1e-12)
+    np.testing.assert_allclose(damping, 0.0065 * tapered_finger.stiffness, rtol=1e-12)
     undamped = finger_plant(replace(tapered_finger, relaxation_time=0.0))
     moving, resting = (force_element_torque(undamped, 0.3, v) for v in (2.0, 0.0))
     np.testing.assert_allclose(moving, resting, rtol=1e-12)
 
 
-def test_links_are_solid_boxes_from_joint_to_joint(tapered_finger, finger_plant):
+def box(density, x, thickness, width, length):
+    """Inertia of a box about a point in its end, x m off the middle of that, (6, 6)."""
+    solid = SpatialInertia.SolidBoxWithDensity(density, thickness, width, length)
+    return solid.Shift([-x, 0, -length / 2]).CopyToFullMatrix6()
+
+
+def test_links_are_blocks_less_their_chambers_from_joint_to_joint(tapered_finger, finger_plant):
+    """They begin on the neutral axis."""
     finger, plant = tapered_finger, finger_plant(tapered_finger)
     context = plant.CreateDefaultContext()
     ends = np.array([0, 0.5, 1.5, 2.5, 3.5, 4.5, 5]) * finger.length / 5
     for i, (begin, end) in enumerate(pairwise(ends)):
         body = plant.GetBodyByName(link_name("tapered", i))
-        middle = (begin + end) / 2
-        thickness, width = (finger.interpolate(name, middle) for name in ("thickness", "width"))
-        box = SpatialInertia.SolidBoxWithMass(finger.link_masses[i], thickness, width, end - begin)
-        measured = body.CalcSpatialInertiaInBodyFrame(context).Shift([0, 0, (end - begin) / 2])
-        np.testing.assert_allclose(measured.CopyToFullMatrix6(), box.CopyToFullMatrix6(), atol=1e-15)
+        section, length = built_at(finger, (begin + end) / 2), end - begin
+        block = box(section.density, -section.neutral_axis, section.thickness, section.width, length)
+        in_chamber = section.chamber_center - section.neutral_axis
+        air = box(section.density, in_chamber, section.chamber_thickness, section.chamber_width, length)
+        measured = body.CalcSpatialInertiaInBodyFrame(context)
+        np.testing.assert_allclose(measured.CopyToFullMatrix6(), block - air, atol=1e-15)
         place = plant.EvalBodyPoseInWorld(context, body).translation()
         np.testing.assert_allclose(place, [0, 0, begin], atol=1e-15)
     tip = plant.GetFrameByName("tapered_tip").CalcPoseInWorld(context).translation()
@@ -92,6 +101,17 @@ def test_a_finger_touches_the_other_but_not_itself(inspector, skins):
         (finger_a, index_a), (finger_b, index_b) = skins[a], skins[b]
         both_welded_to_the_palm = index_a == index_b == "0"
         assert inspector.CollisionFiltered(a, b) == (finger_a == finger_b or both_welded_to_the_palm)
+
+
+def test_skins_reach_from_face_to_face(inspector, skins, shipped_finger):
+    ends = np.concatenate([[0], np.arange(12) + 0.5, [12]]) * 0.01
+    for skin, (_, index) in skins.items():
+        begin, end = ends[int(index) : int(index) + 2]
+        section = built_at(shipped_finger, (begin + end) / 2)
+        place, size = inspector.GetPoseInFrame(skin).translation(), inspector.GetShape(skin).size()
+        np.testing.assert_allclose(size, [section.thickness, section.width, end - begin], atol=1e-15)
+        middle = (section.inner_face + section.outer_face) / 2
+        np.testing.assert_allclose(place, [middle, 0, (end - begin) / 2], atol=1e-15)
 
 
 def test_skin_is_made_of_the_contact_material(inspector, skins, shipped_finger):

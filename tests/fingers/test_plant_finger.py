@@ -14,7 +14,7 @@ from soft_gripper.models import DIRECTORY
 
 FINGER, TWO_FINGER = DIRECTORY / "grippers/finger.urdf", DIRECTORY / "grippers/two_finger.urdf"
 X_WPALM = RigidTransform(RollPitchYaw(0.3, -0.5, 1.2), [0.1, 0.2, 0.3])
-POSES = [RigidTransform(RollPitchYaw(0, 0, yaw), [x, 0, 0.03]) for x, yaw in ((-0.045, 0.0), (0.045, np.pi))]
+POSES = [RigidTransform(RollPitchYaw(0, 0, yaw), [x, 0, 0.03]) for x, yaw in ((-0.0353, 0.0), (0.0353, np.pi))]
 
 
 @pytest.fixture(scope="module")

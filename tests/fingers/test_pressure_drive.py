@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from finger_plants import built_at
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
@@ -85,7 +86,7 @@ def test_chamber_law_acts_on_the_joints_of_its_finger_alone(load_plant):
         of_plant = PlantFinger(finger, plant, model)
         torque = plant.MakeActuationMatrix() @ pressure_torque_map(of_plant)
         joints = [plant.GetJointByName(f"{finger.name}_joint_{i}").velocity_start() for i in range(12)]
-        s = (np.arange(12) + 0.5) / 12
-        law = 1e-4 * (8e-3 + (7.7e-3 - 8e-3) * s)  # A(s) e(s) of the file
+        sections = [built_at(finger, (i + 0.5) * 0.01) for i in range(12)]
+        law = [section.chamber_area * section.chamber_eccentricity for section in sections]
         np.testing.assert_allclose(torque[joints], law, rtol=1e-12)
         assert np.count_nonzero(torque) == 12

@@ -42,7 +42,7 @@ def test_shipped_file_loads_in_bare_drake(load_plant, file, base, names):
     assert plant.num_velocities() == plant.num_actuators() == 12 * len(names)
     assert plant.num_bodies() == 2 + 13 * len(names)  # world, base, links
     assert plant.num_force_elements() == 1 + 24 * len(names)  # gravity, springs
-    finger_mass = 1100 * 0.12 * 0.02 * (0.02 + 0.019) / 2  # linear taper
+    finger_mass = 1070 * 0.12 * (0.02 * 0.0195 - 9e-3 * 9.75e-3)  # linear taper
     base_mass = {"mount": 0.1, "palm": 0.3}[base]
     total = plant.CalcTotalMass(plant.CreateDefaultContext())
     assert total == pytest.approx(base_mass + finger_mass * len(names), rel=1e-12)
@@ -51,7 +51,7 @@ def test_shipped_file_loads_in_bare_drake(load_plant, file, base, names):
 def test_fingers_stand_where_their_origins_say(load_plant):
     plant = load_plant(expand_urdf(TWO_FINGER).text, "palm")
     context = plant.CreateDefaultContext()
-    for name, x, yaw in (("left_finger", -0.045, 0.0), ("right_finger", 0.045, np.pi)):
+    for name, x, yaw in (("left_finger", -0.0353, 0.0), ("right_finger", 0.0353, np.pi)):
         assert plant.GetJointByName(f"{name}_mount").type_name() == "weld"
         expected = RigidTransform(RollPitchYaw(0, 0, yaw), [x, 0, 0.03])
         base = plant.GetBodyByName(f"{name}_link_0")
@@ -63,7 +63,7 @@ def test_positive_angles_close_the_gripper(load_plant):
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.full(24, 0.02))
     left, right = (plant.GetFrameByName(f"{side}_finger_tip").CalcPoseInWorld(context) for side in ("left", "right"))
-    assert -0.045 < left.translation()[0] < right.translation()[0] < 0.045
+    assert -0.0353 < left.translation()[0] < right.translation()[0] < 0.0353
 
 
 def test_expanding_twice_changes_nothing(tmp_path):

@@ -58,6 +58,7 @@ def moved(folder, motion, time_step, pressure=0.0, hanging=SIDEWAYS) -> Recordin
     place = Transform(RigidTransform(hanging, [0, 0, 0]))
     scenario.models.append(ModelConfig("finger", FINGER, parent="hand::hand", X_PC=place))
     scenario.external, scenario.pressure.steps = ["joints"], {"all": [pressure]}
+    scenario.simulator_config.max_step_size = 5e-3  # s, of cenic, which watches positions: the base jerks with longer
     scenario.estimator.contact_threshold, scenario.plant_config.time_step = 2.5e-3, time_step
     builder = DiagramBuilder()
     station = add_station(builder, scenario)

@@ -40,7 +40,7 @@ def test_postures_differ():
     assert np.abs(upward).max(axis=1).min() < 0.8
 
 
-@pytest.mark.parametrize("pressure", [0.0, 60e3])
+@pytest.mark.parametrize("pressure", [0.0, 50e3])
 @pytest.mark.parametrize("home", POSTURES)
 def test_a_free_finger_reports_nothing(home, pressure):
     recording = at_rest(home, pressure)

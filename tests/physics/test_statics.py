@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from finger_plants import free_bending
+from finger_plants import built_at, free_bending
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
@@ -10,13 +10,10 @@ from soft_gripper.diagrams.station import make_station
 
 def free_angles(finger, pressure):
     """tau_i / k_i = p A e ds / (E I), from the cross-section at the middle of every segment."""
-    s = (np.arange(finger.segments) + 0.5) / finger.segments
-    quantities = ("chamber_area", "chamber_eccentricity", "youngs_modulus", "width", "thickness")
-    area, eccentricity, modulus, width, thickness = (
-        (1 - s) * getattr(finger.base, name) + s * getattr(finger.tip, name) for name in quantities
-    )
-    rigidity = modulus * width * thickness**3 / 12
-    return pressure * area * eccentricity * (finger.length / finger.segments) / rigidity
+    ds = finger.length / finger.segments
+    sections = [built_at(finger, (i + 0.5) * ds) for i in range(finger.segments)]
+    gains = np.array([section.chamber_area * section.chamber_eccentricity for section in sections])
+    return pressure * gains * ds / [section.bending_stiffness for section in sections]
 
 
 @pytest.mark.parametrize("time_step", [0.01, 0.0])

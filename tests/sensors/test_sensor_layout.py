@@ -1,5 +1,6 @@
 """SensorLayout: which joints a sensor covers, and joint angles -> readings."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,11 +11,18 @@ from soft_gripper.fingers.kinematics import forward_kinematics, sensor_path
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 
-def test_paths_lie_a_sensor_spacing_apart(shipped_finger):
+def test_paths_lie_a_sensor_spacing_apart_as_deep_under_both_faces_of_the_thinner_end(shipped_finger):
+    """One-sided, the inner one is not measured. Offsets are from the neutral axis."""
     two, one = SensorLayout(shipped_finger, 3), SensorLayout(shipped_finger, 3, one_sided=True)
     assert (two.paths, two.readings, one.paths, one.readings) == (2, 6, 1, 3)
-    np.testing.assert_array_equal(two.offsets, [0.009, -0.009])
-    np.testing.assert_array_equal(one.offsets, [-0.018])
+    in_section = two.offsets + shipped_finger.tip.neutral_axis
+    np.testing.assert_allclose(in_section, [0.0085, -0.0085], atol=1e-15)
+    np.testing.assert_array_equal(one.offsets, two.offsets[1:])
+
+
+def test_the_thinner_end_may_be_the_base(tapered_finger):
+    turned = replace(tapered_finger, base=tapered_finger.tip, tip=tapered_finger.base)
+    np.testing.assert_array_equal(SensorLayout(turned, 3).offsets, SensorLayout(tapered_finger, 3).offsets)
 
 
 @pytest.mark.parametrize("sections", range(1, 13))

@@ -79,7 +79,7 @@ def test_every_finger_bends_under_its_own_pressure(driven):
 
 def test_every_finger_is_where_its_own_gripper_stands(driven):
     fingers, recording = driven
-    for finger, x in zip(fingers, (-0.045, 0.045, 0.455, 0.545), strict=True):
+    for finger, x in zip(fingers, (-0.0353, 0.0353, 0.4647, 0.5353), strict=True):
         assert finger.X_WB.translation() == pytest.approx([x, 0, 0.03], abs=1e-12)
         np.testing.assert_array_equal(recording[f"{finger.name}.X_WB"].values[-1], finger.X_WB.GetAsMatrix34())
 

@@ -150,7 +150,7 @@ def test_names_that_are_taken_or_cannot_be(name):
         "pressure.steps.all=[-60000, 250000]",
         "sensor.sections=1",
         "sensor.sections=12",
-        "believed.width=-99.9 %",
+        "believed.density=-99.9 %",
         "believed.width=0.03",
         "external=[pressure]",
         "estimator.contact_threshold=1.0e-9",

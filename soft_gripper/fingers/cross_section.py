@@ -1,0 +1,141 @@
+"""A finger's cross-section as it is built, and what follows: bending stiffness, neutral axis, chamber law.
+
+Seen along the finger, with the inner side, which touches, to the right:
+
+    outer face                                    inner face
+        +---------------------------------------+=+
+        |          +----------------+           | |   ^ y
+        |          |    chamber     |           | |   |
+        |          +----------------+           |=|   +--> x, from the middle of the outer section
+        +---------------------------------------+=+
+                                       strain-limiting layer
+
+Plane sections stay plane (Euler and Bernoulli), so a composite bends about the centroid of its moduli:
+
+    x_n = sum E_i A_i x_i / sum E_i A_i ,    EI = sum E_i (I_i + A_i (x_i - x_n)^2) ,
+
+summed over the block of silicone, the chamber (which takes silicone away) and the layer (which takes its place).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from soft_gripper.arrays import Array
+
+Quantity = Array | float  # at one place along the finger, or at several
+
+
+@dataclass(frozen=True)
+class CrossSection:
+    """What the finger is made of at one place along its length, or at several, if the fields are arrays (SI units).
+
+    Without a chamber the section is solid; without a layer it is silicone alone.
+    """
+
+    width: float  # m, outer, along the bending axis y
+    thickness: float  # m, outer, along the inner normal x
+    youngs_modulus: float  # Pa, of the silicone
+    density: float  # kg/m^3, of the silicone
+    chamber_width: float = 0.0  # m, along y
+    chamber_thickness: float = 0.0  # m, along x
+    chamber_center: float = 0.0  # m, along x from the middle of the outer section; negative toward the outer face
+    layer_thickness: float = 0.0  # m, of a strain-limiting layer in the inner face, as wide as the finger
+    layer_modulus: float = 0.0  # Pa, Young's modulus of that layer
+
+    @cached_property
+    def chamber_area(self) -> Quantity:
+        """m^2."""
+        return self.chamber_width * self.chamber_thickness
+
+    @cached_property
+    def area(self) -> Quantity:
+        """What is solid, m^2."""
+        return self.width * self.thickness - self.chamber_area
+
+    @cached_property
+    def _parts(self) -> list[tuple[Quantity, ...]]:
+        """Modulus, width, thickness, centre of what is added up: block, chamber, layer."""
+        layer = (self.layer_modulus - self.youngs_modulus, self.width, self.layer_thickness, self.layer_center)
+        block = (self.youngs_modulus, self.width, self.thickness, 0.0)
+        return [block, (-self.youngs_modulus, *self._chamber), layer]
+
+    @property
+    def _chamber(self) -> tuple[Quantity, ...]:
+        return self.chamber_width, self.chamber_thickness, self.chamber_center
+
+    @property
+    def layer_center(self) -> Quantity:
+        """m, along x from the middle of the outer section."""
+        return (self.thickness - self.layer_thickness) / 2
+
+    @cached_property
+    def neutral_axis(self) -> Quantity:
+        """What keeps its length when the finger bends: m, along x from the middle of the outer section."""
+        stretched = sum(E * w * t for E, w, t, _ in self._parts)
+        return sum(E * w * t * x for E, w, t, x in self._parts) / stretched
+
+    @cached_property
+    def bending_stiffness(self) -> Quantity:
+        """E I about the neutral axis, N m^2."""
+        return sum(E * w * t * (t**2 / 12 + (x - self.neutral_axis) ** 2) for E, w, t, x in self._parts)
+
+    @cached_property
+    def chamber_eccentricity(self) -> Quantity:
+        """From the chamber's centroid to the neutral axis, m; positive where pressure closes the finger."""
+        return self.neutral_axis - self.chamber_center
+
+    @property
+    def inner_face(self) -> Quantity:
+        """m, along x from the neutral axis."""
+        return self.thickness / 2 - self.neutral_axis
+
+    @property
+    def outer_face(self) -> Quantity:
+        """m, along x from the neutral axis; negative."""
+        return -self.thickness / 2 - self.neutral_axis
+
+    @cached_property
+    def mass_center(self) -> Quantity:
+        """m, along x from the neutral axis. The layer counts as silicone."""
+        return -self.chamber_area * self.chamber_center / self.area - self.neutral_axis
+
+    @cached_property
+    def gyration(self) -> tuple[Quantity, Quantity]:
+        """Squares of the radii of gyration of the mass about its centre, along x and along y, m^2."""
+        center = self.mass_center + self.neutral_axis
+        block, hole = self.width * self.thickness, self.chamber_area
+        along_x = block * (self.thickness**2 / 12 + center**2)
+        along_x = along_x - hole * (self.chamber_thickness**2 / 12 + (self.chamber_center - center) ** 2)
+        along_y = (block * self.width**2 - hole * self.chamber_width**2) / 12
+        return along_x / self.area, along_y / self.area
+
+    @property
+    def walls(self) -> dict[str, Quantity]:
+        """Thickness of the walls round the chamber, m: at each side, outer and inner (of silicone, without layer)."""
+        half, middle = self.chamber_thickness / 2, self.chamber_center
+        return {
+            "side": (self.width - self.chamber_width) / 2,
+            "outer": self.thickness / 2 + middle - half,
+            "inner": self.thickness / 2 - middle - half - self.layer_thickness,
+        }
+
+
+def misfits(section: CrossSection) -> Iterator[tuple[str, float, str]]:
+    """What of a section cannot be moulded: field, value, and what would be right."""
+    if (section.chamber_width == 0) != (section.chamber_thickness == 0):
+        yield "chamber_width", section.chamber_width, "a chamber has a width and a thickness, a solid section neither"
+    if (section.layer_thickness == 0) != (section.layer_modulus == 0):
+        yield "layer_modulus", section.layer_modulus, "a layer has a thickness and a modulus"
+    if section.layer_thickness >= section.thickness:
+        yield "layer_thickness", section.layer_thickness, f"give less than the thickness, {section.thickness:g} m"
+    if section.chamber_area == 0:
+        return
+    field = {"side": "chamber_width", "outer": "chamber_center", "inner": "chamber_center"}
+    walls = ", ".join(f"{name} {1e3 * wall:.2f} mm" for name, wall in section.walls.items())
+    for name, wall in section.walls.items():
+        if wall <= 0:
+            yield field[name], getattr(section, field[name]), f"the chamber does not fit; it leaves walls of {walls}"
+    if section.chamber_eccentricity <= 0:
+        expected = f"pressure would open the finger: give less than the neutral axis, {section.neutral_axis:.3g} m"
+        yield "chamber_center", section.chamber_center, expected
