@@ -20,8 +20,8 @@ def hanging(name: str, x: float) -> ModelConfig:
 
 def peg_at(finger: Finger, s: float) -> ModelConfig:
     """A peg beside the inner side of a finger that hangs at x = 0, `s` m from its base."""
-    x = finger.interpolate("thickness", np.array(s)) / 2 + RADIUS + GAP
-    place = Transform(RigidTransform([float(x), 0.0, HEIGHT - s]))
+    x = float(finger.section(s).inner_face) + RADIUS + GAP
+    place = Transform(RigidTransform([x, 0.0, HEIGHT - s]))
     return ModelConfig(name="peg", file="package://soft_gripper/objects/peg.sdf", X_PC=place)
 
 
