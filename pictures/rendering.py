@@ -42,7 +42,7 @@ class SceneRenderer:
         self.scene = scene = ReplayedScene(scenario, recording)
         self._torque_limit = torque_limit
         times = scene.times[np.linspace(0, len(scene.times) - 1, _FRAMED_TIMES).astype(int)]
-        corners = np.concatenate([scene.moving_corners(time) for time in times])
+        corners = np.concatenate([scene.framed_corners(time) for time in times])
         # What has fallen far away would leave nothing else to be seen.
         corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
         self.direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)

@@ -61,10 +61,16 @@ class ReplayedScene:
         """Corners of the boxes around all parts of the models with fingers at a time, s; (M, 3) m in the world."""
         return self._corners({finger.model for finger in self.fingers}, time)
 
-    def moving_corners(self, time: float) -> Array:
-        """Corners of the boxes around all parts of the models that can move at a time, s; (M, 3) m in the world."""
-        models = map(ModelInstanceIndex, range(self.plant.num_model_instances()))
-        return self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
+    def framed_corners(self, time: float) -> Array:
+        """Corners of the boxes around what a picture must show at a time, s; (M, 3) m in the world.
+
+        That is all that can move, and what is fixed and smaller, such as a peg, but no table.
+        """
+        models = [ModelInstanceIndex(index) for index in range(self.plant.num_model_instances())]
+        moving = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
+        fixed = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
+        small = [corners for corners in fixed if len(corners) and _extent(corners) < _extent(moving) / 2]
+        return np.concatenate([moving, *small])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
         """What is seen of a body."""
@@ -83,3 +89,8 @@ class ReplayedScene:
         context = self.plant.GetMyMutableContextFromRoot(self._context)
         self.plant.SetPositionsAndVelocities(context, self.signals(time)["plant.state"].values)
         return context
+
+
+def _extent(corners: Array) -> float:
+    """The diagonal of the box around points, m."""
+    return float(np.linalg.norm(np.ptp(corners, axis=0)))

@@ -45,7 +45,7 @@ class PressureConfig:
     settle: float = 1.0  # s before the samples of a step begin
     hold_samples: int = 100  # sensor samples averaged in each step
     minimum: float = -50e3  # Pa, of the supply (negative: vacuum, which the walls of the chamber must bear)
-    maximum: float = 250e3  # Pa
+    maximum: float = 210e3  # Pa
     time_constant: float = 0.05  # s, first-order lag between command and chamber; 0: none
 
 

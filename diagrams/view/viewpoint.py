@@ -73,4 +73,4 @@ def box_corners(
             box = inspector.GetObbInGeometryFrame(shape)
             X_WBox = X_WBody @ inspector.GetPoseInFrame(shape) @ box.pose()
             corners.append((X_WBox @ (_CORNERS * box.half_width()).T).T)
-    return np.concatenate(corners)
+    return np.concatenate([np.empty((0, 3)), *corners])

@@ -75,14 +75,18 @@ def _link(finger: Finger, index: int) -> ET.Element:
 def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
     """A visual cylinder at the joint, in the middle of the section: it fills the wedge that opens on the outer side.
 
-    It is a little narrower than the link, so that no two surfaces coincide and flicker, and ends with the tip.
+    It is a little narrower than the link, so that no two surfaces coincide and flicker. Where it would stand out at the
+    tip, a block as long as there is room takes its place.
     """
-    section = finger.section(s)
-    radius = min(float(section.thickness) / 2, finger.length - s)
+    section, room = finger.section(s), finger.length - s
+    thickness = float(section.thickness)
+    solid = _element("cylinder", radius=_text(thickness / 2), length=_text(0.99 * width))
+    if room < thickness / 2:
+        solid = _element("box", size=_text(thickness, 2 * room, 0.99 * width))
     return _element(
         "visual",
         _element("origin", xyz=_text(-float(section.neutral_axis), 0, 0), rpy=_text(np.pi / 2, 0, 0)),
-        _element("geometry", _element("cylinder", radius=_text(radius), length=_text(0.99 * width))),
+        _element("geometry", solid),
         _material(finger),
     )
 
