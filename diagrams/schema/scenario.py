@@ -85,7 +85,7 @@ class PhaseConfig:
     straight: bool = False  # the gripper goes in a straight line; else the joints do
     speed: float = 1.0  # part of the arm's velocity limits
     opening: float | None = None  # m, set point of the gripper from here on; None: as before
-    until: str | None = None  # what ends the phase after the motion: "grasped", "released"; None: `rest` is over
+    until: str | None = None  # what ends it after the motion: "opened", "grasped", "released"; None: `rest` is over
     rest: float = 0.0  # s, after the motion, where nothing is awaited
     holds: bool = False  # the object is in the fingers: its loss is watched for
 

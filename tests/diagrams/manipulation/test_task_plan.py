@@ -30,7 +30,7 @@ THING = """<robot name="thing"><link name="thing"><inertial><mass value="0.1"/>
 
 PICK_AND_PLACE = (
     PhaseConfig("look", posture=POSTURE, opening=0.1, rest=0.4),
-    PhaseConfig("approach", "object", OVER),
+    PhaseConfig("approach", "object", OVER, until="opened"),
     PhaseConfig("descend", "object", straight=True),
     PhaseConfig("close", opening=0.03, until="grasped"),
     PhaseConfig("lift", "object", OVER, straight=True, holds=True),
@@ -40,7 +40,7 @@ PICK_AND_PLACE = (
     PhaseConfig("return", "home"),
 )
 NAMES = [config.name for config in PICK_AND_PLACE]
-WATCHED = ["close", "lift", "carry", "lower", "release"]
+WATCHED = ["approach", "close", "lift", "carry", "lower", "release"]
 
 
 def pose(coordinates):
@@ -113,6 +113,18 @@ def test_where_a_phase_ends(planned, name, place, height):
 @pytest.mark.parametrize(("name", "posture"), [("look", POSTURE), ("return", HOME)])
 def test_postures(planned, name, posture):
     np.testing.assert_allclose(end_of(planned[1][NAMES.index(name)].motion), posture, atol=1e-12)
+
+
+def test_what_follows_a_gripper_that_does_not_open_goes_nowhere_near_the_object(planned):
+    """It rises and goes home."""
+    arm, phases = planned
+    heights = [
+        tool_pose(arm.plant, arm.tool, phase.motion.value(time)[:, 0]).translation()[2]
+        for phase in rescue_of(phases, "approach")
+        for time in np.linspace(0.0, phase.duration, 20)
+    ]
+    over = tool_pose(arm.plant, arm.tool, end_of(phases[NAMES.index("approach")].motion)).translation()[2]
+    assert min(heights) > over - 1e-6
 
 
 def middle(arm, phase):
