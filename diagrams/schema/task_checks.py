@@ -42,6 +42,9 @@ def check_task(where: Path | str, scenario: Scenario) -> None:
     for name in ("X_OG", "X_WGoal"):
         matrix = getattr(task, name).GetDeterministicValue().GetAsMatrix34()
         require(bool(np.isfinite(matrix).all()), where, f"task.{name}", getattr(task, name), "give finite numbers")
+    for name, unit in (("x", "m"), ("y", "m"), ("yaw", "rad")):
+        value = getattr(task.pose_error, name)
+        require(math.isfinite(value), where, f"task.pose_error.{name}", value, f"give a finite number, {unit}")
     for i, phase in enumerate(task.phases):
         _check_phase(where, f"task.phases[{i}]", phase)
     _check_grip(where, scenario, task)

@@ -138,7 +138,7 @@ class Rules:
         return phase.follower if given_up or self._reached(phase, progress, observed) else None
 
     def _reached(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
-        """Whether the fingers are at rest: as open as commanded, with something between them, or with nothing at all."""
+        """Whether the fingers are at rest: as open as commanded, with something between them, or with nothing."""
         if not self._is_quiet(progress, observed):
             return False
         if phase.until == "opened":

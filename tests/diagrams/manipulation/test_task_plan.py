@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
 from soft_gripper.diagrams.manipulation.task_plan import RESCUE, end_of, plan_phases
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 from soft_gripper.errors import InputError
 from soft_gripper.manipulation.arm_kinematics import tool_pose
 
@@ -54,11 +54,11 @@ def schema(coordinates):
     return Transform(translation=position, rotation=Rotation(value=Rotation.Rpy(deg=[0, 0, np.rad2deg(turn)])))
 
 
-def plan(folder, *configs):
+def plan(folder, *configs, error=None):
     (folder / "thing.urdf").write_text(THING)
     scenario = small_arm(folder, GANTRY, HOME)
     scenario.models.append(ModelConfig("thing", str(folder / "thing.urdf"), X_PC=schema(BEGIN), free=True))
-    task = TaskConfig("thing", schema(GRASP), schema(GOAL), list(configs))
+    task = TaskConfig("thing", schema(GRASP), schema(GOAL), list(configs), pose_error=error or PoseErrorConfig())
     arm = arm_of(scenario, add_scene(DiagramBuilder(), scenario))
     return arm, plan_phases(task, scenario.models, arm)
 
@@ -108,6 +108,14 @@ def test_where_a_phase_ends(planned, name, place, height):
     X_WTool = RigidTransform([0, 0, height]) @ pose(place) @ pose(GRASP)
     found = tool_pose(arm.plant, arm.tool, end_of(phases[NAMES.index(name)].motion))
     assert found.IsNearlyEqualTo(X_WTool, 2e-6)
+
+
+def test_the_object_is_grasped_where_it_is_reported_and_put_down_as_if_that_were_right(tmp_path):
+    arm, phases = plan(tmp_path, *PICK_AND_PLACE, error=PoseErrorConfig(0.03, -0.02, 0.4))
+    x, y, z, turn = BEGIN
+    for name, place in (("descend", (x + 0.03, y - 0.02, z, turn + 0.4)), ("lower", GOAL)):
+        found = tool_pose(arm.plant, arm.tool, end_of(phases[NAMES.index(name)].motion))
+        assert found.IsNearlyEqualTo(pose(place) @ pose(GRASP), 2e-6)
 
 
 @pytest.mark.parametrize(("name", "posture"), [("look", POSTURE), ("return", HOME)])
