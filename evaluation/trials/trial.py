@@ -133,6 +133,6 @@ def failure(run: TrialRun) -> str:
     if not placed_error <= MAX_PLACED_ERROR:
         return f"placed {placed_error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
     if not placed_angle <= MAX_PLACED_ANGLE:
-        tilted = float(np.degrees(tilt(run.turned)))
-        return f"placed {placed_angle:.1f} degrees from the goal, tilted by {tilted:.1f}, above {MAX_PLACED_ANGLE:g} degrees"
+        tilted, most = float(np.degrees(tilt(run.turned))), MAX_PLACED_ANGLE
+        return f"placed {placed_angle:.1f} degrees from the goal, tilted by {tilted:.1f}, above {most:g} degrees"
     return ""
