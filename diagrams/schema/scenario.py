@@ -111,7 +111,6 @@ class TaskConfig:
     timeout: float = 4.0  # s, that a phase waits at most for what is to end it
     time_limit: float = 60.0  # s, for all of it
     force_limit: float | None = None  # N, normal force of a finger that the object bears; what trials are judged by
-    round: bool = False  # the object is round about its z axis: trials judge how that is tilted, not turns about it
     pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the reported pose, which motions go by
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.trials.trial_run import TrialRun
-from soft_gripper.evaluation.trials.turning import tilt
+from soft_gripper.evaluation.trials.turning import angle, tilt
 from soft_gripper.manipulation.task_phases import Outcome
 
 MAX_PLACED_ERROR = 10.0  # mm, within which of the goal an object counts as placed
@@ -22,8 +22,7 @@ class TrialRow:
 
     success: nothing went wrong, see `failure`.
     placed_error_mm: distance of the object's frame from that of the goal at the end.
-    placed_angle_deg: angle between the orientations of the two; of an object that the task calls round, between their
-        z axes.
+    placed_angle_deg: angle between the orientations of the two, of round objects too.
     dropped: no finger touched the object while it was to be held, or the task reported that it was lost.
     peak_force_n: largest normal force of a finger.
     slip_mm: see `slip`; from the beginning of the first phase that holds the object to the end of the last but one,
@@ -54,8 +53,8 @@ class DetailRow:
 
     reported_...: the pose that is reported to the task, from the pose in the scenario, as that in which the object
         truly begins; the error that was drawn lies between the two.
-    placed_...: pose of the object at the end, from the goal: place in the world, turn about its own z axis (of a round
-        object too), tilt of that axis.
+    placed_...: pose of the object at the end, from the goal: place in the world, turn about its own z axis, tilt of
+        that axis.
     """
 
     scenario: str
@@ -100,7 +99,7 @@ def trial_row(scenario: str, trial: int, station: Station, recording: Recording)
         trial,
         not cause,
         1e3 * float(np.linalg.norm(run.placed)),
-        float(np.degrees(run.placed_angle)),
+        float(np.degrees(angle(run.turned))),
         run.dropped is not None,
         run.peak_force,
         1e3 * run.slip,
@@ -114,7 +113,7 @@ def trial_row(scenario: str, trial: int, station: Station, recording: Recording)
 def failure(run: TrialRun) -> str:
     """What went wrong, in a phrase; empty if nothing did. What is likely to have led to the rest comes first."""
     limit, placed_error = run.force_limit, 1e3 * float(np.linalg.norm(run.placed))
-    placed_angle = float(np.degrees(run.placed_angle))
+    placed_angle = float(np.degrees(angle(run.turned)))
     if run.dropped is not None:
         return f"dropped {run.when(run.dropped)}"
     if run.outcome == Outcome.RUNNING:

@@ -11,7 +11,6 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.scene.placing import first_body
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.trials.slip import slip
-from soft_gripper.evaluation.trials.turning import angle, tilt
 from soft_gripper.manipulation.task_phases import Outcome
 
 Flags = NDArray[np.bool_]
@@ -46,11 +45,6 @@ class TrialRun:
         """From the goal to the frame of the object at the end, (3,) m in the world."""
         found: Array = self.final_pose.translation() - self._goal_pose.translation()
         return found
-
-    @property
-    def placed_angle(self) -> float:
-        """From the goal's orientation to the object's at the end, rad; of a round object, the tilt alone."""
-        return tilt(self.turned) if self._task.round else angle(self.turned)
 
     @property
     def turned(self) -> RotationMatrix:

@@ -88,6 +88,8 @@ def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path)
     cause = records(tmp_path / "trials.csv")[2]["cause"]
     assert done.code == 0
     assert "box: 0 of 3 succeeded" in done.out
+    angles = [trial.row.placed_angle_deg for trial in here]
+    assert f"placed angle     mean {np.mean(angles):.1f} degrees, at most {max(angles):.1f} degrees" in done.out
     assert f"trial 2: {cause}" in done.out
     assert f"soft-gripper grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
 
