@@ -49,10 +49,10 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class DetailRow:
-    """What was drawn for a trial, see Variation, what that leads to, and what it came to; NaN: unknown.
+    """What was drawn for a trial, see Variation, and where its object ended; NaN: unknown.
 
-    reported_...: the pose that is reported to the task, from the pose in the scenario, as that in which the object
-        truly begins; the error that was drawn lies between the two.
+    x_mm, y_mm, yaw_deg: true pose in which the object begins, from that in the scenario.
+    reported_...: pose that is reported to the task, from the same; error_...: this minus the true one.
     placed_...: pose of the object at the end, from the goal: place in the world, turn about its own z axis, tilt of
         that axis.
     """
