@@ -95,9 +95,10 @@ def _run_alone(file: str, seed: int, trial: int, out: Path) -> None:
 
 def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
     """How the trials of a scenario went, and every failure with its cause."""
-    placed = [row.placed_error_mm for row in rows]
+    placed, angles = [row.placed_error_mm for row in rows], [row.placed_angle_deg for row in rows]
     print(f"\n{rows[0].scenario}: {sum(row.success for row in rows)} of {len(rows)} succeeded")
     print(f"  placed error     mean {_over(np.mean, placed):.2f} mm, at most {_over(np.max, placed):.2f} mm")
+    print(f"  placed angle     mean {_over(np.mean, angles):.1f} degrees, at most {_over(np.max, angles):.1f} degrees")
     for label, column, unit in (
         ("slip", "slip_mm", "mm"),
         ("peak force", "peak_force_n", "N"),

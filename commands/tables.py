@@ -33,8 +33,8 @@ def print_steps(rows: Sequence[StepRow]) -> None:
 def print_truth(row: TrialRow) -> None:
     """What truly became of the object of a task."""
     print(
-        f"In truth: {row.placed_error_mm:.1f} mm from the goal, slip in the fingers {row.slip_mm:.1f} mm,"
-        f" normal force of a finger up to {row.peak_force_n:.2f} N"
+        f"In truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
+        f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N"
     )
 
 

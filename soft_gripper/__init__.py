@@ -11,7 +11,7 @@ from typing import Any
 _MODULES = {
     # Scenarios, stations, runs.
     "diagrams.schema.scenario": "Scenario ModelConfig MeshConfig PressureConfig ControlConfig ArmConfig TaskConfig"
-    " PhaseConfig SensorConfig EstimatorConfig BelievedConfig",
+    " PhaseConfig PoseErrorConfig SensorConfig EstimatorConfig BelievedConfig",
     "diagrams.schema.scenario_file": "load_scenario dump_scenario scenario_names",
     "diagrams.station": "add_station make_station",
     "diagrams.simulation": "simulate run_station make_simulator solver_config",

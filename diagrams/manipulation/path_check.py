@@ -12,6 +12,7 @@ from pydrake.systems.framework import Diagram
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.manipulation.arm import Arm, carried_models
 from soft_gripper.diagrams.manipulation.collision_check import first_collision
+from soft_gripper.diagrams.manipulation.reported_pose import reported_pose
 from soft_gripper.diagrams.scene.placing import first_body, own_frame
 from soft_gripper.diagrams.schema.scenario import ModelConfig, TaskConfig
 from soft_gripper.errors import InputError
@@ -32,7 +33,8 @@ def check_paths(
 ) -> None:
     """Checks arm, gripper and, while it is held, the object, all along the motions of a task.
 
-    The fingers are straight and the object lies in them as it was grasped; in a rescue nobody knows where it is.
+    The fingers are straight. The object stands where it is reported, then lies in them as it is to be grasped; in a
+    rescue nobody knows where it is.
 
     Raises:
         InputError: naming the phase, what meets what, and where.
@@ -62,7 +64,7 @@ def _postures(phase: Phase) -> Array:
 
 
 def _place(models: Sequence[ModelConfig], task: TaskConfig, number: int) -> RigidTransform | None:
-    """Where the object lies in a phase; None: in the fingers."""
+    """Where the object lies in a phase, as far as is known; None: in the fingers."""
     configs = task.phases
     if number >= len(configs) or task.object is None:
         return OUT_OF_THE_WAY
@@ -70,8 +72,7 @@ def _place(models: Sequence[ModelConfig], task: TaskConfig, number: int) -> Rigi
         return None
     if any(config.holds for config in configs[:number]):
         return task.X_WGoal.GetDeterministicValue()
-    (begin,) = (model.X_PC for model in models if model.name == task.object)
-    return begin.GetDeterministicValue()
+    return reported_pose(task, models)
 
 
 def _positions(

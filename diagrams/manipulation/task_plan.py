@@ -9,6 +9,7 @@ from pydrake.trajectories import Trajectory
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.manipulation.arm import Arm
+from soft_gripper.diagrams.manipulation.reported_pose import reported_pose
 from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
 from soft_gripper.errors import InputError
 from soft_gripper.manipulation.arm_kinematics import solve_posture, tool_pose
@@ -60,12 +61,11 @@ class MotionPlanner:
     """Plans single motions of the arm of a task."""
 
     def __init__(self, task: TaskConfig, models: Sequence[ModelConfig], arm: Arm):
-        self._arm, self._task = arm, task
+        self._arm, self._task, self._models = arm, task, models
         try:
             self._limits = ArmLimits.of_plant(arm.plant, arm.config.acceleration)
         except LimitError as error:
             raise InputError("arm", "model", arm.name, str(error)) from None
-        self._objects = {model.name: model.X_PC.GetDeterministicValue() for model in models if model.free}
 
     def motion(self, where: str, config: PhaseConfig, start: Array) -> Trajectory:
         """What the arm does in a phase that begins in the posture `start`.
@@ -101,7 +101,8 @@ class MotionPlanner:
     def _goal(self, config: PhaseConfig) -> RigidTransform:
         """Where the gripper is to be, in the world."""
         task = self._task
-        X_WO = self._objects[str(task.object)] if config.to == "object" else task.X_WGoal.GetDeterministicValue()
+        to_object = config.to == "object"
+        X_WO = reported_pose(task, self._models) if to_object else task.X_WGoal.GetDeterministicValue()
         return RigidTransform([0.0, 0.0, config.height]) @ X_WO @ task.X_OG.GetDeterministicValue()
 
     def _to_pose(self, where: str, config: PhaseConfig, X_WTool: RigidTransform, start: Array) -> Trajectory:

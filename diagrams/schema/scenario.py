@@ -85,16 +85,25 @@ class PhaseConfig:
     straight: bool = False  # the gripper goes in a straight line; else the joints do
     speed: float = 1.0  # part of the arm's velocity limits
     opening: float | None = None  # m, set point of the gripper from here on; None: as before
-    until: str | None = None  # what ends the phase after the motion: "grasped", "released"; None: `rest` is over
+    until: str | None = None  # what ends it after the motion: "opened", "grasped", "released"; None: `rest` is over
     rest: float = 0.0  # s, after the motion, where nothing is awaited
     holds: bool = False  # the object is in the fingers: its loss is watched for
+
+
+@dataclass
+class PoseErrorConfig:
+    """The pose of an object as a camera reports it, minus the true one. Its height above a known table is known."""
+
+    x: float = 0.0  # m, in the world
+    y: float = 0.0  # m, in the world
+    yaw: float = 0.0  # rad, about the vertical through the origin of its first link
 
 
 @dataclass
 class TaskConfig:
     """What the arm does, phase after phase; where a phase gives an opening, the gripper too, in closed loop."""
 
-    object: str | None = None  # name of the free model that is handled; only where it begins is known of it
+    object: str | None = None  # name of the free model that is handled; only where it is reported to begin is known
     X_OG: Transform = field(default_factory=Transform)  # grasp: the gripper's welded frame in the object's first link
     X_WGoal: Transform = field(default_factory=Transform)  # where the object is put down, its first link in the world
     phases: list[PhaseConfig] = field(default_factory=list)
@@ -102,6 +111,7 @@ class TaskConfig:
     timeout: float = 4.0  # s, that a phase waits at most for what is to end it
     time_limit: float = 60.0  # s, for all of it
     force_limit: float | None = None  # N, normal force of a finger that the object bears; what trials are judged by
+    pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the reported pose, which motions go by
 
     @property
     def grips(self) -> bool:

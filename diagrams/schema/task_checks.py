@@ -10,7 +10,7 @@ from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
 from soft_gripper.diagrams.schema.scenario import ArmConfig, PhaseConfig, Scenario, TaskConfig
 
 _GOALS = (None, "object", "goal", "home")
-_ENDS = (None, "grasped", "released")
+_ENDS = ("opened", "grasped", "released")
 
 
 def check_task(where: Path | str, scenario: Scenario) -> None:
@@ -42,6 +42,9 @@ def check_task(where: Path | str, scenario: Scenario) -> None:
     for name in ("X_OG", "X_WGoal"):
         matrix = getattr(task, name).GetDeterministicValue().GetAsMatrix34()
         require(bool(np.isfinite(matrix).all()), where, f"task.{name}", getattr(task, name), "give finite numbers")
+    for name, unit in (("x", "m"), ("y", "m"), ("yaw", "rad")):
+        value = getattr(task.pose_error, name)
+        require(math.isfinite(value), where, f"task.pose_error.{name}", value, f"give a finite number, {unit}")
     for i, phase in enumerate(task.phases):
         _check_phase(where, f"task.phases[{i}]", phase)
     _check_grip(where, scenario, task)
@@ -78,7 +81,8 @@ def _check_arm(where: Path | str, arm: ArmConfig, names: Sequence[str]) -> None:
 def _check_phase(where: Path | str, field: str, phase: PhaseConfig) -> None:
     require(bool(phase.name), where, f"{field}.name", phase.name, "give every phase a name")
     require(phase.to in _GOALS, where, f"{field}.to", phase.to, 'give "object", "goal" or "home", or leave it out')
-    require(phase.until in _ENDS, where, f"{field}.until", phase.until, 'give "grasped" or "released", or leave it out')
+    ended = phase.until is None or phase.until in _ENDS
+    require(ended, where, f"{field}.until", phase.until, f"give one of {', '.join(_ENDS)}, or leave it out")
     both = phase.to is not None and phase.posture is not None
     require(not both, where, f"{field}.posture", phase.posture, f"leave it out beside to: {phase.to}")
     finite = phase.posture is None or all(map(math.isfinite, phase.posture))

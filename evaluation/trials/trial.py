@@ -7,9 +7,11 @@ import numpy as np
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.trials.trial_run import TrialRun
+from soft_gripper.evaluation.trials.turning import angle, tilt
 from soft_gripper.manipulation.task_phases import Outcome
 
 MAX_PLACED_ERROR = 10.0  # mm, within which of the goal an object counts as placed
+MAX_PLACED_ANGLE = 10.0  # degrees, from the orientation of the goal, likewise
 MAX_SLIP = 2.0  # mm, that a held object may slip
 NAN = float("nan")
 
@@ -20,6 +22,7 @@ class TrialRow:
 
     success: nothing went wrong, see `failure`.
     placed_error_mm: distance of the object's frame from that of the goal at the end.
+    placed_angle_deg: angle between the orientations of the two, of round objects too.
     dropped: no finger touched the object while it was to be held, or the task reported that it was lost.
     peak_force_n: largest normal force of a finger.
     slip_mm: see `slip`; from the beginning of the first phase that holds the object to the end of the last but one,
@@ -34,6 +37,7 @@ class TrialRow:
     trial: int
     success: bool
     placed_error_mm: float
+    placed_angle_deg: float
     dropped: bool
     peak_force_n: float
     slip_mm: float
@@ -45,7 +49,13 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class DetailRow:
-    """What was drawn for a trial, see Variation, and where its object is at the end, from the goal; NaN: unknown."""
+    """What was drawn for a trial, see Variation, and where its object ended; NaN: unknown.
+
+    x_mm, y_mm, yaw_deg: true pose in which the object begins, from that in the scenario.
+    reported_...: pose that is reported to the task, from the same; error_...: this minus the true one.
+    placed_...: pose of the object at the end, from the goal: place in the world, turn about its own z axis, tilt of
+        that axis.
+    """
 
     scenario: str
     trial: int
@@ -55,8 +65,16 @@ class DetailRow:
     mass_g: float
     friction: float
     size: float
-    placed_x_mm: float
-    placed_y_mm: float
+    error_x_mm: float
+    error_y_mm: float
+    error_yaw_deg: float
+    reported_x_mm: float
+    reported_y_mm: float
+    reported_yaw_deg: float
+    placed_x_mm: float = NAN
+    placed_y_mm: float = NAN
+    placed_yaw_deg: float = NAN
+    placed_tilt_deg: float = NAN
 
 
 @dataclass(frozen=True)
@@ -69,7 +87,7 @@ class Trial:
 
 def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:
     """The row of a trial that left no recording."""
-    return TrialRow(scenario, trial, False, NAN, False, NAN, NAN, NAN, NAN, NAN, cause)
+    return TrialRow(scenario, trial, False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, cause)
 
 
 def trial_row(scenario: str, trial: int, station: Station, recording: Recording) -> TrialRow:
@@ -81,6 +99,7 @@ def trial_row(scenario: str, trial: int, station: Station, recording: Recording)
         trial,
         not cause,
         1e3 * float(np.linalg.norm(run.placed)),
+        float(np.degrees(angle(run.turned))),
         run.dropped is not None,
         run.peak_force,
         1e3 * run.slip,
@@ -94,6 +113,7 @@ def trial_row(scenario: str, trial: int, station: Station, recording: Recording)
 def failure(run: TrialRun) -> str:
     """What went wrong, in a phrase; empty if nothing did. What is likely to have led to the rest comes first."""
     limit, placed_error = run.force_limit, 1e3 * float(np.linalg.norm(run.placed))
+    placed_angle = float(np.degrees(angle(run.turned)))
     if run.dropped is not None:
         return f"dropped {run.when(run.dropped)}"
     if run.outcome == Outcome.RUNNING:
@@ -111,4 +131,7 @@ def failure(run: TrialRun) -> str:
         return f"slip of {1e3 * run.slip:.2f} mm, above {MAX_SLIP:g} mm"
     if not placed_error <= MAX_PLACED_ERROR:
         return f"placed {placed_error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
+    if not placed_angle <= MAX_PLACED_ANGLE:
+        tilted, most = float(np.degrees(tilt(run.turned))), MAX_PLACED_ANGLE
+        return f"placed {placed_angle:.1f} degrees from the goal, tilted by {tilted:.1f}, above {most:g} degrees"
     return ""

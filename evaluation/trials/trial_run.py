@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
@@ -39,16 +40,29 @@ class TrialRun:
         name = f" in '{self._phases[phase].name}'" if phase < len(self._phases) else ""
         return f"at {self._time[sample]:.2f} s{name}"
 
-    @cached_property
+    @property
     def placed(self) -> Array:
-        """Where the frame of the object is at the end, from the goal, (3,) m."""
+        """From the goal to the frame of the object at the end, (3,) m in the world."""
+        found: Array = self.final_pose.translation() - self._goal_pose.translation()
+        return found
+
+    @property
+    def turned(self) -> RotationMatrix:
+        """Orientation of the object at the end in the frame of the goal."""
+        return self._goal_pose.rotation().inverse() @ self.final_pose.rotation()
+
+    @cached_property
+    def final_pose(self) -> RigidTransform:
+        """Of the frame of the object in the world, at the end."""
         plant = self._station.plant
         context = plant.CreateDefaultContext()
         plant.SetPositionsAndVelocities(context, self._recording["plant.state"].values[-1])
         body = first_body(plant, str(self._task.object))
-        goal = self._task.X_WGoal.GetDeterministicValue().translation()
-        found: Array = body.EvalPoseInWorld(context).translation() - goal
-        return found
+        return body.EvalPoseInWorld(context)
+
+    @property
+    def _goal_pose(self) -> RigidTransform:
+        return self._task.X_WGoal.GetDeterministicValue()
 
     @cached_property
     def dropped(self) -> int | None:

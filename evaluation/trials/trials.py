@@ -3,10 +3,12 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
@@ -20,6 +22,7 @@ from soft_gripper.evaluation.processes import Call, call_in_processes
 from soft_gripper.evaluation.trials.trial import DetailRow, Trial, failed_row, trial_row
 from soft_gripper.evaluation.trials.trial_run import TrialRun
 from soft_gripper.evaluation.trials.trials_figure import trials_figure
+from soft_gripper.evaluation.trials.turning import tilt, yaw
 from soft_gripper.evaluation.trials.variation import draw, random_numbers, vary
 
 SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
@@ -119,20 +122,35 @@ def record_trial(file: str, seed: int, trial: int, progress: Progress | None = N
 
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:
     """What came of a trial, from its recording."""
-    name = Path(file).stem
-    x, y, _ = 1e3 * TrialRun(station, recording).placed
-    return Trial(trial_row(name, trial, station, recording), _details(name, seed, trial, float(x), float(y)))
+    name, run = Path(file).stem, TrialRun(station, recording)
+    x, y, _ = 1e3 * run.placed
+    details = replace(
+        _details(name, seed, trial),
+        placed_x_mm=float(x),
+        placed_y_mm=float(y),
+        placed_yaw_deg=float(np.degrees(yaw(run.turned))),
+        placed_tilt_deg=float(np.degrees(tilt(run.turned))),
+    )
+    return Trial(trial_row(name, trial, station, recording), details)
 
 
 def _failed(call: Call, error: BaseException) -> Trial:
     """A trial that ended in an error."""
     file, seed, trial = call
-    name, nan = Path(file).stem, float("nan")
+    name = Path(file).stem
     kind = "" if isinstance(error, (InputError, SimulationDivergedError)) else f"{type(error).__name__}: "
     cause = kind + " ".join(str(error).split())
-    return Trial(failed_row(name, trial, cause), _details(name, seed, trial, nan, nan))
+    return Trial(failed_row(name, trial, cause), _details(name, seed, trial))
 
 
-def _details(name: str, seed: int, trial: int, x_mm: float, y_mm: float) -> DetailRow:
-    drawn = asdict(draw(random_numbers(seed, name, trial)))
-    return DetailRow(name, trial, **drawn, placed_x_mm=x_mm, placed_y_mm=y_mm)
+def _details(name: str, seed: int, trial: int) -> DetailRow:
+    """What was drawn for a trial."""
+    drawn = draw(random_numbers(seed, name, trial))
+    return DetailRow(
+        name,
+        trial,
+        **asdict(drawn),
+        reported_x_mm=drawn.x_mm + drawn.error_x_mm,
+        reported_y_mm=drawn.y_mm + drawn.error_y_mm,
+        reported_yaw_deg=drawn.yaw_deg + drawn.error_yaw_deg,
+    )

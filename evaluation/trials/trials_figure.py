@@ -11,12 +11,13 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from soft_gripper.evaluation.figure_style import STYLE
-from soft_gripper.evaluation.trials.trial import MAX_PLACED_ERROR, MAX_SLIP, Trial
+from soft_gripper.evaluation.trials.trial import MAX_PLACED_ANGLE, MAX_PLACED_ERROR, MAX_SLIP, Trial
 
 GOOD, BAD = "#2166ac", "#b2182b"
 RIM = 1.3  # of a limit: where what is far beyond it is drawn
 MEASURES = {  # columns of the rows
     "placed_error_mm": "placed error [mm]",
+    "placed_angle_deg": "placed angle [degrees]",
     "slip_mm": "slip [mm]",
     "peak_force_n": "peak force [N]",
     "detection_delay_ms": "detection delay [ms]",
@@ -24,19 +25,20 @@ MEASURES = {  # columns of the rows
 
 
 def trials_figure(trials: Sequence[Trial], force_limits: Mapping[str, float | None]) -> Figure:
-    """Where the objects ended about the goal, and four measures in order of size; a row of panels a scenario.
+    """Where the objects ended about the goal, and measures in order of size; a row of panels a scenario.
 
     `force_limits` are those of the scenarios, N; None: there is none.
     """
     scenarios = list(dict.fromkeys(trial.row.scenario for trial in trials))
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(12, 2.7 * len(scenarios)), layout="constrained")
+        figure = Figure(figsize=(14, 2.7 * len(scenarios)), layout="constrained")
         panels = figure.subplots(len(scenarios), 1 + len(MEASURES), squeeze=False, sharex="col")
         for row, scenario in zip(panels, scenarios, strict=True):
             found = [trial for trial in trials if trial.row.scenario == scenario]
             _draw_places(row[0], found)
             limits = {
                 "placed_error_mm": MAX_PLACED_ERROR,
+                "placed_angle_deg": MAX_PLACED_ANGLE,
                 "slip_mm": MAX_SLIP,
                 "peak_force_n": force_limits[scenario] or 0.0,
             }

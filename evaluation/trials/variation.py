@@ -1,4 +1,4 @@
-"""A scenario varied at random: where its object stands, how heavy, how slippery and how large it is."""
+"""A scenario varied at random: where its object stands and is reported to, how heavy, slippery and large it is."""
 
 from copy import deepcopy
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.loading.mesh_cache import read_scene
 from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES
 from soft_gripper.diagrams.loading.model_files import model_path
-from soft_gripper.diagrams.schema.scenario import ModelConfig, Scenario
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PoseErrorConfig, Scenario
 from soft_gripper.errors import InputError
 
 OFFSET = 30.0  # mm, from where the scenario puts the object, along x and along y
@@ -19,11 +19,16 @@ YAW = 45.0  # degrees, about its own z axis, from the scenario's
 MASS = (20.0, 60.0)  # g
 FRICTION = (0.5, 0.9)
 SIZE = 0.1  # of the scenario's
+OFFSET_ERROR = 3.0  # mm, of the reported pose along x and along y: that of a common depth camera
+YAW_ERROR = 3.0  # degrees, of the reported pose about the vertical
 
 
 @dataclass(frozen=True)
 class Variation:
-    """How a trial differs from its scenario: a shift and a turn, a mass, a friction, and a factor of the size."""
+    """How a trial differs from its scenario.
+
+    A shift and a turn, a mass, a friction, a factor of the size, and the reported minus the true pose.
+    """
 
     x_mm: float
     y_mm: float
@@ -31,6 +36,9 @@ class Variation:
     mass_g: float
     friction: float
     size: float
+    error_x_mm: float
+    error_y_mm: float
+    error_yaw_deg: float
 
 
 def random_numbers(seed: int, scenario: str, trial: int) -> np.random.Generator:
@@ -42,7 +50,8 @@ def draw(rng: np.random.Generator) -> Variation:
     """A variation, every part of it evenly distributed."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, YAW)
     others = (rng.uniform(*MASS), rng.uniform(*FRICTION), rng.uniform(1 - SIZE, 1 + SIZE))
-    return Variation(*map(float, (x, y, yaw, *others)))
+    error = rng.uniform(-1.0, 1.0, 3) * (OFFSET_ERROR, OFFSET_ERROR, YAW_ERROR)
+    return Variation(*map(float, (x, y, yaw, *others, *error)))
 
 
 def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
@@ -52,7 +61,7 @@ def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variat
 
 
 def varied(scenario: Scenario, variation: Variation) -> Scenario:
-    """The scenario with another object. Its lowest point keeps its height, where it begins and at the goal.
+    """The scenario with another object, and a pose reported of it. Its lowest point keeps its height, at both ends.
 
     Raises:
         InputError: if the object of the task is no bare mesh.
@@ -67,6 +76,8 @@ def varied(scenario: Scenario, variation: Variation) -> Scenario:
     model.X_PC, task.X_WGoal = Transform(RigidTransform(turn @ begin.rotation(), place)), Transform(goal)
     model.mesh.scale += growth
     model.mesh.mass, model.mesh.friction = 1e-3 * variation.mass_g, variation.friction
+    error = (1e-3 * variation.error_x_mm, 1e-3 * variation.error_y_mm, float(np.radians(variation.error_yaw_deg)))
+    task.pose_error = PoseErrorConfig(*error)
     return found
 
 

@@ -21,10 +21,10 @@ class TaskMachine(LeafSystem):
                             +-------------+ ---> outcome        (1) an Outcome
 
     `opening` and `torque` come from a GripControl; a task that does not command the gripper leaves them unconnected.
-    A thing is grasped when the tips have come to rest and the
-    torque is above the threshold, released when they have and it is below, either way. It is lost when, in a phase
-    that holds it, the torque stays below or the gripper closes too far: the fingers open, the motion at
-    hand is ended, and the phase `rescue` follows.
+    The gripper is opened when the tips have come to rest as far apart as commanded. A thing is grasped when they have
+    come to rest and the torque is above the threshold, released when it is below, either way. It is lost when, in a
+    phase that holds it, the torque stays below or the gripper closes too far. After a failure the fingers open, the
+    motion at hand is ended, and the phase `rescue` follows.
     The desired state looks one sample ahead.
     """
 

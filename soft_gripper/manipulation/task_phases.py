@@ -9,6 +9,7 @@ from pydrake.trajectories import Trajectory
 
 QUIET_BAND = 5e-4  # m, within which the opening stays ...
 QUIET_TIME = 0.2  # s, ... for so long, when the fingers are at rest
+OPENED_BAND = 2e-3  # m, about the commanded opening, within which a gripper at rest is opened
 GRIP_GAP = 0.1  # s, for which a grip may be missed
 CLOSING_ALLOWANCE = 8e-3  # m, by which the gripper may close further than when it grasped
 
@@ -21,11 +22,19 @@ class Outcome(IntEnum):
     NOTHING_GRASPED = 2
     OBJECT_LOST = 3
     NOT_RELEASED = 4
+    NOT_OPENED = 5
 
     @property
     def words(self) -> str:
         """The name as one says it."""
         return self.name.lower().replace("_", " ")
+
+
+NOT_REACHED = {  # what has failed if the end of a phase does not come in time
+    "opened": Outcome.NOT_OPENED,
+    "grasped": Outcome.NOTHING_GRASPED,
+    "released": Outcome.NOT_RELEASED,
+}
 
 
 @dataclass(frozen=True)
@@ -36,7 +45,7 @@ class Phase:
     motion: Trajectory  # (n) positions of the arm's joints against the time since the phase began, s
     opening: float  # m, set point of the gripper; NaN: the task does not command it
     follower: int  # number of the phase that follows; the number of phases: none
-    until: str | None = None  # "grasped", "released"; None: `rest` is over
+    until: str | None = None  # "opened", "grasped", "released"; None: `rest` is over
     rest: float = 0.0  # s, after the motion
     holds: bool = False  # the object is in the fingers
     rescue: int | None = None  # number of the phase that follows a failure; None: nothing can fail
@@ -110,12 +119,11 @@ class Rules:
         if phase.holds and observed.time - progress.gripped > GRIP_GAP:
             return Outcome.OBJECT_LOST
         waited = observed.time - progress.began - phase.duration
-        if phase.until == "grasped" and waited >= 0:
-            empty = self._is_quiet(progress, observed) and not observed.torque > self.threshold
-            return Outcome.NOTHING_GRASPED if empty or waited > self.timeout else Outcome.RUNNING
-        if phase.until == "released" and waited > self.timeout:
-            return Outcome.NOT_RELEASED
-        return Outcome.RUNNING
+        if phase.until is not None and waited > self.timeout:
+            return NOT_REACHED[phase.until]
+        at_rest = waited >= 0 and self._is_quiet(progress, observed)
+        empty = phase.until == "grasped" and at_rest and not observed.torque > self.threshold
+        return Outcome.NOTHING_GRASPED if empty else Outcome.RUNNING
 
     def _follower(self, phase: Phase, progress: Progress, observed: GripObservation) -> int | None:
         """The phase that begins now, if any."""
@@ -130,10 +138,14 @@ class Rules:
         return phase.follower if given_up or self._reached(phase, progress, observed) else None
 
     def _reached(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
-        """Whether the fingers are at rest, with something between them or with nothing at all."""
+        """Whether the fingers are at rest: as open as commanded, with something between them, or with nothing."""
+        if not self._is_quiet(progress, observed):
+            return False
+        if phase.until == "opened":
+            return abs(observed.opening - phase.opening) <= OPENED_BAND
         if phase.until == "grasped":
-            return self._is_quiet(progress, observed) and observed.torque > self.threshold
-        return self._is_quiet(progress, observed) and abs(observed.torque) < self.threshold
+            return observed.torque > self.threshold
+        return abs(observed.torque) < self.threshold
 
     def _is_quiet(self, progress: Progress, observed: GripObservation) -> bool:
         return observed.time - progress.since >= QUIET_TIME

@@ -13,7 +13,7 @@ import pytest
 from command_line import LISTENING, soft_gripper
 from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
@@ -55,8 +55,17 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
     box = recording["plant.state"].sel(state=["box_box_x", "box_box_y", "box_box_z"]).values
     start = np.array([0.45 + 1e-3 * drawn.x_mm, -0.18 + 1e-3 * drawn.y_mm, 0.03 * drawn.size + 1e-5])
     np.testing.assert_allclose(box[0], start, atol=1e-9)
-    goal = kept.task.X_WGoal.GetDeterministicValue().translation()
-    assert float(printed["placed_error_mm"]) == pytest.approx(1e3 * np.linalg.norm(box[-1] - goal), abs=1e-3)
+    error = kept.task.pose_error
+    drawn_error = (1e-3 * drawn.error_x_mm, 1e-3 * drawn.error_y_mm, np.radians(drawn.error_yaw_deg))
+    assert (error.x, error.y, error.yaw) == pytest.approx(drawn_error)
+    assert float(printed["reported_x_mm"]) == pytest.approx(drawn.x_mm + drawn.error_x_mm, abs=1e-3)
+    q = recording["plant.state"].sel(state=[f"box_box_{name}" for name in BOX[0]]).values[-1]
+    X_WGoal = kept.task.X_WGoal.GetDeterministicValue()
+    turned = RotationMatrix(Quaternion(q / np.linalg.norm(q))) @ X_WGoal.rotation().inverse()
+    assert float(printed["placed_angle_deg"]) == pytest.approx(np.degrees(abs(turned.ToAngleAxis().angle())), abs=1e-3)
+    assert float(printed["placed_error_mm"]) == pytest.approx(
+        1e3 * np.linalg.norm(box[-1] - X_WGoal.translation()), abs=1e-3
+    )
     forces = [recording[f"{finger}_finger.normal_force"].values for finger in ("left", "right")]
     held = int(np.argmax(recording["task.phase"].values == 3))  # lift
     q, p = (recording["plant.state"].sel(state=[f"box_box_{name}" for name in names]).values[held] for names in BOX)
@@ -79,6 +88,8 @@ def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path)
     cause = records(tmp_path / "trials.csv")[2]["cause"]
     assert done.code == 0
     assert "box: 0 of 3 succeeded" in done.out
+    angles = [trial.row.placed_angle_deg for trial in here]
+    assert f"placed angle     mean {np.mean(angles):.1f} degrees, at most {max(angles):.1f} degrees" in done.out
     assert f"trial 2: {cause}" in done.out
     assert f"soft-gripper grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
 

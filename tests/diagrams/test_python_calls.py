@@ -13,6 +13,7 @@ from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 
 BEGIN = 0.5025  # s, between two samples
+OF_THE_PLANT = ("soft_gripper.truth.true_contact.", "soft_gripper.manipulation.task_phases._")
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
@@ -45,12 +46,11 @@ def bending(time_step, period=0.01):
 def handling(name, time_step):
     """Calls in a station of an arm, a task, the grip control and all that is sensed, while the arm moves.
 
-    How many contacts there are belongs to the plant: functions that go through them are left out.
+    How many contacts there are, and at which sample the fingers have come to rest, belongs to the plant: functions
+    that go through them are left out.
     """
     calls = calls_per_second(load_scenario(name, [f"plant_config.time_step={time_step}", CONTACT]))
-    return Counter(
-        {name: n for name, n in calls.items() if not name.startswith("soft_gripper.truth.true_contact.")}
-    ), calls
+    return Counter({name: n for name, n in calls.items() if not name.startswith(OF_THE_PLANT)}), calls
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from scenario_plants import add_scene, arm_of
 from soft_gripper.diagrams.manipulation import path_check
 from soft_gripper.diagrams.manipulation.collision_check import TOUCH_DEPTH
 from soft_gripper.diagrams.manipulation.path_check import POSTURE_SPACING, check_paths
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 from soft_gripper.errors import InputError
 from soft_gripper.manipulation.arm_motion import joint_path
 from soft_gripper.manipulation.task_phases import Phase
@@ -153,6 +153,14 @@ def test_where_the_thing_lies_before_and_after_it_is_held(slide, held_before, wa
     complaint = slide.complaint(*phases)
     assert complaint.startswith("task.phases[1]: name = 'through': ")
     assert complaint.endswith("inside 'thing::thing'")
+
+
+def test_the_thing_is_avoided_where_it_is_reported(slide):
+    slide.scenario.task.pose_error = PoseErrorConfig(y=2 * BALL)
+    slide.check(phase("through", *THROUGH_BEGIN))
+    slide.scenario.task.pose_error = PoseErrorConfig(x=-BEGIN, y=2 * BALL - 4e-3)
+    assert slide.complaint(phase("through", 0.0, 1.0)).endswith("inside 'thing::thing'")
+    slide.scenario.task.pose_error = PoseErrorConfig()
 
 
 def test_before_it_is_held_the_thing_is_not_at_the_goal_yet(slide):

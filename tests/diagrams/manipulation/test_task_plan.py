@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
 from soft_gripper.diagrams.manipulation.task_plan import RESCUE, end_of, plan_phases
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 from soft_gripper.errors import InputError
 from soft_gripper.manipulation.arm_kinematics import tool_pose
 
@@ -30,7 +30,7 @@ THING = """<robot name="thing"><link name="thing"><inertial><mass value="0.1"/>
 
 PICK_AND_PLACE = (
     PhaseConfig("look", posture=POSTURE, opening=0.1, rest=0.4),
-    PhaseConfig("approach", "object", OVER),
+    PhaseConfig("approach", "object", OVER, until="opened"),
     PhaseConfig("descend", "object", straight=True),
     PhaseConfig("close", opening=0.03, until="grasped"),
     PhaseConfig("lift", "object", OVER, straight=True, holds=True),
@@ -40,7 +40,7 @@ PICK_AND_PLACE = (
     PhaseConfig("return", "home"),
 )
 NAMES = [config.name for config in PICK_AND_PLACE]
-WATCHED = ["close", "lift", "carry", "lower", "release"]
+WATCHED = ["approach", "close", "lift", "carry", "lower", "release"]
 
 
 def pose(coordinates):
@@ -54,11 +54,11 @@ def schema(coordinates):
     return Transform(translation=position, rotation=Rotation(value=Rotation.Rpy(deg=[0, 0, np.rad2deg(turn)])))
 
 
-def plan(folder, *configs):
+def plan(folder, *configs, error=None):
     (folder / "thing.urdf").write_text(THING)
     scenario = small_arm(folder, GANTRY, HOME)
     scenario.models.append(ModelConfig("thing", str(folder / "thing.urdf"), X_PC=schema(BEGIN), free=True))
-    task = TaskConfig("thing", schema(GRASP), schema(GOAL), list(configs))
+    task = TaskConfig("thing", schema(GRASP), schema(GOAL), list(configs), pose_error=error or PoseErrorConfig())
     arm = arm_of(scenario, add_scene(DiagramBuilder(), scenario))
     return arm, plan_phases(task, scenario.models, arm)
 
@@ -110,9 +110,29 @@ def test_where_a_phase_ends(planned, name, place, height):
     assert found.IsNearlyEqualTo(X_WTool, 2e-6)
 
 
+def test_the_object_is_grasped_where_it_is_reported_and_put_down_as_if_that_were_right(tmp_path):
+    arm, phases = plan(tmp_path, *PICK_AND_PLACE, error=PoseErrorConfig(0.03, -0.02, 0.4))
+    x, y, z, turn = BEGIN
+    for name, place in (("descend", (x + 0.03, y - 0.02, z, turn + 0.4)), ("lower", GOAL)):
+        found = tool_pose(arm.plant, arm.tool, end_of(phases[NAMES.index(name)].motion))
+        assert found.IsNearlyEqualTo(pose(place) @ pose(GRASP), 2e-6)
+
+
 @pytest.mark.parametrize(("name", "posture"), [("look", POSTURE), ("return", HOME)])
 def test_postures(planned, name, posture):
     np.testing.assert_allclose(end_of(planned[1][NAMES.index(name)].motion), posture, atol=1e-12)
+
+
+def test_what_follows_a_gripper_that_does_not_open_goes_nowhere_near_the_object(planned):
+    """It rises and goes home."""
+    arm, phases = planned
+    heights = [
+        tool_pose(arm.plant, arm.tool, phase.motion.value(time)[:, 0]).translation()[2]
+        for phase in rescue_of(phases, "approach")
+        for time in np.linspace(0.0, phase.duration, 20)
+    ]
+    over = tool_pose(arm.plant, arm.tool, end_of(phases[NAMES.index("approach")].motion)).translation()[2]
+    assert min(heights) > over - 1e-6
 
 
 def middle(arm, phase):

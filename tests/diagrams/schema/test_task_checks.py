@@ -20,6 +20,8 @@ UNKNOWN_KEYS_AND_TYPES = [
     ("task.phases.1.to=[object]", r"task.phases\[1\].to = \['object'\]: give text"),
     ("task.X_OG.translation=[0, 1]", r"task.X_OG.translation = \[0, 1\]: give three numbers"),
     ("task.X_WGoal.rotation=!Rpy {deg: [up]}", r"task.X_WGoal.rotation = .*: write !Rpy"),
+    ("task.pose_error.z=0.1", "task.pose_error.z = 0.1: no such key; known: x, y, yaw"),
+    ("task.pose_error.x=near", "task.pose_error.x = 'near': give a number"),
     ("control.torque_gains=3", "control.torque_gains = 3: give a mapping"),
 ]
 
@@ -35,6 +37,9 @@ OUT_OF_RANGE = {
     "task.timeout": ["0", "-1", NAN, INFINITE],
     "task.time_limit": ["0", "-1", NAN, INFINITE],
     "task.force_limit": ["0", "-1", NAN, INFINITE],
+    "task.pose_error.x": [NAN, INFINITE],
+    "task.pose_error.y": [NAN, INFINITE],
+    "task.pose_error.yaw": [NAN, INFINITE],
     "task.object": ["''", "nothing", "workbench"],
     "task.phases.0.name": ["''"],
     "task.phases.0.opening": ["", "0", "-0.01", NAN, INFINITE],

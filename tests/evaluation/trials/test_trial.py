@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pick_and_place import FINGERS, box_station, recording, state
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.trials.trial import TrialRow, failed_row, trial_row
@@ -60,7 +60,7 @@ def put(station: Station, signals: dict[str, np.ndarray], samples: slice, offset
 
 
 def test_a_task_that_goes_well_is_a_success(station):
-    expected = TrialRow("pick_and_place_box", 3, True, 0.0, False, 1.0, 0.0, 20.0, 0.0, 0.9, "")
+    expected = TrialRow("pick_and_place_box", 3, True, 0.0, 0.0, False, 1.0, 0.0, 20.0, 0.0, 0.9, "")
     for value, other in zip(vars(row(station, good_signals(station))).values(), vars(expected).values(), strict=True):
         assert value == (pytest.approx(other, abs=1e-9) if isinstance(other, float) else other)
 
@@ -73,6 +73,29 @@ def test_placed_error_is_the_distance_at_the_end(station):
     assert row(station, signals).success
     put(station, signals, slice(-1, None), [0.006, 0.0, 0.0085])
     assert row(station, signals).cause == "placed 10.4 mm from the goal, above 10 mm"
+
+
+@pytest.mark.parametrize(
+    ("rpy_deg", "cause"),
+    [
+        ([0, 0, 9.9], ""),
+        ([9.9, 0, 0], ""),
+        ([0, 0, -10.1], "placed 10.1 degrees from the goal, tilted by 0.0, above 10 degrees"),
+        ([0, 10.1, 0], "placed 10.1 degrees from the goal, tilted by 10.1, above 10 degrees"),
+        ([90, 0, 0], "placed 90.0 degrees from the goal, tilted by 90.0, above 10 degrees"),
+        ([0, 0, 180], "placed 180.0 degrees from the goal, tilted by 0.0, above 10 degrees"),
+    ],
+)
+def test_what_stands_in_its_place_must_stand_upright_and_turned_as_it_should(station, rpy_deg, cause):
+    """It is turned about its own middle, which is where it is to be."""
+    X_WGoal = station.scenario.task.X_WGoal.GetDeterministicValue()
+    turned = RigidTransform(RollPitchYaw(np.radians(rpy_deg)), np.zeros(3))
+    signals = good_signals(station)
+    signals["plant.state"][-1] = state(station, X_WGoal @ turned, {})
+    found = row(station, signals)
+    assert (found.cause, found.success) == (cause, not cause)
+    assert found.placed_error_mm == pytest.approx(0.0, abs=1e-9)
+    assert found.placed_angle_deg == pytest.approx(max(map(abs, rpy_deg)), abs=1e-6)
 
 
 def test_slip_counts_while_the_object_is_lifted_and_carried_only(station):
@@ -99,6 +122,7 @@ def test_dropped_means_no_finger_touches_it_while_it_is_to_be_held(station):
     ("outcome", "after", "dropped", "cause"),
     [
         (Outcome.NOTHING_GRASPED, "close", False, "nothing grasped at 0.29 s in 'close'"),
+        (Outcome.NOT_OPENED, "approach", False, "not opened at 0.09 s in 'approach'"),
         (Outcome.NOT_RELEASED, "release", False, "not released at 0.69 s in 'release'"),
         (Outcome.OBJECT_LOST, "carry", True, "dropped at 0.49 s in 'carry'"),
         (Outcome.RUNNING, "return", False, "not over at 0.99 s in 'rescue: open'"),
@@ -158,7 +182,7 @@ def test_what_was_never_reached_is_not_a_number(station):
 def test_a_trial_without_a_recording():
     found = failed_row("pick_and_place_box", 3, "no arm is so long")
     assert (found.success, found.dropped, found.cause) == (False, False, "no arm is so long")
-    assert np.isnan([found.placed_error_mm, found.peak_force_n, found.duration_s]).all()
+    assert np.isnan([found.placed_error_mm, found.placed_angle_deg, found.peak_force_n, found.duration_s]).all()
 
 
 def flags(text: str) -> np.ndarray:

@@ -15,15 +15,18 @@ from soft_gripper.evaluation.trials.variation import draw, random_numbers
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")
 COLUMNS = (
-    "scenario,trial,success,placed_error_mm,dropped,peak_force_n,"
+    "scenario,trial,success,placed_error_mm,placed_angle_deg,dropped,peak_force_n,"
     "slip_mm,detection_delay_ms,size_error_mm,duration_s,cause"
 )
 
 
+DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a trial is given
+
+
 def succeed(file: str, seed: int, trial: int) -> Trial:
     """In the place of a trial that runs."""
-    row = TrialRow(file, trial, True, 1.0 + trial, False, 2.0, 0.5, 20.0, 1.5, 9.9, "")
-    return Trial(row, DetailRow(file, trial, 1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.1, 0.2))
+    row = TrialRow(file, trial, True, 1.0 + trial, 2.0, False, 2.0, 0.5, 20.0, 1.5, 9.9, "")
+    return Trial(row, DetailRow(file, trial, *DRAWN, 0.1, 0.2, 0.3, 0.4))
 
 
 @pytest.fixture
@@ -97,6 +100,11 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(batches, tmp_path
     drawn = draw(random_numbers(5, NAMES[1], 1))
     details = records(tmp_path, "trials_details.csv")[4]
     assert float(details["mass_g"]) == pytest.approx(drawn.mass_g, abs=1e-6)
+    for part in ("x_mm", "y_mm", "yaw_deg"):
+        true, error, reported = (float(details[f"{kind}{part}"]) for kind in ("", "error_", "reported_"))
+        assert (true, error) == pytest.approx((getattr(drawn, part), getattr(drawn, f"error_{part}")), abs=1e-6)
+        assert reported == pytest.approx(true + error, abs=2e-6)
+    assert details["placed_tilt_deg"] == details["placed_x_mm"] == "nan"
     assert (tmp_path / "trials.png").stat().st_size > 10_000
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from soft_gripper.diagrams.manipulation.reported_pose import reported_pose
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
@@ -13,8 +14,9 @@ from soft_gripper.evaluation.trials.variation import Variation, draw, random_num
 from soft_gripper.models import DIRECTORY
 
 SCENARIOS = ["pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate"]
-LOW = np.array([-30, -30, -45, 20, 0.5, 0.9])
-HIGH = np.array([30, 30, 45, 60, 0.9, 1.1])
+LOW = np.array([-30, -30, -45, 20, 0.5, 0.9, -3, -3, -3])
+HIGH = np.array([30, 30, 45, 60, 0.9, 1.1, 3, 3, 3])
+EXACT = (0.0, 0.0, 0.0)  # no error of the reported pose
 
 
 def object_of(scenario: Scenario):
@@ -37,7 +39,7 @@ def test_variations_are_spread_evenly_over_their_ranges():
     error_of_mean = 1 / np.sqrt(12 * len(drawn))
     np.testing.assert_allclose(parts.mean(axis=0), 0.5, atol=4 * error_of_mean)
     np.testing.assert_allclose(parts.var(axis=0), 1 / 12, rtol=0.1)
-    correlation = np.corrcoef(parts.T) - np.eye(6)
+    correlation = np.corrcoef(parts.T) - np.eye(len(LOW))
     assert np.abs(correlation).max() < 4 / np.sqrt(len(drawn))
 
 
@@ -53,7 +55,7 @@ def test_a_trial_is_the_same_whatever_is_drawn_before_and_unlike_every_other():
 @pytest.mark.parametrize("size", [0.9, 1.1])
 def test_a_larger_or_smaller_object_stands_as_high_as_before(name, size):
     scenario = load_scenario(name)
-    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, size))
+    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, size, *EXACT))
     np.testing.assert_allclose(lowest_points(found), lowest_points(scenario), atol=1e-12)
     assert lowest_points(found) == pytest.approx((1e-5, 1e-5), abs=2e-5)
     assert object_of(found).mesh.scale == pytest.approx(size * object_of(scenario).mesh.scale)
@@ -61,13 +63,13 @@ def test_a_larger_or_smaller_object_stands_as_high_as_before(name, size):
 
 def test_an_object_that_lies_on_its_side_stays_on_the_table_too():
     scenario = load_scenario("pick_and_place_irregular", ["models.3.X_PC.rotation=!Rpy { deg: [70, 25, 10] }"])
-    found = varied(scenario, Variation(0, 0, 45, 25, 0.6, 0.9))
+    found = varied(scenario, Variation(0, 0, 45, 25, 0.6, 0.9, *EXACT))
     np.testing.assert_allclose(lowest_points(found), lowest_points(scenario), atol=1e-12)
 
 
 def test_the_object_is_shifted_and_turned_about_its_own_vertical():
     scenario = load_scenario("pick_and_place_box")
-    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, 1.0))
+    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, 1.0, *EXACT))
     assert object_of(found).X_PC.translation == pytest.approx([0.47, -0.19, 0.03001])
     rpy = np.degrees(object_of(found).X_PC.GetDeterministicValue().rotation().ToRollPitchYaw().vector())
     assert rpy == pytest.approx([0, 0, 50])
@@ -76,6 +78,18 @@ def test_the_object_is_shifted_and_turned_about_its_own_vertical():
     )
     mesh = object_of(found).mesh
     assert (mesh.mass, mesh.friction) == pytest.approx((0.025, 0.6))
+
+
+def test_the_object_is_reported_with_an_error_and_stays_where_it_is():
+    scenario = load_scenario("pick_and_place_irregular")
+    exact = varied(scenario, Variation(20, -10, 30, 25, 0.6, 0.9, *EXACT))
+    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, 0.9, 2, -1, 3))
+    true, reported = object_of(found).X_PC.GetDeterministicValue(), reported_pose(found.task, found.models)
+    assert true.IsExactlyEqualTo(object_of(exact).X_PC.GetDeterministicValue())
+    assert reported_pose(exact.task, exact.models).IsNearlyEqualTo(true, 1e-12)
+    np.testing.assert_allclose(reported.translation() - true.translation(), [0.002, -0.001, 0], atol=1e-12)
+    turn = reported.rotation() @ true.rotation().inverse()
+    np.testing.assert_allclose(np.degrees(turn.ToRollPitchYaw().vector()), [0, 0, 3], atol=1e-9)
 
 
 def test_the_scenario_itself_is_left_as_it_was_and_its_variation_can_be_written_to_a_file():
