@@ -43,6 +43,8 @@ class SceneRenderer:
         self._torque_limit = torque_limit
         times = scene.times[np.linspace(0, len(scene.times) - 1, _FRAMED_TIMES).astype(int)]
         corners = np.concatenate([scene.moving_corners(time) for time in times])
+        # A peg in the way belongs to the picture, a table may reach out of it.
+        corners = np.concatenate([corners, scene.obstacle_corners(np.ptp(scene.moving_corners(0.0), axis=0).max() / 2)])
         # What has fallen far away would leave nothing else to be seen.
         corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
         self.direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)

@@ -66,6 +66,16 @@ class ReplayedScene:
         models = map(ModelInstanceIndex, range(self.plant.num_model_instances()))
         return self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
 
+    def obstacle_corners(self, largest: float) -> Array:
+        """Corners of the boxes around fixed models that extend no farther than `largest` m; (M, 3) m in the world."""
+        corners = [np.empty((0, 3))]
+        for model in map(ModelInstanceIndex, range(self.plant.num_model_instances())):
+            bodies = self.plant.GetBodyIndices(model)
+            if self.plant.num_positions(model) == 0 and any(map(self.geometries, bodies)):
+                found = self._corners([model], float(self.times[0]))
+                corners += [found] if np.ptp(found, axis=0).max() <= largest else []
+        return np.concatenate(corners)
+
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
         """What is seen of a body."""
         frame = self.plant.GetBodyFrameIdOrThrow(body)
