@@ -68,7 +68,7 @@ class ReplayedScene:
 
     def obstacle_corners(self, largest: float) -> Array:
         """Corners of the boxes around fixed models that extend no farther than `largest` m; (M, 3) m in the world."""
-        corners = [np.empty((0, 3))]
+        corners: list[Array] = [np.empty((0, 3))]
         for model in map(ModelInstanceIndex, range(self.plant.num_model_instances())):
             bodies = self.plant.GetBodyIndices(model)
             if self.plant.num_positions(model) == 0 and any(map(self.geometries, bodies)):
