@@ -11,7 +11,7 @@ scenario = sg.Scenario(
     control=sg.ControlConfig(
         set_points=[0.085, 0.05],  # m, twice the mean distance of the tips from their centroid
         hold=1.5,  # s
-        gains=sg.PidGains(kp=6.2e4, ki=5.8e6, kd=580.0),  # Pa/m, Pa/(m s), Pa s/m
+        gains=sg.PidGains(kp=1.0e5, ki=5.7e6, kd=17.0),  # Pa/m, Pa/(m s), Pa s/m
         torque_limit=0.05,  # N m at the base of a finger
         torque_gains=sg.PidGains(kp=2e5, ki=4e6),  # Pa/(N m), Pa/(N m s)
     ),

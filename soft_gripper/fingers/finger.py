@@ -15,6 +15,7 @@ _MAY_BE_ZERO = (
     *("relaxation_time", "friction", "dissipation"),
     *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
 )
+_ROUNDING = 1e-9  # m
 
 
 @dataclass(frozen=True)
@@ -69,11 +70,17 @@ class Finger:
         for end, section in (("base", self.base), ("tip", self.tip)):
             for name, value, expected in misfits(section):
                 self._reject(f"{end}.{name}", value, expected)
-        if self.sensor_spacing > self._thinner_end.thickness:
-            thinnest = self._thinner_end.thickness
-            self._reject("sensor_spacing", self.sensor_spacing, f"the finger is only {thinnest:g} m thick")
+        self._check_sensor_paths()
         if self.elastic_law is not None:
             self._check_elastic_law(self.elastic_law)
+
+    def _check_sensor_paths(self) -> None:
+        inner, outer = self.sensor_offsets
+        for end, section in (("base", self.base), ("tip", self.tip)):
+            beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)
+            if beyond > _ROUNDING:
+                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at its {end}; give less"
+                self._reject("sensor_spacing", self.sensor_spacing, expected)
 
     def _check_elastic_law(self, law: ElasticLaw) -> None:
         for field in fields(law):

@@ -13,7 +13,7 @@ from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.errors import InputError
 
-GAINS = "control.gains={kp: 6.2e4, ki: 5.8e6, kd: 580}"
+GAINS = "control.gains={kp: 1.0e5, ki: 5.7e6, kd: 17}"
 TURNED = np.add(HOME, [0.2, -0.1, 0.1, 0.0, 0.3, -0.2])  # rad
 
 
