@@ -18,7 +18,7 @@ from soft_gripper.pictures.torque_bar import recorded_limit
 HEIGHT, TITLE = 2.3, 0.3  # of a picture; above it
 GAP, INNER = 0.15, 0.06  # between pairs of pictures, across and down; between the two of a pair
 ROW = 9.6  # width that the pairs of a row take at most, if there is more than one
-BAR = 1.0  # right of the pictures
+BAR = 1.1  # right of the pictures
 STYLE: dict[Any, Any] = {"font.size": 11}
 
 

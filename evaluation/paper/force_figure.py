@@ -25,6 +25,7 @@ def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
             along.set(title=scenario.replace("_", " ").capitalize(), xlabel="joint, from the base")
             against.set(xlabel="pressure [kPa]")
         above[0].set_ylabel("external torque [mN m]")
+        below[0].set_ylim(bottom=0)  # of all of them, now that every error is drawn
         below[0].set_ylabel("mean error over the joints [mN m]")
         above[0].legend(frameon=False, fontsize="small", title="sensors a side")
     return figure
@@ -47,4 +48,3 @@ def _draw_against_pressure(axes: Axes, rows: Sequence[ForceRow]) -> None:
                 errors.setdefault(row.pressure_kpa, []).append(1e3 * abs(row.estimated_nm - row.true_nm))
         pressures = sorted(errors)
         axes.plot(pressures, [np.mean(errors[pressure]) for pressure in pressures], **section_style(sections))
-    axes.set_ylim(bottom=0)

@@ -160,12 +160,12 @@ def test_the_figure_of_scenes_shows_each_at_its_start_and_at_its_largest_pressur
         scene = Scene(name)
         scene.scenario.pressure.steps = {"all": steps}
         straight = scene.state()
-        scene.bend("finger", 0.1)
+        scene.bend("left_finger", 0.1)
         # The pressure is largest from 2 s to 4 s; only then the finger is bent.
         states = [scene.state() if time in (3, 4) else straight for time in range(7)]
         runs[name] = (scene.scenario, scene.recording(*states, torques=np.full(12, 0.03)))
     figure = scenes_figure(runs, height=60)
-    starts, ends = np.array(figure.axes[:4]).reshape(2, 2)
+    starts, ends = np.array(figure.axes[:4]).reshape(2, 2).T
     for start, end, (name, run) in zip(starts, ends, runs.items(), strict=True):
         renderer = SceneRenderer(*run, 60, torque_limit=0.03)
         np.testing.assert_array_equal(start.images[0].get_array(), renderer.render(0.0))

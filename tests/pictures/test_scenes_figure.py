@@ -43,3 +43,12 @@ def test_every_scenario_has_two_pictures_of_one_size_named_by_scenario_and_press
         images = [np.array(axes.images[0].get_array()) for axes in (begin, end)]
         assert images[0].shape == images[1].shape
         assert (images[0] != images[1]).any()
+
+
+@pytest.mark.parametrize(("name", "inside"), [("obstructed_outside", True), ("box_grasp", False)])
+def test_a_peg_in_the_way_is_inside_the_picture_and_a_table_may_reach_out_of_it(name: str, inside: bool) -> None:
+    scene = Scene(name)
+    renderer = scene.renderer(scene.state())
+    seen = renderer.camera.project(renderer.scene.obstacle_corners(np.inf))
+    assert len(seen) >= 8
+    assert ((seen > 0) & (seen < (renderer.camera.width, renderer.camera.height))).all() == inside

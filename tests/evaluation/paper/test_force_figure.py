@@ -1,5 +1,6 @@
 """The force figure: the black line is the truth, the others are what they are named, errors are means."""
 
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -50,6 +51,16 @@ def test_lines_along_the_finger_are_the_truth_and_the_estimates() -> None:
         for n in (1, 2, 3, 4):
             expected = [1e3 * (true(last, joint) + error(n, last, joint, "left")) for joint in JOINTS]
             assert list(drawn[str(n)].get_ydata()) == pytest.approx(expected)
+
+
+def test_every_point_is_inside_its_panel() -> None:
+    """Also where the errors of a later panel are the largest."""
+    rows = [replace(row, estimated_nm=5 * row.estimated_nm) if "outside" in row.scenario else row for row in ROWS]
+    for axes in force_figure(rows, tuple(SCENARIOS)).axes:
+        for line in axes.lines:
+            low, high = axes.get_ylim()
+            assert low <= min(line.get_ydata()) <= max(line.get_ydata()) <= high
+    assert axes.get_ylim()[0] == 0
 
 
 def test_errors_are_means_over_joints_and_fingers() -> None:
