@@ -21,6 +21,6 @@ def step_figure(recordings: Mapping[str, Recording]) -> Figure:
             pressure.plot(time, recording[finger] / 1e3, color=color, lw=1.3)
         distance.step(time, 1e3 * recording["grip.set_point"], color="black", lw=0.9, ls="--", label="set point")
         distance.set_ylabel("opening [mm]")
-        distance.legend(frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0), alignment="left")
+        distance.legend(frameon=False, ncols=4, columnspacing=1.2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
         pressure.set(ylabel="pressure [kPa]", xlabel="time [s]")
     return figure
