@@ -24,11 +24,11 @@ from soft_gripper.evaluation.trials.variation import Variation
 SHAPES = {shape: f"package://soft_gripper/objects/{shape}.obj" for shape in ("sphere", "cylinder", "box", "irregular")}
 SECTIONS = (2, 4)
 SETS = ("train", "test")
-OFFSET = 5.0  # mm, from the middle between the fingers, along x and along y
-YAW = 45.0  # degrees
+OFFSET = 3.0  # mm, from the middle between the fingers, along x and along y
+YAW = 20.0  # degrees
 MASS = (20.0, 60.0)  # g
 FRICTION = (0.5, 0.9)
-SIZE = 20  # percent of the mesh's, in whole ones, so that few scaled meshes fill the cache
+SIZE = 15  # percent of the mesh's, in whole ones, so that few scaled meshes fill the cache
 
 
 @dataclass(frozen=True)

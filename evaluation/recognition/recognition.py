@@ -41,8 +41,11 @@ class GraspRow:
 
 def grasp_row(grasp: Grasp, models: Mapping[int, ShapeModel]) -> GraspRow:
     """The row of a grasp; the models by their numbers of sections."""
-    found = {f"recognized_{sections}": recognized(models[sections], grasp) for sections in SECTIONS}
-    return GraspRow(grasp.set, grasp.number, grasp.shape, **asdict(grasp.drawn), **found, cause=grasp.cause)
+    two, four = (recognized(models[sections], grasp) for sections in SECTIONS)
+    drawn = asdict(grasp.drawn)
+    return GraspRow(
+        grasp.set, grasp.number, grasp.shape, **drawn, recognized_2=two, recognized_4=four, cause=grasp.cause
+    )
 
 
 def check_scenario_for_recognition(file: str) -> None:
@@ -66,7 +69,9 @@ def check_scenario_for_recognition(file: str) -> None:
         raise error.inside(file) from None
 
 
-def run_grasps(file: str, numbers: dict[str, int], seed: int, jobs: int, report: Callable[[Grasp], Any]) -> list[Grasp]:
+def run_grasps(
+    file: str, numbers: Mapping[str, int], seed: int, jobs: int, report: Callable[[Grasp], Any]
+) -> list[Grasp]:
     """Runs random grasps of every shape in `jobs` processes; the same seed leads to the same ones.
 
     Args:

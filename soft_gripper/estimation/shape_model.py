@@ -40,8 +40,9 @@ class ShapeModel:
     biases: Array  # (C)
 
     def __post_init__(self) -> None:
-        features = 4 * len(self.pressures) * self.joints
-        for name, shape in (("weights", (len(self.shapes), features)), ("biases", (len(self.shapes),))):
+        levels, shapes = self.pressures.size, len(self.shapes)
+        sizes = {"pressures": (levels,), "weights": (shapes, 4 * levels * self.joints), "biases": (shapes,)}
+        for name, shape in sizes.items():
             found = getattr(self, name)
             if found.shape != shape:
                 raise InputError("shape model", name, f"an array {found.shape}", f"give one of {shape}")

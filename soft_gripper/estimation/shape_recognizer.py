@@ -49,7 +49,7 @@ class ShapeRecognizer(LeafSystem):
         self._angles = self._declare(fingers, ANGLES, model.joints)
         self._torques = self._declare(fingers, "external_torque", model.joints)
         self._pressures = self._declare(fingers, "sampled_pressure", 1)
-        size = len(model.pressures) * model.sample_size
+        size = len(model.pressures) * 2 * model.fingers * model.joints
         self._levels = self.DeclareDiscreteState(np.full(size, np.nan))  # what was seen at each
         self._level = self.DeclareDiscreteState([NO_LEVEL])  # of the present sample
         self._probabilities = self.DeclareDiscreteState(np.full(shapes, np.nan))

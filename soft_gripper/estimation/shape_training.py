@@ -36,7 +36,8 @@ def train_shape_model(
         raise InputError("shape model", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
     means = np.array([features[names == shape].mean(axis=0) for shape in shapes])
     weights, biases = discriminant(means, features - means[[shapes.index(label) for label in labels]])
-    return ShapeModel(shapes, *angles.shape[-2:], sections, np.array(pressures, dtype=float), weights, biases)
+    fingers, joints = angles.shape[-2:]
+    return ShapeModel(shapes, fingers, joints, sections, np.array(pressures, dtype=float), weights, biases)
 
 
 def discriminant(means: Array, residuals: Array) -> tuple[Array, Array]:
