@@ -1,10 +1,10 @@
-"""Makes sphere.obj and cylinder.obj: a ball, and a cylinder that stands; watertight, their frames in the centres."""
+"""Makes sphere.obj and cylinder.obj: a ball, and a low tin; watertight, their frames in the centres."""
 
 from pathlib import Path
 
 import trimesh
 
-RADIUS, HEIGHT = 0.023, 0.06  # m, the height of the cylinder
+RADIUS, HEIGHT = 0.023, 0.032  # m, the height of the cylinder
 FACETS = 48  # of the cylinder
 
 

@@ -58,5 +58,5 @@ def test_a_file_that_is_no_model_is_refused(file, text, word):
 
 
 def test_an_unknown_file_is_named(tmp_path):
-    with pytest.raises(InputError, match="nosuch.json"):
+    with pytest.raises(InputError, match=r"nosuch\.json"):
         load_shape_model(tmp_path / "nosuch.json")
