@@ -1,6 +1,7 @@
 """What a grasp shows of the shape that is held, and the discriminant by which shapes are told apart."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,10 +23,9 @@ def grasp_features(angles: Array, torques: Array) -> Array:
 
 @dataclass(frozen=True)
 class ShapeModel:
-    """A linear discriminant of grasp features; which shape is likeliest, if all are equally common.
+    """A quadratic discriminant of grasp features; which shape is likeliest, if all are equally common.
 
-    The score of a shape is the product of its weights with the features, and its bias; the probabilities are the
-    softmax of the scores.
+    The features are projected onto D components; in those the grasps of each shape are normally distributed.
 
     Raises:
         InputError: if something does not fit, or is not finite.
@@ -36,22 +36,40 @@ class ShapeModel:
     joints: int  # of each finger, N
     sections: int  # of the sensors that it was trained with
     pressures: Array  # at which it takes samples, Pa, (L)
-    weights: Array  # (C, K)
-    biases: Array  # (C)
+    center: Array  # of the features, (K) with K = 4 L N
+    components: Array  # (D, K)
+    means: Array  # of the shapes, (C, D)
+    covariances: Array  # of the shapes, (C, D, D)
 
     def __post_init__(self) -> None:
-        levels, shapes = self.pressures.size, len(self.shapes)
-        sizes = {"pressures": (levels,), "weights": (shapes, 4 * levels * self.joints), "biases": (shapes,)}
-        for name, shape in sizes.items():
+        levels, shapes, size = self.pressures.size, len(self.shapes), len(self.components)
+        features = 4 * levels * self.joints
+        expected = {
+            "pressures": (levels,),
+            "center": (features,),
+            "components": (size, features),
+            "means": (shapes, size),
+            "covariances": (shapes, size, size),
+        }
+        for name, shape in expected.items():
             found = getattr(self, name)
             if found.shape != shape:
                 raise InputError("shape model", name, f"an array {found.shape}", f"give one of {shape}")
             if not np.isfinite(found).all():
                 raise InputError("shape model", name, "NaN or infinite", "give finite numbers")
+        if not (np.linalg.eigvalsh(self.covariances) > 0).all():
+            raise InputError("shape model", "covariances", "...", "give matrices that are positive definite")
 
     def probabilities(self, angles: Array, torques: Array) -> Array:
         """Of the shapes, (..., C), from what `grasp_features` takes; NaN if something in it is."""
-        scores = grasp_features(angles, torques) @ self.weights.T + self.biases
+        parts = (grasp_features(angles, torques) - self.center) @ self.components.T
+        from_means = parts[..., None, :] - self.means
+        distances = ((from_means[..., None, :] @ self._precisions)[..., 0, :] * from_means).sum(axis=-1)
+        scores = -0.5 * (distances + np.linalg.slogdet(self.covariances).logabsdet)
         likelihoods = np.exp(scores - scores.max(axis=-1, keepdims=True))
         found: Array = likelihoods / likelihoods.sum(axis=-1, keepdims=True)
         return found
+
+    @cached_property
+    def _precisions(self) -> Array:
+        return np.linalg.inv(self.covariances)

@@ -1,4 +1,4 @@
-"""A shape model from labelled grasps: linear discriminant analysis with a shrunk covariance."""
+"""A shape model from labelled grasps: regularised quadratic discriminant analysis on principal components."""
 
 from collections.abc import Sequence
 
@@ -8,13 +8,15 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.shape_model import ShapeModel, grasp_features
 
-SHRINKAGE = 1e-3  # of the covariance of standardised features, toward the identity
+COMPONENTS = 24  # principal ones of the standardised features, at most
+SHRINKAGE = 0.1  # of the covariance of a shape, toward that of all
+_LEAST = 1e-6  # variance within a shape, of the whole along a component
 
 
 def train_shape_model(
     labels: Sequence[str], angles: Array, torques: Array, pressures: Sequence[float], sections: int
 ) -> ShapeModel:
-    """The linear discriminant of M grasps.
+    """The quadratic discriminant of M grasps.
 
     Args:
         labels: the shape of each grasp, (M).
@@ -34,21 +36,32 @@ def train_shape_model(
     if not np.isfinite(features).all():
         bad = int(np.argmin(np.isfinite(features).all(axis=-1)))
         raise InputError("shape model", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
-    means = np.array([features[names == shape].mean(axis=0) for shape in shapes])
-    weights, biases = discriminant(means, features - means[[shapes.index(label) for label in labels]])
+    center, components = principal_components(features)
+    parts = (features - center) @ components.T
+    means = np.array([parts[names == shape].mean(axis=0) for shape in shapes])
+    residuals = parts - means[[shapes.index(label) for label in labels]]
+    covariances = np.array([_covariance(residuals[names == shape]) for shape in shapes])
+    shrunk = (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _LEAST * np.eye(len(components))
     fingers, joints = angles.shape[-2:]
-    return ShapeModel(shapes, fingers, joints, sections, np.array(pressures, dtype=float), weights, biases)
+    levels = np.array(pressures, dtype=float)
+    return ShapeModel(shapes, fingers, joints, sections, levels, center, components, means, shrunk)
 
 
-def discriminant(means: Array, residuals: Array) -> tuple[Array, Array]:
-    """Weights (C, K) and biases (C) from the means of the classes, (C, K), and the distances from them, (M, K).
+def principal_components(features: Array) -> tuple[Array, Array]:
+    """Centre (K) and components (D, K) of features (M, K): their products with what is off the centre vary by 1.
 
-    Features are standardised by their scatter within the classes; one that does not vary gets no weight.
+    The features are standardised first, so that radians and newton metres count alike; one that does not vary counts
+    for nothing.
     """
-    scale = residuals.std(axis=0)
-    scale[scale < 1e-12 * np.abs(means).max()] = np.inf
-    spread = residuals / scale
-    covariance = spread.T @ spread / (len(residuals) - len(means))
-    shrunk = (1 - SHRINKAGE) * covariance + SHRINKAGE * np.eye(len(scale))
-    weights = np.linalg.solve(shrunk, (means / scale).T).T / scale
-    return weights, -0.5 * (weights * means).sum(axis=-1)
+    center, scale = features.mean(axis=0), features.std(axis=0)
+    scale[scale < 1e-12 * np.abs(features).max()] = np.inf
+    _, sizes, directions = np.linalg.svd((features - center) / scale, full_matrices=False)
+    number = min(COMPONENTS, int((sizes > 1e-9 * sizes[0]).sum()))
+    deviations = sizes[:number, None] / np.sqrt(len(features))
+    return center, directions[:number] / deviations / scale
+
+
+def _covariance(residuals: Array) -> Array:
+    """Of residuals (M, D) about a mean, (D, D)."""
+    found: Array = residuals.T @ residuals / len(residuals)
+    return found

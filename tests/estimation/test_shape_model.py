@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.shape_model import grasp_features
-from soft_gripper.estimation.shape_training import discriminant, train_shape_model
+from soft_gripper.estimation.shape_training import principal_components, train_shape_model
 
 LEVELS, FINGERS, JOINTS = 3, 2, 4
 SHAPES = ("ball", "can", "brick")
@@ -51,18 +52,34 @@ def test_unseen_grasps_are_recognized():
     np.testing.assert_allclose(probabilities.sum(axis=-1), 1.0)
 
 
-def test_probabilities_are_the_posterior_of_two_normal_distributions():
-    """Of one feature with means -1 and 1 and variance 1 the log odds are twice the feature."""
-    residuals = np.random.default_rng(5).normal(size=(100_000, 1))
-    weights, biases = discriminant(np.array([[-1.0], [1.0]]), residuals)
-    np.testing.assert_allclose(np.diff(weights, axis=0), 2.0, rtol=0.02)
-    np.testing.assert_allclose(np.diff(biases), 0.0, atol=1e-12)
+def test_probabilities_are_the_posterior_of_normal_distributions():
+    """Compared with scipy's densities of the components."""
+    model = trained()
+    _, angles, torques = synthetic(1, 5)
+    parts = (grasp_features(angles, torques) - model.center) @ model.components.T
+    densities = [multivariate_normal(*of).pdf(parts) for of in zip(model.means, model.covariances, strict=True)]
+    expected = np.array(densities).T / np.sum(densities, axis=0)[:, None]
+    np.testing.assert_allclose(model.probabilities(angles, torques), expected, atol=1e-9)
 
 
-def test_a_feature_that_does_not_vary_has_no_weight():
-    residuals = np.random.default_rng(6).normal(size=(100, 2)) * [1.0, 0.0]
-    weights, _ = discriminant(np.array([[0.0, 1.0], [1.0, 1.0]]), residuals)
-    np.testing.assert_array_equal(weights[:, 1], 0.0)
+def test_shapes_of_one_mean_are_recognized_by_how_they_scatter():
+    rng = np.random.default_rng(6)
+    scatter = np.where(np.arange(400) % 2, 0.01, 0.1)[:, None, None, None]
+    labels = ["loose", "tight"] * 200
+    angles, torques = scatter * rng.normal(size=(2, 400, LEVELS, FINGERS, JOINTS))
+    model = train_shape_model(labels[:200], angles[:200], torques[:200], [1e3, 2e3, 3e3], 2)
+    found = model.probabilities(angles[200:], torques[200:]).argmax(axis=-1)
+    assert (np.array(model.shapes)[found] == labels[200:]).mean() > 0.95
+
+
+def test_components_of_the_training_grasps_are_not_correlated_and_vary_by_one():
+    features = np.random.default_rng(7).normal(size=(50, 6)) @ np.diag([1, 10, 1e-3, 1, 1, 0])
+    features[:, 1] += features[:, 0]
+    center, components = principal_components(features)
+    parts = (features - center) @ components.T
+    assert components.shape == (5, 6)
+    np.testing.assert_allclose(np.cov(parts.T, bias=True), np.eye(5), atol=1e-12)
+    np.testing.assert_array_equal(components[:, 5], 0.0)
 
 
 def test_leading_axes_are_a_batch():
@@ -84,9 +101,10 @@ def test_nan_makes_probabilities_nan():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"weights": np.zeros((3, 47))}, ["weights", "(3, 47)", "(3, 48)"]),
-        ({"biases": np.zeros(2)}, ["biases", "(2,)", "(3,)"]),
-        ({"biases": np.array([0.0, np.nan, 0.0])}, ["biases", "NaN"]),
+        ({"components": np.zeros((24, 47))}, ["components", "(24, 47)", "(24, 48)"]),
+        ({"means": np.zeros((2, 24))}, ["means", "(2, 24)", "(3, 24)"]),
+        ({"center": np.full(48, np.nan)}, ["center", "NaN"]),
+        ({"covariances": np.zeros((3, 24, 24))}, ["covariances", "positive definite"]),
     ],
 )
 def test_a_model_that_does_not_fit_is_refused(changes, words):
@@ -97,7 +115,7 @@ def test_a_model_that_does_not_fit_is_refused(changes, words):
 
 def test_training_refuses_what_is_not_finite_and_shapes_that_are_too_few():
     labels, angles, torques = synthetic(3, 9)
-    torques[4] = np.inf
+    torques[4] = np.nan
     with pytest.raises(InputError, match=r"grasps\[4\]"):
         train_shape_model(labels, angles, torques, [1e3, 2e3, 3e3], 2)
     with pytest.raises(InputError, match="two shapes or more"):

@@ -17,8 +17,17 @@ FINGERS = ("thumb", "index")
 LEVELS = np.array([50e3, 80e3])  # Pa
 JOINTS = 3
 RNG = np.random.default_rng(1)
+FEATURES = 4 * len(LEVELS) * JOINTS
 MODEL = ShapeModel(
-    ("ball", "can"), 2, JOINTS, 3, LEVELS, RNG.normal(size=(2, 4 * len(LEVELS) * JOINTS)), np.array([0.1, 0.0])
+    ("ball", "can"),
+    len(FINGERS),
+    JOINTS,
+    3,
+    LEVELS,
+    center=np.zeros(FEATURES),
+    components=RNG.normal(size=(2, FEATURES)),
+    means=np.array([[0.1, 0.0], [-0.2, 0.3]]),
+    covariances=np.array([9.0 * np.eye(2), 16.0 * np.eye(2)]),
 )
 ANGLES, TORQUES = RNG.normal(size=(2, len(LEVELS), len(FINGERS), JOINTS))
 EXPECTED = MODEL.probabilities(ANGLES, TORQUES)

@@ -10,7 +10,17 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimation.shape_model import ShapeModel
 
 RNG = np.random.default_rng(1)
-MODEL = ShapeModel(("ball", "can"), 2, 3, 4, np.array([50e3, 80e3]), RNG.normal(size=(2, 24)), RNG.normal(size=2))
+MODEL = ShapeModel(
+    ("ball", "can"),
+    fingers=2,
+    joints=3,
+    sections=4,
+    pressures=np.array([50e3, 80e3]),
+    center=RNG.normal(size=24),
+    components=RNG.normal(size=(2, 24)),
+    means=RNG.normal(size=(2, 2)),
+    covariances=np.array([np.eye(2), 2 * np.eye(2)]),
+)
 
 
 @pytest.fixture
@@ -22,7 +32,7 @@ def file(tmp_path):
 def test_a_model_is_the_same_after_reading(file):
     found = load_shape_model(file)
     assert (found.shapes, found.fingers, found.joints, found.sections) == (("ball", "can"), 2, 3, 4)
-    for name in ("pressures", "weights", "biases"):
+    for name in ("pressures", "center", "components", "means", "covariances"):
         np.testing.assert_allclose(getattr(found, name), getattr(MODEL, name), rtol=1e-8)
 
 
@@ -35,12 +45,12 @@ def test_the_shipped_model_is_of_the_shipped_gripper():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"weights": [[1.0] * 23] * 2}, ["weights", "(2, 23)", "(2, 24)"]),
-        ({"weights": [[1.0], [1.0, 2.0]]}, ["weights", "list"]),
-        ({"biases": [1.0, float("nan")]}, ["biases", "NaN"]),
+        ({"components": [[1.0] * 23] * 2}, ["components", "(2, 23)", "(2, 24)"]),
+        ({"means": [[1.0], [1.0, 2.0]]}, ["means", "list"]),
+        ({"center": [float("nan")] * 24}, ["center", "NaN"]),
         ({"joints": "many"}, ["joints", "many", "whole number"]),
         ({"shapes": 3}, ["shapes", "3", "list"]),
-        ({"colour": "red"}, ["fields", "colour", "weights"]),
+        ({"colour": "red"}, ["fields", "colour", "covariances"]),
     ],
 )
 def test_a_field_that_is_wrong_is_named(file, change, words):

@@ -94,10 +94,11 @@ def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step(scenario):
 
 
 def test_the_block_in_a_station_recognizes_as_the_model_does_from_the_recording(scenario):
-    """Weights at random: two probabilities that have nothing to do with shapes, but with every feature."""
+    """Components at random: two probabilities that have nothing to do with shapes, but with every feature."""
     pressures = np.array(scenario.pressure.steps["all"])
-    weights = np.random.default_rng(1).normal(size=(2, 4 * 3 * 12))
-    model = ShapeModel(("one", "other"), 2, 12, 4, pressures, weights, np.zeros(2))
+    components = np.random.default_rng(1).normal(size=(1, 4 * 3 * 12))
+    means, variances = np.array([[-1.0], [1.0]]), np.array([[[2.0]], [[2.0]]])
+    model = ShapeModel(("one", "other"), 2, 12, 4, pressures, np.zeros(144), components, means, variances)
     builder = DiagramBuilder()
     station = add_station(builder, with_object(scenario, "cylinder", DRAWN))
     recognizer = builder.AddNamedSystem("recognizer", ShapeRecognizer(model, NAMES, scenario.sensor.period))
