@@ -31,7 +31,7 @@ def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
     parser = subparsers.add_parser("recognition", help="train and test which shape is held, over random grasps")
     parser.add_argument("scenario", nargs="?", default="probing_grasp", help="default: %(default)s")
-    parser.add_argument("--train", metavar="N", default="100", help="grasps of every shape (default: %(default)s)")
+    parser.add_argument("--train", metavar="N", default="60", help="grasps of every shape (default: %(default)s)")
     parser.add_argument("--test", metavar="N", default="50", help="others, of every shape (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
