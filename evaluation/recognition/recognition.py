@@ -60,8 +60,8 @@ def check_scenario_for_recognition(file: str) -> None:
         if value != known:
             raise InputError(file, f"{part}.type", value, f"give {known}: readings are made for other sections too")
     steps = scenario.pressure.steps
-    if list(steps) != ["all"] or len(set(steps["all"])) < len(steps["all"]):
-        raise InputError(file, "pressure.steps", steps, "give steps for all, each at another pressure")
+    if list(steps) != ["all"] or len(set(steps["all"])) < len(steps["all"]) or min(steps["all"]) <= 0:
+        raise InputError(file, "pressure.steps", steps, "give steps for all, each at another pressure above 0 Pa")
     try:
         station = make_station(with_object(scenario, next(iter(SHAPES)), draw(0, SETS[0], 0, next(iter(SHAPES)))))
         find_gripper(station.fingers, "recognition")

@@ -57,6 +57,8 @@ class ShapeModel:
                 raise InputError("shape model", name, f"an array {found.shape}", f"give one of {shape}")
             if not np.isfinite(found).all():
                 raise InputError("shape model", name, "NaN or infinite", "give finite numbers")
+        if not (self.pressures > 0).all():
+            raise InputError("shape model", "pressures", self.pressures.tolist(), "give pressures above 0, Pa")
         if not (np.linalg.eigvalsh(self.covariances) > 0).all():
             raise InputError("shape model", "covariances", "...", "give matrices that are positive definite")
 

@@ -85,6 +85,7 @@ def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
         ("sensor.type=my_sensors:make", "sensor.type = 'my_sensors:make': give strain"),
         ("estimator.type=my_estimators:make", "estimator.type = 'my_estimators:make': give arcs"),
         ("pressure.steps.all=[75e3, 75e3]", "each at another pressure"),
+        ("pressure.steps.all=[0, 75e3]", "above 0 Pa"),
         (
             "models.0={name: one, file: package://soft_gripper/grippers/finger.urdf, X_PC: {translation: [1, 0, 0]}}",
             "two fingers",

@@ -104,6 +104,7 @@ def test_nan_makes_probabilities_nan():
         ({"components": np.zeros((24, 47))}, ["components", "(24, 47)", "(24, 48)"]),
         ({"means": np.zeros((2, 24))}, ["means", "(2, 24)", "(3, 24)"]),
         ({"center": np.full(48, np.nan)}, ["center", "NaN"]),
+        ({"pressures": np.array([0.0, 1e3, 2e3])}, ["pressures", "0.0", "above 0"]),
         ({"covariances": np.zeros((3, 24, 24))}, ["covariances", "positive definite"]),
     ],
 )
