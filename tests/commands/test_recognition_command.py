@@ -67,7 +67,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
         (["--jobs", "0"], "--jobs = '0': give a whole number of at least 1"),
         (["nowhere"], "name = 'nowhere': not shipped"),
         (["free_bending"], "pressure.steps"),
-        (["three_finger_grasp", "--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),
+        (["probing_grasp", "--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),
     ],
 )
 def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
