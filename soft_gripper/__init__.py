@@ -53,6 +53,10 @@ _MODULES = {
     "estimation.contact_detector": "ContactDetector",
     "estimation.gripper_opening": "Gripper GripperOpening",
     "estimation.object_width": "ObjectWidth",
+    "estimation.shape_model": "ShapeModel grasp_features",
+    "estimation.shape_recognizer": "ShapeRecognizer",
+    "estimation.shape_training": "train_shape_model",
+    "diagrams.loading.shape_model_file": "load_shape_model save_shape_model",
     # Control and manipulation.
     "control.pid_controller": "SampledPidController PidGains",
     "manipulation.arm_kinematics": "movable_joints",

@@ -28,6 +28,7 @@ LAYERS = (
     "evaluation",
     "evaluation/paper",
     "evaluation/trials",
+    "evaluation/recognition",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))

@@ -27,6 +27,7 @@ OBJECTS = {
     ("pick_and_place_delicate", "cup"): ("cup.obj", 0.03, (46, 46, 65), 0.8),
     ("pick_and_place_apple", "apple"): ("apple.obj", 0.06, (59.9, 59.8, 57.9), 0.8),
 }
+OF_RECOGNITION = {"sphere.obj": (46, 46, 46), "cylinder.obj": (46, 46, 32)}  # grasped beside box and irregular
 
 
 def size(shape: Shape) -> list[float]:
@@ -64,4 +65,11 @@ def test_an_object_is_as_shipped(
 
 def test_all_shipped_objects_are_in_the_table() -> None:
     shipped = {path.name for path in (DIRECTORY / "objects").iterdir() if path.suffix in (".sdf", ".obj")}
-    assert shipped == {file for file, *_ in OBJECTS.values()}
+    assert shipped == {file for file, *_ in OBJECTS.values()} | set(OF_RECOGNITION)
+
+
+@pytest.mark.parametrize(("file", "millimetres"), OF_RECOGNITION.items())
+def test_a_shape_to_be_recognized_is_as_shipped(file: str, millimetres: tuple[float]) -> None:
+    mesh = trimesh.load_mesh(DIRECTORY / "objects" / file)
+    assert mesh.is_watertight
+    assert list(1e3 * mesh.extents) == pytest.approx(millimetres, abs=0.05)

@@ -37,15 +37,24 @@ def read_again(station: Station, recording: Recording, finger: PlantFinger, sect
     return ReadAgain(believed, arcs_from_readings(believed, readings))
 
 
+def joint_angles_again(station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain) -> Array:
+    """The estimated joint angles for these readings at every sample, rad, (T, N)."""
+    pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
+    in_plane = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ _gravity(station)
+    return BendSharing(again.layout).joint_angles(again.arcs.theta, pressure, in_plane[:, None])
+
+
 def external_torque_again(station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain) -> Array:
     """The external torque for these readings at every sample, N m, (T, N); NaN until there are five samples."""
-    scenario = station.scenario
-    gravity = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
+    q = joint_angles_again(station, recording, finger, again)
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
-    in_plane = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ gravity
-    q = BendSharing(again.layout).joint_angles(again.arcs.theta, pressure, in_plane[:, None])
     motion = Motion(*map(windows, (q, pressure, X_WB)))
     balance = TorqueBalance(again.layout.finger)
-    torque = balance.external_torque(motion, gravity, scenario.sensor.period).torque
+    torque = balance.external_torque(motion, _gravity(station), station.scenario.sensor.period).torque
     # The first sample is recorded twice: a log at a time still shows the sample before.
     return np.concatenate([np.full((SAMPLES, q.shape[-1]), np.nan), torque[1:]])
+
+
+def _gravity(station: Station) -> Array:
+    """As it is taken out of the external torque, in the world, (3,) m/s^2."""
+    return np.array(station.scenario.gravity) * station.scenario.estimator.compensate_gravity

@@ -1,0 +1,97 @@
+"""soft-gripper recognition: which shape is held, learned from random grasps and tried on others."""
+
+import argparse
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from soft_gripper.arrays import Array
+from soft_gripper.commands.options import Subparsers, whole_number
+from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.figure_style import save_figure
+from soft_gripper.evaluation.recognition.confusion_figure import confusion_figure
+from soft_gripper.evaluation.recognition.grasp import SECTIONS, SETS, SHAPES, Grasp
+from soft_gripper.evaluation.recognition.recognition import (
+    check_scenario_for_recognition,
+    confusion,
+    grasp_row,
+    run_grasps,
+    train,
+)
+from soft_gripper.files import writable_folder
+
+TABLE, FIGURE = "grasps.csv", "recognition"
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("recognition", help="train and test which shape is held, over random grasps")
+    parser.add_argument("scenario", nargs="?", default="probing_grasp", help="default: %(default)s")
+    parser.add_argument("--train", metavar="N", default="60", help="grasps of every shape (default: %(default)s)")
+    parser.add_argument("--test", metavar="N", default="50", help="others, of every shape (default: %(default)s)")
+    parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
+    parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
+    folder = Path("results/recognition")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    seed = whole_number("recognition", "--seed", options.seed, 0)
+    numbers = {
+        SETS[0]: whole_number("recognition", "--train", options.train, 2),
+        SETS[1]: whole_number("recognition", "--test", options.test, 1),
+    }
+    jobs = whole_number("recognition", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    check_scenario_for_recognition(options.scenario)
+    out = writable_folder(options.out)
+    grasps = _run_grasps(options.scenario, numbers, seed, jobs)
+    models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
+    rows = [grasp_row(grasp, models) for grasp in grasps]
+    matrices = {sections: confusion(rows, sections) for sections in SECTIONS}
+    write_csv(out / TABLE, rows)
+    for sections, model in models.items():
+        save_shape_model(model, out / _model_file(sections))
+    save_figure(confusion_figure(list(SHAPES), matrices, numbers[SETS[1]]), out / FIGURE)
+    _print_summary(matrices, numbers[SETS[1]])
+    for row in rows:
+        if row.cause:
+            print(f"{row.set} grasp {row.grasp} of the {row.shape}: {row.cause}")
+    files = [TABLE, *map(_model_file, SECTIONS), f"{FIGURE}.png", f"{FIGURE}.svg"]
+    print(f"\nWritten to {out}: {', '.join(files)}")
+
+
+def _model_file(sections: int) -> str:
+    return f"shapes_{sections}_sections.json"
+
+
+def _run_grasps(file: str, numbers: Mapping[str, int], seed: int, jobs: int) -> list[Grasp]:
+    total = sum(numbers.values()) * len(SHAPES)
+    with tqdm(total=total, desc="grasps", dynamic_ncols=True, disable=None) as bar:
+        ended = 0
+
+        def report(grasp: Grasp) -> None:
+            nonlocal ended
+            ended += 1
+            bar.update()
+
+        try:
+            return run_grasps(file, numbers, seed, jobs, report)
+        except KeyboardInterrupt:
+            bar.close()
+            print(f"\n{ended} of {total} grasps ended; nothing is written before the last")
+            raise
+
+
+def _print_summary(matrices: Mapping[int, Array], number: int) -> None:
+    """Of every shape, what its test grasps were recognized as."""
+    for sections, matrix in matrices.items():
+        right, total = int(np.trace(matrix)), number * len(SHAPES)
+        print(f"\n{sections} sections: {right} of {total} right ({100 * right / total:.1f} %)")
+        print(f"  {'held':<12}" + "".join(f"{shape:>12}" for shape in SHAPES))
+        for shape, row in zip(SHAPES, matrix, strict=True):
+            print(f"  {shape:<12}" + "".join(f"{count:>12}" for count in row))

@@ -1,0 +1,1 @@
+"""Recognition of the shape that is held: random grasps, training and test."""

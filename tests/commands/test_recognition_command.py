@@ -1,0 +1,102 @@
+"""soft-gripper recognition: from a handful of grasps to the model, Ctrl-C, and what it refuses."""
+
+import csv
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+from command_line import LISTENING, soft_gripper
+
+from soft_gripper.diagrams.loading.shape_model_file import load_shape_model
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.evaluation.recognition.grasp import SHAPES
+
+FILES = {
+    "grasps.csv",
+    "recognition.png",
+    "recognition.svg",
+    "shapes_2_sections.json",
+    "shapes_4_sections.json",
+}
+
+
+def test_a_handful_of_grasps_leads_to_models_a_table_and_a_figure(tmp_path):
+    done = soft_gripper("recognition", "--train", 2, "--test", 1, "--jobs", 2, "--out", tmp_path)
+    assert done.code == 0
+    assert {path.name for path in tmp_path.iterdir()} == FILES
+    for sections in (2, 4):
+        model = load_shape_model(tmp_path / f"shapes_{sections}_sections.json")
+        assert (model.shapes, model.sections, list(model.pressures)) == (
+            tuple(SHAPES),
+            sections,
+            [75e3, 112.5e3, 150e3],
+        )
+    with (tmp_path / "grasps.csv").open(newline="") as table:
+        rows = list(csv.DictReader(table))
+    assert [row["set"] for row in rows] == 8 * ["train"] + 4 * ["test"]
+    assert not [row["cause"] for row in rows if row["cause"]]
+    for sections in (2, 4):
+        right = sum(row["shape"] == row[f"recognized_{sections}"] for row in rows if row["set"] == "test")
+        assert f"{sections} sections: {right} of 4 right ({25 * right:.1f} %)" in done.out
+
+
+def test_ctrl_c_leaves_nothing_half_done(tmp_path):
+    command = [*LISTENING, "recognition", "--jobs", "1", "--out", str(tmp_path / "out")]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        while not (tmp_path / "out").is_dir():
+            assert process.poll() is None
+        time.sleep(2.0)  # until it waits for grasps, the first of which takes as long
+        os.killpg(process.pid, signal.SIGINT)
+        printed, complaint = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "of 440 grasps ended; nothing is written before the last" in printed
+    assert "Traceback" not in complaint
+    assert not list((tmp_path / "out").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--train", "1"], "--train = '1': give a whole number of at least 2"),
+        (["--test", "none"], "--test = 'none': give a whole number of at least 1"),
+        (["--seed", "-1"], "--seed = '-1': give a whole number of at least 0"),
+        (["--jobs", "0"], "--jobs = '0': give a whole number of at least 1"),
+        (["nowhere"], "name = 'nowhere': not shipped"),
+        (["free_bending"], "pressure.steps"),
+        (["probing_grasp", "--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),
+    ],
+)
+def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
+    done = soft_gripper("recognition", "--out", tmp_path, *arguments)
+    assert done.code == 2
+    assert complaint in done.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ("models.2.free=false", "models = []: give one free model"),
+        ("models.2.file=package://soft_gripper/objects/box.sdf", "box.sdf"),
+        ("sensor.type=my_sensors:make", "sensor.type = 'my_sensors:make': give strain"),
+        ("estimator.type=my_estimators:make", "estimator.type = 'my_estimators:make': give arcs"),
+        ("pressure.steps.all=[75e3, 75e3]", "each at another pressure"),
+        ("pressure.steps.all=[0, 75e3]", "above 0 Pa"),
+        (
+            "models.0={name: one, file: package://soft_gripper/grippers/finger.urdf, X_PC: {translation: [1, 0, 0]}}",
+            "two fingers",
+        ),
+    ],
+)
+def test_a_scenario_that_does_not_fit_is_refused(change, complaint, tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text(dump_scenario(load_scenario("probing_grasp", [change]), tmp_path))
+    done = soft_gripper("recognition", file, "--out", tmp_path / "out")
+    assert done.code == 2
+    assert str(file) in done.err
+    assert complaint in done.err
+    assert not (tmp_path / "out").exists()

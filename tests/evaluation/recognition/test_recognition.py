@@ -1,0 +1,114 @@
+"""Many grasps: those of processes that die, models and tables from them, and the shipped model."""
+
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.loading.shape_model_file import load_shape_model
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.recognition import recognition
+from soft_gripper.evaluation.recognition.confusion_figure import confusion_figure
+from soft_gripper.evaluation.recognition.grasp import SECTIONS, SHAPES, Grasp, Probe, draw, probe, with_object
+from soft_gripper.evaluation.recognition.recognition import confusion, grasp_row, recognized, run_grasps, train
+from soft_gripper.evaluation.trials.variation import Variation
+
+NUMBERS = {"train": 10, "test": 5}
+FAILED = ("test", 2, "box")
+
+
+def simulated(file, seed, set, number, shape):
+    """In the place of a grasp that runs: probes that differ by shape and scatter a little."""
+    drawn = draw(seed, set, number, shape)
+    if (set, number, shape) == FAILED:
+        return Grasp(set, number, shape, drawn, {}, "began inside")
+    rng = np.random.default_rng([seed, len(set), number, *shape.encode()])
+    center = np.random.default_rng([*shape.encode()]).normal(size=(2, 3, 2, 12))
+    probes = {n: Probe(*(center + 0.1 * rng.normal(size=center.shape))) for n in SECTIONS}
+    return Grasp(set, number, shape, drawn, probes)
+
+
+@pytest.fixture
+def grasps(monkeypatch):
+    """Grasps made here, each batch of them backwards; the process of one dies."""
+    dead = ("probing_grasp", 1, "train", 3, "sphere")
+
+    def call_backwards(work, calls, jobs, ended):
+        assert len(calls) <= jobs * recognition.OF_A_WORKER
+        for call in reversed(calls):
+            future = Future()
+            if call == dead:
+                future.set_exception(BrokenProcessPool())
+            else:
+                future.set_result(simulated(*call))
+            ended(call, future)
+
+    monkeypatch.setattr(recognition, "call_in_processes", call_backwards)
+    reported = []
+    found = run_grasps("probing_grasp", NUMBERS, 1, 1, reported.append)
+    assert sorted(map(id, reported)) == sorted(map(id, found))
+    return found
+
+
+def test_grasps_come_in_order_and_those_that_were_lost_have_a_cause(grasps):
+    expected = [(set, i, shape) for set, number in NUMBERS.items() for i in range(number) for shape in SHAPES]
+    assert [(grasp.set, grasp.number, grasp.shape) for grasp in grasps] == expected
+    causes = {(grasp.set, grasp.number, grasp.shape): grasp.cause for grasp in grasps if grasp.cause}
+    assert causes == {("train", 3, "sphere"): "its process died", FAILED: "began inside"}
+
+
+def test_a_grasp_that_failed_counts_as_not_recognized(grasps):
+    models = {sections: train("probing_grasp", grasps, sections) for sections in SECTIONS}
+    rows = [grasp_row(grasp, models) for grasp in grasps]
+    for sections in SECTIONS:
+        assert models[sections].sections == sections
+        expected = np.diag([5, 5, 4, 5])
+        np.testing.assert_array_equal(confusion(rows, sections), expected)
+    (failed,) = (row for row in rows if (row.set, row.grasp, row.shape) == FAILED)
+    assert (failed.recognized_2, failed.recognized_4, failed.cause) == ("", "", "began inside")
+
+
+def test_models_are_trained_with_the_training_grasps_alone(grasps):
+    trained = train("probing_grasp", grasps, 4)
+    alone = train("probing_grasp", [grasp for grasp in grasps if grasp.set == "train"], 4)
+    np.testing.assert_array_equal(trained.means, alone.means)
+
+
+def test_a_shape_without_a_grasp_is_reported(grasps):
+    with pytest.raises(InputError, match="its process died"):
+        train("probing_grasp", [grasp for grasp in grasps if grasp.shape != "sphere" or grasp.cause], 4)
+
+
+def test_an_error_that_is_no_grasps_is_raised(monkeypatch):
+    def fail(work, calls, jobs, ended):
+        future = Future()
+        future.set_exception(ArithmeticError("a mistake of ours"))
+        ended(calls[0], future)
+
+    monkeypatch.setattr(recognition, "call_in_processes", fail)
+    with pytest.raises(ArithmeticError, match="of ours"):
+        run_grasps("probing_grasp", NUMBERS, 1, 1, print)
+
+
+def test_the_figure_shows_every_count_and_the_share_that_is_right():
+    matrices = {2: np.array([[3, 1], [2, 0]]), 4: np.array([[4, 0], [1, 3]])}
+    figure = confusion_figure(["ball", "can"], matrices, 4)
+    for axes, matrix, right in zip(figure.axes, matrices.values(), ("37.5", "87.5"), strict=True):
+        assert f"{right} % right" in axes.get_title()
+        assert [text.get_text() for text in axes.texts] == [str(count) for count in matrix.ravel()]
+        np.testing.assert_allclose(axes.images[0].get_array(), matrix / 4)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_shipped_model_recognizes_a_grasp_that_it_has_not_seen(shape):
+    """Trained for another finger or other pressures, it would not."""
+    model = load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
+    scenario, drawn = load_scenario("probing_grasp"), Variation(2.0, 0.0, 12.0, 40.0, 0.7, 1.0)
+    assert list(model.pressures) == scenario.pressure.steps["all"]
+    station = make_station(with_object(scenario, shape, drawn))
+    found = probe(station, run_station(station), model.sections)
+    assert recognized(model, Grasp("test", 0, shape, drawn, {model.sections: found})) == shape
