@@ -19,7 +19,6 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.evaluation.paper.held_steps import held_samples
 from soft_gripper.evaluation.paper.readings_again import external_torque_again, joint_angles_again, read_again
-from soft_gripper.evaluation.trials.variation import Variation
 
 SHAPES = {shape: f"package://soft_gripper/objects/{shape}.obj" for shape in ("sphere", "cylinder", "box", "irregular")}
 SCALES = {"irregular": 0.7}  # of the meshes that are not about as wide as the others
@@ -30,6 +29,18 @@ YAW = 20.0  # degrees
 MASS = (20.0, 60.0)  # g
 FRICTION = (0.5, 0.9)
 SIZE = 15  # percent of the mesh's, in whole ones, so that few scaled meshes fill the cache
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What is random about the object of a grasp: a shift and a turn, a mass, a friction, a factor of the size."""
+
+    x_mm: float
+    y_mm: float
+    yaw_deg: float
+    mass_g: float
+    friction: float
+    size: float
 
 
 @dataclass(frozen=True)
@@ -47,18 +58,17 @@ class Grasp:
     set: str  # one of SETS
     number: int
     shape: str
-    drawn: Variation
+    drawn: Drawn
     probes: dict[int, Probe]  # by numbers of sections; empty if it failed
     cause: str = ""  # of its failure
 
 
-def draw(seed: int, set: str, number: int, shape: str) -> Variation:
+def draw(seed: int, set: str, number: int, shape: str) -> Drawn:
     """What is random about a grasp, whatever others there are; every part of it evenly distributed."""
     rng = np.random.default_rng([seed, SETS.index(set), number, *shape.encode()])
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, YAW)
     size = 1 + rng.integers(-SIZE, SIZE, endpoint=True) / 100
-    # The pose of the object is not asked for, so its report has no error.
-    return Variation(*map(float, (x, y, yaw, rng.uniform(*MASS), rng.uniform(*FRICTION), size, 0, 0, 0)))
+    return Drawn(*map(float, (x, y, yaw, rng.uniform(*MASS), rng.uniform(*FRICTION), size)))
 
 
 def run_grasp(file: str, seed: int, set: str, number: int, shape: str) -> Grasp:
@@ -84,7 +94,7 @@ def probe(station: Station, recording: Recording, sections: int) -> Probe:
     return Probe(np.stack(angles, axis=1), np.stack(torques, axis=1))
 
 
-def with_object(scenario: Scenario, shape: str, drawn: Variation) -> Scenario:
+def with_object(scenario: Scenario, shape: str, drawn: Drawn) -> Scenario:
     """The scenario with another object, that stands where and as high as its own.
 
     Raises:

@@ -23,7 +23,7 @@ OF_A_WORKER = 25  # grasps, after which a process makes way for another: systems
 
 @dataclass(frozen=True)
 class GraspRow:
-    """A grasp: what was drawn for it, see Variation, and the shape recognized with two and with four sections."""
+    """A grasp: what was drawn for it, see Drawn, and the shape recognized with two and with four sections."""
 
     set: str
     grasp: int
