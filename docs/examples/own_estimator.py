@@ -32,4 +32,5 @@ if __name__ == "__main__":
     # The same in a file: `estimator: { type: "own_estimator:make" }`.
     scenario = sg.load_scenario("obstructed_inside", ["estimator.type=own_estimator:make"])
     recording = sg.simulate(scenario)
-    figure = recording.plot("finger.estimated_joint_angles", "finger.pose_error", "finger.external_torque_error")
+    signals = ("estimated_joint_angles", "pose_error", "external_torque_error")
+    figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))

@@ -34,4 +34,5 @@ class WarmSensor(LeafSystem):
 
 station = sg.make_station(sg.load_scenario("obstructed_inside"), make_sensor=WarmSensor)
 recording = sg.run_station(station)
-figure = recording.plot("finger.temperature", "finger.drift", "finger.saturated", "finger.pose_error")
+signals = ("temperature", "drift", "saturated", "pose_error")
+figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))
