@@ -8,7 +8,7 @@ from soft_gripper.signals import describe
 
 
 class GripTorque(LeafSystem):
-    """The mean torque that opens the fingers of a gripper at their base joints; a swing of the palm cancels in it.
+    """The mean torque that opens the fingers of a gripper at their base joints; a swing of the palm across cancels out.
 
     ::
 

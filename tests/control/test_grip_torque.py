@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from finger_plants import built_at
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
@@ -78,13 +79,29 @@ def test_both_pushed_the_same_way_cancel_out(gripper):
     assert grip_torque(first, second) == pytest.approx(0, abs=1e-12)
 
 
-@pytest.mark.parametrize("swing", [[6.0, 0, 0], [0, 6.0, 0], [-6.0, 2.0, -9.81]])
+def swung(plant, acceleration):
+    """Torques at the joints of both fingers when the palm swings; it acts on them as gravity does, m/s^2."""
+    plant.mutable_gravity_field().set_gravity_vector(acceleration)
+    return by_finger(plant, plant.CalcGravityGeneralizedForces(plant.CreateDefaultContext()))
+
+
+@pytest.mark.parametrize("swing", [[6.0, 0, 0], [0, 6.0, 0], [-6.0, 2.0, 0]])
 def test_a_swing_of_the_palm_cancels_out(gripper, swing):
-    """It acts on the fingers as gravity does, m/s^2."""
-    gripper.mutable_gravity_field().set_gravity_vector(swing)
-    first, second = by_finger(gripper, gripper.CalcGravityGeneralizedForces(gripper.CreateDefaultContext()))
+    first, second = swung(gripper, swing)
     assert (abs(first[0]) > 1e-3) == (abs(swing[0]) > 0)
     assert grip_torque(first, second) == pytest.approx(0, abs=1e-9)
+
+
+def test_what_acts_along_the_fingers_turns_both_alike(gripper, shipped_finger):
+    """Their mass lies outside of their neutral axes; a swing across that comes with it cancels out all the same."""
+    s, width = np.linspace(0.005, 0.12, 1001), 0.02  # m, from the first joint to the tip
+    thickness, chamber = np.interp(s, [0, 0.12], [0.02, 0.019]), np.interp(s, [0, 0.12], [10e-3, 9.5e-3])
+    area = width * thickness - 9e-3 * chamber
+    neutral_axis = np.array([built_at(shipped_finger, place).neutral_axis for place in s])
+    outside = neutral_axis - 9e-3 * chamber * 0.1 * chamber / area  # the chamber moves the mass inward
+    expected = 9.81 * np.trapezoid(1070 * area * outside, s)
+    assert expected > 3e-3
+    assert grip_torque(*swung(gripper, [-6.0, 2.0, -9.81])) == pytest.approx(expected, rel=1e-4)
 
 
 def test_a_new_reading_is_a_new_torque():

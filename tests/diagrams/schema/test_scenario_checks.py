@@ -7,6 +7,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 
 NAN, INFINITE = ".nan", ".inf"
+ONE_FINGER = "models.0.file=package://soft_gripper/grippers/finger.urdf"
 
 UNKNOWN_KEYS = [
     ("sensr.sections=3", "sensr = {.*}: no such key; did you mean 'sensor'"),
@@ -49,13 +50,13 @@ OUT_OF_RANGE = {
     "models.0.name": ["''", "right_finger"],
     "models.0.file": ["''"],
     "models.0.segments": ["0", "-1"],
-    "pressure.minimum": ["-101326", "250001", NAN],
+    "pressure.minimum": ["-101326", "210001", NAN],
     "pressure.maximum": [INFINITE],
     "pressure.settle": ["-0.1", NAN, INFINITE],
     "pressure.hold_samples": ["0", "-1"],
     "pressure.time_constant": ["-0.1", NAN, INFINITE],
     "pressure.steps": ["{}"],
-    "pressure.steps.all": ["[]", "[-60001]", "[250001]", f"[{NAN}]"],
+    "pressure.steps.all": ["[]", "[-50001]", "[210001]", f"[{NAN}]"],
     "pressure.steps.left_fingr": ["[0.0]"],
     "control.set_points": ["[]", "[0]", "[-0.01]", f"[{NAN}]", f"[{INFINITE}]"],
     "control.hold": ["0", "-1", NAN, INFINITE],
@@ -120,7 +121,7 @@ def test_out_of_range(override):
     ("name", "overrides", "message"),
     [
         ("free_bending", ["estimator={contact_threshold: 2e-3, compensate_gravity: false}"], "False: leave it true"),
-        ("obstructed_inside", ["external=[opening]"], "needs two fingers or more that stand fixed to each other"),
+        ("obstructed_inside", [ONE_FINGER, "external=[opening]"], "needs two fingers or more that stand fixed to each"),
         ("tip_distance_steps", ["external=[pressure]"], r"leave out \['pressure'\]: control.set_points would command"),
         ("tip_distance_steps", ["external=[opening]"], r"leave out \['opening'\]: control.set_points would command"),
         ("arm_motion", ["external=[tool]"], r"leave out \['tool'\]: the task would command the same"),
@@ -147,7 +148,7 @@ def test_names_that_are_taken_or_cannot_be(name):
         "pressure.time_constant=0",
         "control.gains.derivative_filter=0",
         "control.set_points=[1.0e-3]",
-        "pressure.steps.all=[-60000, 250000]",
+        "pressure.steps.all=[-50000, 210000]",
         "sensor.sections=1",
         "sensor.sections=12",
         "believed.density=-99.9 %",
