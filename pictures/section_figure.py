@@ -23,7 +23,7 @@ def section_figure(finger: Finger) -> Figure:
         axes.set(xlim=(-extent / 2, extent / 2), ylim=(-extent / 2, extent / 2), aspect="equal")
         axes.axis("off")
         _draw(axes, section, finger)
-        axes.set_title(f"{name}: EI = {1e3 * section.bending_stiffness:.2f} mN m²", fontsize=9, y=0.93)
+        axes.set_title(f"{name}: EI = {1e3 * float(section.bending_stiffness):.2f} mN m²", fontsize=9, y=0.93)
     handles, _ = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles=handles, loc="lower center", ncols=4, frameon=False, fontsize=8)
     return figure
@@ -38,7 +38,7 @@ def _draw(axes: Axes, section: CrossSection, finger: Finger) -> None:
         axes.add_patch(Rectangle(place, layer, w, color=_LAYER, lw=0.8, label="strain-limiting layer"))
     if section.chamber_area:
         _draw_chamber(axes, section)
-    axis = 1e3 * section.neutral_axis
+    axis = 1e3 * float(section.neutral_axis)
     axes.plot([axis, axis], [-w / 2 - 2, w / 2 + 2], "-.", color=_AXIS, lw=1.1, label="neutral axis")
     sensors = [axis + 1e3 * offset for offset in finger.sensor_offsets]
     axes.plot(sensors, [0, 0], "o", color=_SENSOR, ms=4.5, ls="none", label="sensor paths")
@@ -49,12 +49,13 @@ def _draw(axes: Axes, section: CrossSection, finger: Finger) -> None:
 def _draw_chamber(axes: Axes, section: CrossSection) -> None:
     """The chamber with its size, and the thickness of the walls round it."""
     h, b, x = (1e3 * v for v in (section.chamber_thickness, section.chamber_width, section.chamber_center))
-    t, w, walls = 1e3 * section.thickness, 1e3 * section.width, section.walls
+    t, w = 1e3 * section.thickness, 1e3 * section.width
+    walls = {name: 1e3 * float(wall) for name, wall in section.walls.items()}
     axes.add_patch(Rectangle((x - h / 2, -b / 2), h, b, fc="white", ec="0.3", lw=0.8))
     axes.text(x, -0.2 * b, f"chamber\n{h:.3g} x {b:.3g} mm", ha="center", va="center", fontsize=8)
-    _dimension(axes, (-t / 2, 0.25 * b), (x - h / 2, 0.25 * b), 1e3 * walls["outer"])
-    _dimension(axes, (x + h / 2, 0.25 * b), (x + h / 2 + 1e3 * walls["inner"], 0.25 * b), 1e3 * walls["inner"])
-    _dimension(axes, (x, b / 2), (x, w / 2), 1e3 * walls["side"])
+    _dimension(axes, (-t / 2, 0.25 * b), (x - h / 2, 0.25 * b), walls["outer"])
+    _dimension(axes, (x + h / 2, 0.25 * b), (x + h / 2 + walls["inner"], 0.25 * b), walls["inner"])
+    _dimension(axes, (x, b / 2), (x, w / 2), walls["side"])
 
 
 def _dimension(axes: Axes, begin: tuple[float, float], end: tuple[float, float], value: float) -> None:

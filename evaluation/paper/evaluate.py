@@ -33,6 +33,7 @@ from soft_gripper.evaluation.task_run import run_task
 from soft_gripper.files import remove_partial
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.scenes_figure import scenes_figure
+from soft_gripper.pictures.section_figure import section_figure
 from soft_gripper.pictures.shape_figure import shape_figure
 
 FREE = "free_bending"
@@ -43,6 +44,7 @@ RUNS = (*SCENARIOS, GRIP, TASK)
 CAPTIONS = {
     "fig8_scenarios": "The scenarios as they begin and at their largest pressure (the paper's Fig. 8), the fingers"
     " coloured by the external torque at their joints.",
+    "finger_section": "The section of the finger at its base and at its tip, to scale: walls, chamber, layer, neutral axis.",
     "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
     "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle, both panels on"
     " one scale.",
@@ -150,6 +152,7 @@ def _scenario_figures(
     scenario, recording = runs["obstructed_inside"]
     layout = sensor_layout(_finger(scenario, recording), scenario.sensor)
     return {
+        "finger_section": section_figure(layout.finger),
         "fig4_shape": shape_figure(layout, recording, scenario.duration),
         "fig5_free_bending": free_bending_figure([row for row in poses if row.scenario == FREE]),
         "fig6_pose_error": contact_figure(poses, CONTACT, "pose_error_mm"),
