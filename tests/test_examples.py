@@ -53,18 +53,19 @@ def test_two_grippers_bend_by_their_own_pressures(run):
 
 def test_all_outputs_of_the_own_sensor_are_logged(run):
     recording = run("own_sensor")["recording"]
-    assert recording["finger.temperature"].attrs["units"] == "degC"
-    assert recording["finger.saturated"].dims == ("time", "path", "section")
-    assert recording["finger.saturated"].values.max() == 1.0
-    assert float(recording["finger.drift"][-1]) == pytest.approx(2e-4 * float(recording["finger.temperature"][-1] - 20))
+    assert recording["left_finger.temperature"].attrs["units"] == "degC"
+    assert recording["left_finger.saturated"].dims == ("time", "path", "section")
+    assert recording["left_finger.saturated"].values.max() == 1.0
+    drift, temperature = (float(recording[f"left_finger.{name}"][-1]) for name in ("drift", "temperature"))
+    assert drift == pytest.approx(2e-4 * (temperature - 20))
 
 
 def test_the_own_estimator_is_that_of_the_run(run):
     recording = run("own_estimator")["recording"]
-    bend = recording["finger.estimated_joint_angles"].values[-1]
-    assert bend.sum() == pytest.approx(recording["finger.sampled_joint_angles"].values[-1].sum(), rel=2e-3)
+    bend = recording["left_finger.estimated_joint_angles"].values[-1]
+    assert bend.sum() == pytest.approx(recording["left_finger.sampled_joint_angles"].values[-1].sum(), rel=2e-3)
     assert np.abs(np.diff(bend, 2)).max() < 0.5 * np.ptp(bend)
-    assert 0 < float(recording["finger.pose_error"][-1]) < 2e-3
+    assert 0 < float(recording["left_finger.pose_error"][-1]) < 2e-3
 
 
 def test_the_pressure_is_stepped_at_20_hz_until_the_fingers_touch(run):

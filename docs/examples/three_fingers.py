@@ -9,7 +9,7 @@ scenario = sg.Scenario(
     ],
     gravity=[0.0, 0.0, 0.0],  # the apple floats before the palm
     control=sg.ControlConfig(
-        set_points=[0.085, 0.05],  # m, twice the mean distance of the tips from their centroid
+        set_points=[0.085, 0.03],  # m, twice the mean distance of the tips from their centroid
         hold=1.5,  # s
         gains=sg.PidGains(kp=1.0e5, ki=5.7e6, kd=17.0),  # Pa/m, Pa/(m s), Pa s/m
         torque_limit=0.05,  # N m at the base of a finger
