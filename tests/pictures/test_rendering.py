@@ -49,8 +49,9 @@ def test_the_box_is_seen_where_it_is(box_grasp: Scene, shift: tuple[float, ...])
 
 
 def test_bending_moves_the_fingertip(box_grasp: Scene) -> None:
-    # The middle of the last link's side before the camera, which is +y in B: the gripper points down.
-    inside = (0.0, 0.0099, 0.0)
+    # The middle of the last link's side before the camera, which is +y in B: the gripper points down. The frame of
+    # the link lies on the neutral axis, near the inner face.
+    inside = (-0.009, 0.0099, 0.0)
     straight, before = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
     box_grasp.bend("left_finger", -0.08)
     bent, after = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
@@ -65,7 +66,7 @@ def test_links_have_the_colour_of_the_torque_where_they_begin(box_grasp: Scene) 
     renderer = box_grasp.renderer(box_grasp.state(), torques=torques, limit=0.1)
     picture = renderer.render(0.0)
     for link in range(1, 13):
-        front = box_grasp.point(f"right_finger_link_{link}", (0.0, -0.0099, 0.002))
+        front = box_grasp.point(f"right_finger_link_{link}", (-0.009, -0.0099, 0.002))
         assert shows(pixel(renderer, picture, front), color(torques[link - 1], 0.1)), link
 
 
