@@ -84,22 +84,23 @@ def solver_config(scenario: Scenario) -> SimulatorConfig:
 
 
 def _advance(simulator: Simulator, station: Station, time: float) -> None:
+    failure = None
     try:
         simulator.AdvanceTo(time)
-        reason = ""
     except RuntimeError as error:
-        if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
-            raise  # from a block written in Python, not from Drake
-        reason = str(error).strip().splitlines()[0]
+        failure = error
     context = simulator.get_context()
     state = station.plant.GetPositionsAndVelocities(station.plant.GetMyContextFromRoot(context))
     bad = np.flatnonzero(~np.isfinite(state))
-    if not reason and not len(bad):
+    if failure is None and not len(bad):
         return
+    if failure is not None and not len(bad) and failure.__traceback__ and failure.__traceback__.tb_next:
+        raise failure  # of a block written in Python, not of Drake
+    reason = str(failure).strip().splitlines()[0] if failure is not None else ""
     names = station.plant.GetStateNames()
     worst = names[bad[0] if len(bad) else int(np.argmax(np.abs(state)))]
     drake = f" (Drake: {reason})" if reason else ""
     raise SimulationDivergedError(
         f"the simulation diverged before t = {context.get_time():.4g} s in state {worst}; likely cause:"
         f" a time step too long, or a contact or spring too stiff for the solver{drake}"
-    )
+    ) from failure

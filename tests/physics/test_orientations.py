@@ -12,6 +12,8 @@ from soft_gripper.diagrams.station import make_station
 
 FINGERS = ("left_finger", "right_finger")
 X, Y, Z = np.eye(3)
+BASE = 0.03  # m, where the fingers of the gripper begin
+PEG = 0.0245  # m from the plane between the fingers: a peg that just misses a straight finger
 REST = 0.8  # s, until nothing sways any more
 
 
@@ -55,9 +57,18 @@ def test_without_compensation_it_would_report_its_weight():
 
 @pytest.mark.parametrize("home", POSTURES)
 def test_a_finger_that_is_pressed_against_a_peg_reports_just_that(home):
-    peg = ModelConfig("peg", "package://soft_gripper/objects/peg.sdf", parent="gripper::palm")
-    peg.X_PC = Transform(RigidTransform([0, 0, 0.11]))
-    recording = at_rest(home, 80e3, peg)
+    """Pegs stand at the middle of a sensor section, 75 mm from the base, as in the obstructed scenarios: estimated
+    torques are linear between middles of sections, and kink there, as the true ones do where a finger is pressed."""
+    pegs = [
+        ModelConfig(
+            name,
+            "package://soft_gripper/objects/peg.sdf",
+            parent="gripper::palm",
+            X_PC=Transform(RigidTransform([x, 0, BASE + 0.075])),
+        )
+        for name, x in (("left", -PEG), ("right", PEG))
+    ]
+    recording = at_rest(home, 60e3, *pegs)
     truth = torques(recording, "true_external_torque")
     assert np.abs(truth[:, 0]).max() > 5e-3
     assert np.abs(torques(recording, "external_torque_error")).max() <= 2e-3

@@ -13,7 +13,7 @@ from soft_gripper.fingers.kinematics import forward_kinematics
 
 def settled_tips(*overrides):
     """Both fingertips at the end of two pressures, m in their B, complex."""
-    station = make_station(free_bending([150e3, 240e3], 1.0, *overrides))
+    station = make_station(free_bending([150e3, 200e3], 1.0, *overrides))
     recording = simulate(station.scenario)
     return np.array(
         [
@@ -32,14 +32,14 @@ def test_cenic_and_discrete_plant_settle_at_the_same_tip():
 
 
 def test_infeasible_time_step_is_refused_with_both_numbers():
-    scenario = free_bending([0.0], 0.1, "plant_config.time_step=0.031")
-    limit = r"0\.031: .*stable_time_step\(\) = 0\.03 s of finger 'left_finger'"
+    scenario = free_bending([0.0], 0.1, "plant_config.time_step=0.0135")
+    limit = r"0\.0135: .*stable_time_step\(\) = 0\.013 s of finger 'left_finger'"
     with pytest.raises(InputError, match=limit):
         make_station(scenario)
 
 
 def test_feasible_time_step_runs():
-    simulate(free_bending([240e3], 0.5, "plant_config.time_step=0.029"))
+    simulate(free_bending([200e3], 0.5, "plant_config.time_step=0.0125"))
 
 
 def test_divergence_names_time_state_and_cause():
