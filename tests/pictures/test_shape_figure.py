@@ -26,7 +26,7 @@ Run = tuple[Station, Recording]
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    """A finger on its way to close round the peg that obstructs it."""
+    """The left finger on its way to close round the peg that obstructs it."""
     steps = ("pressure.steps.all=[100e3]", "pressure.settle=0.49", "pressure.hold_samples=1")
     station = make_station(load_scenario("obstructed_inside", [*steps, f"sensor.sections={SECTIONS}"]))
     return station, run_station(station)
@@ -43,7 +43,7 @@ def layout_of(run: Run) -> SensorLayout:
 
 
 def recorded(run: Run, signal: str) -> Array:
-    values: Array = run[1][f"finger.{signal}"].sel(time=TIME, method="nearest").values
+    values: Array = run[1][f"left_finger.{signal}"].sel(time=TIME, method="nearest").values
     return values
 
 
@@ -64,7 +64,7 @@ def test_true_joints_are_where_drake_has_them(run: Run, panels: list[Axes]) -> N
     # What is sampled at a time is read until the next sample, and there still recorded.
     state = recording["plant.state"].sel(time=TIME - station.scenario.sensor.period, method="nearest")
     plant.SetPositionsAndVelocities(context, state.values)
-    links = [plant.GetBodyByName(link_name("finger", i), finger.model) for i in range(1, 13)]
+    links = [plant.GetBodyByName(link_name("left_finger", i), finger.model) for i in range(1, 13)]
     X_BW: RigidTransform = finger.X_WB.inverse()
     p_BJ = np.array([(X_BW @ link.EvalPoseInWorld(context)).translation() for link in links])
     np.testing.assert_allclose(drawn(panels[1], "true joints"), 1e3 * p_BJ[:, [0, 2]], atol=1e-6)
@@ -83,12 +83,14 @@ def test_the_estimate_ends_at_the_estimated_tip(run: Run, panels: list[Axes]) ->
     section = [patch for patch in panels[2].patches if isinstance(patch, Polygon) and not patch.get_fill()][-1]
     inner, outer = np.split(section.get_xy()[:-1], 2)
     x, z, heading = recorded(run, "tip_pose")
-    np.testing.assert_allclose((inner[-1] + outer[0]) / 2, [1e3 * x, 1e3 * z])
-    np.testing.assert_allclose(inner[-1] - outer[0], 19 * np.array([np.cos(heading), -np.sin(heading)]))
+    normal, tip = np.array([np.cos(heading), -np.sin(heading)]), layout_of(run).finger.tip
+    np.testing.assert_allclose(inner[-1] - outer[0], 19 * normal)
+    middle = (inner[-1] + outer[0]) / 2
+    np.testing.assert_allclose(middle + 1e3 * tip.neutral_axis * normal, [1e3 * x, 1e3 * z])
 
 
 def test_arcs_are_drawn_about_their_centres(run: Run, panels: list[Axes]) -> None:
-    arcs = run[1]["finger.arcs"].sel(time=TIME, method="nearest")
+    arcs = run[1]["left_finger.arcs"].sel(time=TIME, method="nearest")
     centers = 1e3 * arcs.sel(arc=["center_x", "center_z"]).values
     marks = [np.ravel(line.get_data()) for line in panels[1].lines if line.get_marker() == "+"]
     np.testing.assert_allclose(marks, centers)
