@@ -27,9 +27,9 @@ def color(torque: Array, limit: float) -> Array:
 
 
 def round_limit(torque: float) -> float:
-    """A round end for the scale: the least of 1, 2 and 5 times a power of ten that holds `torque`, N m."""
+    """A round end for the scale: the least of 1, 2, 3 and 5 times a power of ten that holds `torque`, N m."""
     power = 10.0 ** np.floor(np.log10(torque))
-    return float(next(power * step for step in (1, 2, 5, 10) if torque <= power * step * (1 + 1e-9)))
+    return float(next(power * step for step in (1, 2, 3, 5, 10) if torque <= power * step * (1 + 1e-9)))
 
 
 def add_torque_bar(figure: Figure, limit: float, label: str = "external torque", **where: Any) -> Colorbar:

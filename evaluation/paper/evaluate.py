@@ -44,7 +44,7 @@ RUNS = (*SCENARIOS, GRIP, TASK)
 CAPTIONS = {
     "fig8_scenarios": "The scenarios as they begin and at their largest pressure (the paper's Fig. 8), the fingers"
     " coloured by the external torque at their joints.",
-    "finger_section": "The section of the finger at its base and at its tip, to scale: walls, chamber, layer, neutral axis.",
+    "finger_section": "The section of the finger at base and tip, to scale: walls, chamber, layer, neutral axis.",
     "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
     "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle, both panels on"
     " one scale.",

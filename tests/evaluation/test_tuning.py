@@ -11,7 +11,7 @@ from soft_gripper.evaluation.tuning import follow, gains_from_step_response, ste
 
 @pytest.fixture(scope="module")
 def two_steps():
-    return load_scenario("tip_distance_steps", ["control.set_points=[0.08, 0.05]", "control.hold=2"])
+    return load_scenario("tip_distance_steps", ["control.set_points=[0.06, 0.03]", "control.hold=2"])
 
 
 def test_step_response_has_the_gain_of_the_settled_finger(two_steps):

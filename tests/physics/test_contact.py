@@ -17,7 +17,11 @@ from soft_gripper.fingers.kinematics import forward_kinematics
 
 GRASPED = {"box_grasp": "box", "irregular_grasp": "irregular"}
 CONTACT = ("obstructed_inside", "obstructed_outside", *GRASPED)
-WEIGHT = {"box": 0.05 * 9.81, "irregular": 0.04 * 9.81}  # N
+WEIGHT = {"box": 0.05 * 9.81, "irregular": 0.06 * 9.81}  # N
+LEFT, RIGHT = "left_finger", "right_finger"
+SEGMENT = 0.01  # m
+TOUCH = 1e-3  # N
+SAME = 5e-3  # mm; before anything is touched, one sensor is as good as four
 
 
 class Run(NamedTuple):
@@ -29,8 +33,14 @@ class Run(NamedTuple):
     poses: list[PoseRow]
 
     def errors(self, sections: int, column: str = "pose_error_mm"):
-        """Of every finger and held step, mm."""
-        return np.array([getattr(row, column) for row in self.poses if row.sections == sections])
+        """Of every touched finger and held step, mm; a finger that is free beside an obstructed one errs less."""
+        rows = [row for row in self.poses if row.sections == sections and row.finger in self.touched]
+        return np.array([getattr(row, column) for row in rows])
+
+    @property
+    def touched(self):
+        """Names of the fingers that touch something."""
+        return (LEFT, RIGHT) if self.name in GRASPED else (LEFT,)
 
     def held(self, signal: str):
         """Samples of every held step, (steps, samples, ...)."""
@@ -45,7 +55,7 @@ class Run(NamedTuple):
     def tips(self):
         """Both fingertips at the end of every step, (fingers, steps) m in B, complex."""
         angles = [self.held(f"{finger.name}.sampled_joint_angles")[:, -1] for finger in self.station.fingers]
-        return np.array([forward_kinematics(q, 0.01).tip for q in angles])
+        return np.array([forward_kinematics(q, SEGMENT).tip for q in angles])
 
 
 def simulated(name: str, *overrides: str) -> Run:
@@ -71,12 +81,12 @@ def grasp(request) -> Run:
 
 
 def test_four_sensors_know_the_pose(contact):
-    assert contact.errors(4).mean() <= 1.0
-    assert contact.errors(4).max() <= 2.5
+    assert contact.errors(4).mean() <= 0.45
+    assert contact.errors(4).max() <= 0.75
 
 
 def test_four_sensors_find_the_tip(contact):
-    assert contact.errors(4, "tip_error_mm").mean() <= 2.5
+    assert contact.errors(4, "tip_error_mm").mean() <= 0.6
 
 
 @pytest.mark.parametrize("column", ["pose_error_mm", "tip_error_mm"])
@@ -86,19 +96,27 @@ def test_one_sensor_errs_several_times_as_much(contact, column):
 
 def test_every_sensor_more_gains(contact):
     errors = np.array([contact.errors(sections) for sections in (1, 2, 3, 4)])
-    rounding = 1e-6
-    assert np.diff(errors, axis=0).max() <= rounding
+    assert np.diff(errors, axis=0).max() <= SAME
     assert np.diff(errors.mean(axis=1)).max() < -0.05
 
 
-def test_base_torque_is_estimated_within_a_tenth(contact):
-    for finger in contact.station.fingers:
+def test_base_torque_is_estimated_within_a_five_hundredth(contact):
+    for finger in contact.touched:
         estimated, truth = (
-            contact.held(f"{finger.name}.{signal}")[..., 0].mean(axis=1)
+            contact.held(f"{finger}.{signal}")[..., 0].mean(axis=1)
             for signal in ("external_torque", "true_external_torque")
         )
-        assert (np.abs(estimated - truth) <= np.maximum(0.1 * np.abs(truth), 2e-3)).all()
+        assert (np.abs(estimated - truth) <= np.maximum(0.002 * np.abs(truth), 5e-4)).all()
         assert np.abs(truth).max() > 0.05
+
+
+@pytest.mark.parametrize("name", ["obstructed_inside", "obstructed_outside"])
+def test_the_finger_beside_the_obstructed_one_stays_free(name):
+    torque, truth = (
+        run(name).held(f"{RIGHT}.{signal}") for signal in ("external_torque", "true_external_torque")
+    )
+    assert not truth.any()
+    assert np.abs(torque).max() < 5e-4
 
 
 def test_contact_carries_the_weight(grasp):
@@ -122,14 +140,46 @@ def test_both_fingers_press(grasp):
 
 def test_an_obstructed_finger_bends_both_ways():
     angles, kappa = (
-        run("obstructed_inside").held(f"finger.{signal}")[-1].mean(axis=0)
+        run("obstructed_inside").held(f"{LEFT}.{signal}")[-1].mean(axis=0)
         for signal in ("sampled_joint_angles", "kappa")
     )
     assert angles[0] < -0.01
     assert angles[-1] > 0.01
     assert np.count_nonzero(np.diff(np.sign(angles))) == 1
-    assert kappa[0] < -1
+    sections = angles.reshape(4, 3).sum(axis=1) / (3 * SEGMENT)
+    np.testing.assert_allclose(kappa[[0, -1]], sections[[0, -1]], rtol=0.05)
+    assert kappa[0] < -0.5  # 1/m; how far the finger bends back above the peg is a matter of its stiffness
     assert kappa[-1] > 1
+
+
+def test_what_is_obstructed_is_held_still():
+    """Over the hold of every step, in which samples are averaged, the finger no longer moves along the peg."""
+    inside = run("obstructed_inside")
+    torque = inside.held(f"{LEFT}.true_external_torque")[..., 0]
+    bend = np.degrees(inside.held(f"{LEFT}.sampled_joint_angles").sum(axis=-1))
+    assert np.ptp(torque, axis=1).max() < 1e-4
+    assert np.ptp(bend, axis=1).max() < 0.02
+
+
+def test_the_box_is_touched_by_the_tips_alone():
+    """A finger that pressure bends meets a flat face with its end: no link but the last two, 15 mm, touches it."""
+    for finger in (LEFT, RIGHT):
+        touching = run("box_grasp").held(f"{finger}.link_contact_force").mean(axis=1) > TOUCH
+        assert not touching[:, :-2].any()
+        assert touching[-1].any()
+
+
+def test_fingers_wrap_around_the_irregular_body():
+    """At the last step they touch it over at least a third of their length, and are bent both ways."""
+    lengths = SEGMENT * np.array([0.5, *[1.0] * 11, 0.5])
+    irregular = run("irregular_grasp")
+    for finger in (LEFT, RIGHT):
+        touching = irregular.held(f"{finger}.link_contact_force")[-1].mean(axis=0) > TOUCH
+        curvature = irregular.held(f"{finger}.sampled_joint_angles")[-1].mean(axis=0) / SEGMENT
+        assert np.count_nonzero(touching) >= 3
+        assert touching @ lengths >= 0.04
+        assert curvature.min() < -0.1
+        assert curvature.max() > 0.1
 
 
 def test_both_solvers_close_on_the_box_alike():

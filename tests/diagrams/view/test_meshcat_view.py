@@ -43,7 +43,7 @@ def test_meshcat_has_bodies_estimates_and_legend(replay: tuple[Meshcat, str]) ->
             f"{CURVE}/{finger}/0",
             f"{ARCS}/{finger}/0/unit/circle",
             f"/drake/visualizer/gripper/{finger}_link_12/gripper/Box/<object>",
-            f"/drake/visualizer/gripper/{finger}_link_12/gripper/Cylinder/<object>",
+            f"/drake/visualizer/gripper/{finger}_link_11/gripper/Cylinder/<object>",
         ):
             assert meshcat.HasPath(path), path
     assert meshcat.HasPath("/Cameras/default/rotated/<object>/legend")
@@ -53,8 +53,8 @@ def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
     meshcat = Meshcat()
     short = ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=own_blocks:mean_bend"]
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
-    assert meshcat.HasPath(f"{ARCS}/finger/11/unit/circle")
-    assert not meshcat.HasPath(f"{ARCS}/finger/12")
+    assert meshcat.HasPath(f"{ARCS}/left_finger/11/unit/circle")
+    assert not meshcat.HasPath(f"{ARCS}/left_finger/12")
 
 
 def test_all_that_is_colored_is_there_to_be_colored(replay: tuple[Meshcat, str]) -> None:

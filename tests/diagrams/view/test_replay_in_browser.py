@@ -21,9 +21,9 @@ Look = Callable[[float], Pixels]
 
 @pytest.fixture(scope="module")
 def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """The browser, with the replay of a finger that closes against a peg."""
+    """The browser, with the replay of a gripper, one finger of which closes against a peg."""
     folder = tmp_path_factory.mktemp("replay")
-    short = ["pressure.steps.all=[0, 180e3]", "pressure.settle=0.39", "pressure.hold_samples=1"]
+    short = ["pressure.steps.all=[0, 100e3]", "pressure.settle=0.39", "pressure.hold_samples=1"]
     meshcat = Meshcat()
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
     write_replay(meshcat, folder / "replay.html")

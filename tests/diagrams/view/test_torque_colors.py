@@ -62,9 +62,9 @@ def test_leading_axes_are_free() -> None:
     np.testing.assert_array_equal(colors[1, 2], color(torque[1, 2], 1.0))
 
 
-@pytest.mark.parametrize("torque", [1.0, 0.19, 0.2, 0.2000001, 3e-4, 0.05, 7.0, 12.0])
+@pytest.mark.parametrize("torque", [1.0, 0.19, 0.2, 0.2000001, 0.31, 3e-4, 0.05, 7.0, 12.0])
 def test_round_limit_is_the_least_round_number_that_holds_the_torque(torque: float) -> None:
-    round_numbers = [float(f"{digit}e{power}") for power in range(-5, 3) for digit in (1, 2, 5)]
+    round_numbers = [float(f"{digit}e{power}") for power in range(-5, 3) for digit in (1, 2, 3, 5)]
     assert round_limit(torque) == pytest.approx(min(n for n in round_numbers if n >= torque))
 
 
