@@ -80,7 +80,8 @@ def _limits(layout: SensorLayout, shape: Shape) -> tuple[list[Array], Array]:
     """Of x in the three panels and of z, mm; the centres of arcs are shown if they lie near."""
     x, z = in_mm(shape.chain.segment_ends).T
     free = 1e3 * layout.finger.base.thickness
-    finger = np.array([min(x) - free, max(x) + free])
+    outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
+    finger = np.array([min(x) + outer - free / 2, max(x) + inner + free / 2])
     centers = in_mm(shape.arcs.centers)[:, 0]
     near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
     with_centers = np.array([min([finger[0] - free, *(near - 5)]), max([finger[1] + free, *(near + 5)])])
