@@ -112,9 +112,7 @@ def test_base_torque_is_estimated_within_a_five_hundredth(contact):
 
 @pytest.mark.parametrize("name", ["obstructed_inside", "obstructed_outside"])
 def test_the_finger_beside_the_obstructed_one_stays_free(name):
-    torque, truth = (
-        run(name).held(f"{RIGHT}.{signal}") for signal in ("external_torque", "true_external_torque")
-    )
+    torque, truth = (run(name).held(f"{RIGHT}.{signal}") for signal in ("external_torque", "true_external_torque"))
     assert not truth.any()
     assert np.abs(torque).max() < 5e-4
 
