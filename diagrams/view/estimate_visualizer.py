@@ -47,10 +47,13 @@ class DrawnFinger:
         return np.repeat(sections / self.pieces, self.pieces)
 
     @property
-    def side(self) -> float:
-        """Distance from the bending plane to where the estimate is drawn, m."""
-        finger = self.finger
-        return max(finger.base.width, finger.tip.width) / 2 + _PROUD
+    def sides(self) -> tuple[float, float]:
+        """Distances from the bending plane between which the estimate is drawn on both sides, m.
+
+        Between the sides there is nothing: the curve runs close below the inner face and would hide it.
+        """
+        widths = self.finger.base.width, self.finger.tip.width
+        return min(widths) / 2 - _PROUD, max(widths) / 2 + _PROUD
 
 
 class EstimateVisualizer(LeafSystem):
@@ -83,9 +86,13 @@ class EstimateVisualizer(LeafSystem):
         self._meshcat.Delete("/drake/estimate")
         self._meshcat.SetProperty(ARCS, "visible", False)
         for finger in self._fingers:
+            inside, outside = finger.sides
             for i, length in enumerate(1.1 * finger.piece_lengths):
-                shape = Box(2 * _PROUD, 2 * finger.side, length)
-                self._meshcat.SetObject(f"{CURVE}/{finger.name}/{i}", shape, _CURVE_COLOR)
+                shape = Box(2 * _PROUD, outside - inside, length)
+                for side, y in (("left", (inside + outside) / 2), ("right", -(inside + outside) / 2)):
+                    path = f"{CURVE}/{finger.name}/{i}/{side}"
+                    self._meshcat.SetObject(path, shape, _CURVE_COLOR)
+                    self._meshcat.SetProperty(path, "position", [0.0, y, 0.0])
             for i in range(finger.sections):
                 self._place_arc(f"{ARCS}/{finger.name}/{i}/unit")
         return EventStatus.Succeeded()

@@ -63,7 +63,11 @@ class Scene:
         return self.estimate("arcs").reshape(-1, 7)
 
     def pieces(self) -> list[str]:
-        return list(self.drawing.objects)
+        """Paths of the pieces of the curve, each of which has a box on either side of the finger."""
+        boxes = list(self.drawing.objects)
+        left, right = boxes[::2], boxes[1::2]
+        assert [path.removesuffix("/left") for path in left] == [path.removesuffix("/right") for path in right]
+        return [path.removesuffix("/left") for path in left]
 
 
 MakeScene = Callable[..., Scene]
@@ -124,15 +128,22 @@ def test_pieces_join_from_the_base_to_the_estimated_tip(scene: MakeScene, layout
         begin, next_end = (in_finger(seen.drawing.in_world(path, [0, 0, side * half])) for side in (-1, 1))
         np.testing.assert_allclose(begin, end, atol=ROUNDING)
         end = next_end
-        assert length < seen.drawing.objects[path].height() < 1.3 * length, "no gaps where the curve is bent"
+        for side in ("left", "right"):
+            height = seen.drawing.objects[f"{path}/{side}"].height()
+            assert length < height < 1.3 * length, "no gaps where the curve is bent"
     np.testing.assert_allclose(end[::2], seen.estimate("tip_pose")[:2], atol=ROUNDING)
 
 
 def test_the_curve_stands_out_of_both_sides(scene: MakeScene, tapered_finger: Finger) -> None:
     seen = scene(SensorLayout(tapered_finger, 2))
-    widths = {seen.drawing.objects[path].depth() for path in seen.pieces()}
-    assert tapered_finger.base.width < min(widths)
-    assert max(widths) < 1.2 * tapered_finger.base.width
+    narrowest, widest = tapered_finger.tip.width / 2, tapered_finger.base.width / 2
+    for path in seen.pieces():
+        for side, sign in (("left", 1), ("right", -1)):
+            box = f"{path}/{side}"
+            faces = [[0, y * seen.drawing.objects[box].depth() / 2, 0] for y in (-sign, sign)]
+            inside, outside = sign * in_finger(seen.drawing.in_world(box, np.transpose(faces)))[1]
+            assert 0.8 * narrowest < inside < narrowest, "not seen from the inner face"
+            assert widest < outside < 1.2 * widest
 
 
 def test_arcs_have_their_centre_and_end_where_the_curve_does(scene: MakeScene, layout: SensorLayout) -> None:
@@ -168,8 +179,13 @@ def test_behind_a_failed_sensor_nothing_is_drawn(scene: MakeScene, shipped_finge
 
 def test_a_finger_of_which_nothing_is_known_leaves_finite_poses(scene: MakeScene, layout: SensorLayout) -> None:
     seen = scene(layout, failed=0)
-    placing = [value for (_, name), value in seen.drawing.properties.items() if name in ("position", "rotation[y]")]
-    assert len(placing) == 2 * len(seen.pieces())
+    pieces = set(seen.pieces())
+    placing = [
+        value
+        for (path, name), value in seen.drawing.properties.items()
+        if path in pieces and name in ("position", "rotation[y]")
+    ]
+    assert len(placing) == 2 * len(pieces)
     assert np.isfinite(np.hstack(placing)).all()
 
 

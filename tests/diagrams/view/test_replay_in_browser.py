@@ -23,7 +23,8 @@ Look = Callable[[float], Pixels]
 def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """The browser, with the replay of a gripper, one finger of which closes against a peg."""
     folder = tmp_path_factory.mktemp("replay")
-    short = ["pressure.steps.all=[0, 100e3]", "pressure.settle=0.39", "pressure.hold_samples=1"]
+    steps = {"left_finger": [0.0, 180e3], "right_finger": [0.0, -50e3]}  # the other finger keeps out of the way
+    short = [f"pressure.steps={steps}", "pressure.settle=0.39", "pressure.hold_samples=1"]
     meshcat = Meshcat()
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
     write_replay(meshcat, folder / "replay.html")
