@@ -55,7 +55,11 @@ class Evaluated(NamedTuple):
         return read_csv(self.folder / "metrics.csv", PoseRow)
 
     def errors(self, sections: int, scenarios: Sequence[str] = SCENARIOS) -> list[float]:
-        return [r.pose_error_mm for r in self.rows if r.sections == sections and r.scenario in scenarios]
+        """Of all fingers in free bending, and of those that touch something in the others, mm."""
+        contact = read_csv(self.folder / "contact.csv", ContactRow)
+        bent = {(row.scenario, row.finger) for row in contact if row.touching_links or row.scenario == FREE}
+        rows = [row for row in self.rows if row.sections == sections and row.scenario in scenarios]
+        return [row.pose_error_mm for row in rows if (row.scenario, row.finger) in bent]
 
 
 @pytest.fixture(scope="module")
@@ -78,12 +82,15 @@ def test_writes_tables_figures_and_a_folder_for_every_scenario(evaluated: Evalua
 
 
 def test_fingers_are_touched_in_contact_and_not_in_free_bending(evaluated: Evaluated) -> None:
-    """A peg bends a finger both ways."""
+    """A peg bends a finger both ways, and so does the irregular body, which is touched over a third of a finger."""
     free, *contact = contact_summary(read_csv(evaluated.folder / "contact.csv", ContactRow))
     assert [free.scenario, *(row.scenario for row in contact)] == list(SCENARIOS)
     assert (free.touching_links, free.contact_length_mm, free.sign_changes) == (0, 0, 0)
     assert all(row.touching_links >= 1 and row.contact_length_mm > 0 for row in contact)
     assert [row.sign_changes for row in contact if row.scenario.startswith("obstructed")] == [1, 1]
+    (wrapped,) = (row for row in contact if row.scenario == "irregular_grasp")
+    assert wrapped.sign_changes == 1
+    assert wrapped.contact_length_mm >= 40
 
 
 def test_the_box_is_put_down(evaluated: Evaluated) -> None:
@@ -123,21 +130,21 @@ def test_prints_every_claim_and_all_hold(evaluated: Evaluated) -> None:
 
 def test_one_sensor_is_enough_for_free_bending(evaluated: Evaluated) -> None:
     assert max(evaluated.errors(1, [FREE])) < 3
-    assert max(evaluated.errors(4, [FREE])) < 0.3
+    assert max(evaluated.errors(4, [FREE])) < 0.25
     assert max(row.bend_angle_deg for row in evaluated.rows if row.scenario == FREE) >= 125
 
 
 def test_more_sensors_are_never_worse_than_one(evaluated: Evaluated) -> None:
-    rounding = 1e-6
+    same = 5e-3  # mm; as long as nothing is touched, one sensor is as good as four
     for sections in SECTIONS[1:]:
         for more, one in zip(evaluated.errors(sections), evaluated.errors(1), strict=True):
-            assert more <= one + rounding
+            assert more <= one + same
 
 
 def test_one_sensor_is_not_enough_in_contact(evaluated: Evaluated) -> None:
     of_free_bending = np.mean(evaluated.errors(1, [FREE]))
     assert min(np.mean(evaluated.errors(1, [scenario])) for scenario in CONTACT) >= 2.5 * of_free_bending
-    assert max(evaluated.errors(4, CONTACT)) < 1
+    assert max(evaluated.errors(4, CONTACT)) <= 0.75
 
 
 POSES = [

@@ -58,7 +58,8 @@ def test_without_compensation_it_would_report_its_weight():
 @pytest.mark.parametrize("home", POSTURES)
 def test_a_finger_that_is_pressed_against_a_peg_reports_just_that(home):
     """Pegs stand at the middle of a sensor section, 75 mm from the base, as in the obstructed scenarios: estimated
-    torques are linear between middles of sections, and kink there, as the true ones do where a finger is pressed."""
+    torques are linear between middles of sections, and kink there, as the true ones do where a finger is pressed.
+    """
     pegs = [
         ModelConfig(
             name,

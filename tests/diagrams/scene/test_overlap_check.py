@@ -14,22 +14,22 @@ def at(model, x, y, z):
 
 
 # Scenario, what is moved (m), and the models that are then in each other. Half the box is 22 x 20 x 30 mm. The fingers
-# of its scenario reach from x = 35 mm outward and from z = 128 mm down, the palm from there up, the table from 0 down.
-# The peg has a radius of 10 mm, the finger beside it a half thickness of 9.7 mm.
+# of its scenario reach from x = 35 mm outward and from z = 147 mm down, the palm from there up, the table from 0 down.
+# The peg has a radius of 10 mm, and stands beside a finger that reaches from x = -35 mm outward.
 INSIDE = {
     "object in a finger": ("box_grasp", [at(2, -0.03, 0, 0.09)], {"gripper::left_finger", "box::box"}),
     "object in the table": ("box_grasp", [at(2, 0, 0, 0.025)], {"table::top", "box::box"}),
-    "object in the palm": ("box_grasp", [at(2, 0, 0, 0.11)], {"gripper::palm", "box::box"}),
+    "object in the palm": ("box_grasp", [at(2, 0, 0, 0.13)], {"gripper::palm", "box::box"}),
     "mesh in a finger": ("irregular_grasp", [at(2, 0.03, 0, 0.09)], {"gripper::right_finger", "irregular::irregular"}),
-    "peg in a finger": ("obstructed_inside", [at(1, 0.015, 0, 0.125)], {"finger::finger_link", "peg::peg"}),
-    "finger in a finger": ("free_bending", [at(1, -0.11, 0, 0.2)], {"left_finger::", "right_finger::"}),
+    "peg in a finger": ("obstructed_inside", [at(1, -0.03, 0, 0.125)], {"gripper::left_finger", "peg::peg"}),
+    "finger in a finger": ("free_bending", [at(1, -0.13, 0, 0.2)], {"left_finger::", "right_finger::"}),
     "object in an object": ("box_grasp", [f"models.1={ANOTHER_BOX}", at(1, 0, 0, 0.05)], {"other::box", "box::box"}),
 }
 TOUCHING = {
     "object at a finger": ("box_grasp", [at(2, -0.0129, 0, 0.09)]),
     "object on the table": ("box_grasp", [at(2, 0, 0, 0.03)]),
-    "object at the palm": ("box_grasp", [at(2, 0, 0, 0.098)]),
-    "peg at a finger": ("obstructed_inside", [at(1, 0.0196, 0, 0.125)]),
+    "object at the palm": ("box_grasp", [at(2, 0, 0, 0.1169)]),
+    "peg at a finger": ("obstructed_inside", [at(1, -0.0249, 0, 0.125)]),
     "object on an object": ("box_grasp", [f"models.1={ANOTHER_BOX}", at(1, 0, 0, 0.09)]),
 }
 

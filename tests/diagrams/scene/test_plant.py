@@ -34,7 +34,7 @@ def test_fingers_of_one_model_stand_where_its_file_mounts_them(tmp_path):
     left, right = built.fingers
     assert (left.name, right.name) == ("left_finger", "right_finger")
     assert left.model == right.model == built.plant.GetModelInstanceByName("hand")
-    np.testing.assert_allclose(left.X_WB.translation(), [-0.045, 0, 1.03], atol=1e-12)
+    np.testing.assert_allclose(left.X_WB.translation(), [-0.0353, 0, 1.03], atol=1e-12)
     np.testing.assert_allclose(right.X_WB.rotation().col(0), [-1, 0, 0], atol=1e-12)
 
 

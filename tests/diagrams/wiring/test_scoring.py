@@ -18,7 +18,7 @@ from soft_gripper.truth.metrics import fingertip_error, pose_error
 STEPS = ["pressure.settle=0.4", "pressure.hold_samples=10"]
 CHANGING = {
     "grasp": ("box_grasp", [*STEPS, "pressure.steps.all=[60e3, 100e3, 80e3, 120e3]"], "left_finger"),
-    "peg": ("obstructed_inside", [*STEPS, "pressure.steps.all=[0, 60e3, 20e3, 120e3]"], "finger"),
+    "peg": ("obstructed_inside", [*STEPS, "pressure.steps.all=[0, 60e3, 20e3, 120e3]"], "left_finger"),
 }
 PERIOD = 0.01  # s
 

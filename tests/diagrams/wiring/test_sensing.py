@@ -15,14 +15,19 @@ from soft_gripper.estimation.force_estimator import ForceEstimator
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.truth.true_contact import TrueContact
 
-ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "obstructed_inside", "box_grasp", "three_finger_grasp"
+ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "one finger", "box_grasp", "three_finger_grasp"
+LONELY = "{name: finger, file: package://soft_gripper/grippers/finger.urdf}"
 SCENARIOS = (ONE_FINGER, TWO_FINGERS, THREE_FINGERS)
 CONTACT_SIGNALS = ("contact", "contact_residual", "contact_time", "normal_force", "contact_center")
 WIDTH_SIGNALS = ("object_width", "true_object_width", "object_width_error")
 
 
 def station(name, threshold, *overrides):
-    return make_station(load_scenario(name, [f"estimator.contact_threshold={threshold}", *overrides]))
+    """Of a shipped scenario, or of a single finger, which none of them has."""
+    changes = [f"estimator.contact_threshold={threshold}", *overrides]
+    if name == ONE_FINGER:
+        name, changes = "free_bending", [f"models=[{LONELY}]", *changes]
+    return make_station(load_scenario(name, changes))
 
 
 def contact_signals(built):
