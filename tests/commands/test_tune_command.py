@@ -9,7 +9,7 @@ from command_line import soft_gripper
 
 from soft_gripper.evaluation.step_table import StepRow
 
-COLUMNS = "step,from_mm,to_mm,overshoot_percent,settling_s,steady_error_estimated_mm,steady_error_true_mm"
+COLUMNS = "step,from_mm,to_mm,overshoot_percent,crossings,settling_s,steady_error_estimated_mm,steady_error_true_mm"
 SHORT = ("--set", "control.set_points=[0.08, 0.06]", "--set", "control.hold=1")
 REFUSED = {
     "no number": ("tip_distance_steps", "--evaluations", "many"),
