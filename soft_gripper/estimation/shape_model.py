@@ -1,4 +1,4 @@
-"""What a grasp shows of the shape that is held, and the discriminant by which shapes are told apart."""
+"""What a grasp shows of the shape that is held, and the discriminant by which shapes are distinguished."""
 
 from dataclasses import dataclass
 from functools import cached_property
