@@ -23,7 +23,7 @@ def section_figure(finger: Finger) -> Figure:
         axes.set(xlim=(-extent / 2, extent / 2), ylim=(-extent / 2, extent / 2), aspect="equal")
         axes.axis("off")
         _draw(axes, section, finger)
-        axes.set_title(f"{name}: EI = {1e3 * float(section.bending_stiffness):.2f} mN m²", fontsize=9, y=0.93)
+        axes.set_title(f"{name} [mm]: EI = {1e3 * float(section.bending_stiffness):.2f} mN m²", fontsize=9, y=0.93)
     handles, _ = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles=handles, loc="lower center", ncols=4, frameon=False, fontsize=8)
     return figure

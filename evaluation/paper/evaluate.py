@@ -49,7 +49,7 @@ CAPTIONS = {
     "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle, both panels on"
     " one scale.",
     "difference": "Why the paper's fingertip error in free bending hardly depends on the number of sensors: with joints"
-    " where the segments begin, half of the first joint's angle is turned before the sensors begin, and none sees it.",
+    " where the segments begin, half of the first joint's angle is turned before the sensors, and none measures it.",
     "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure, all panels on one logarithmic scale.",
     "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure, all panels on one logarithmic"
     " scale.",

@@ -19,6 +19,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.evaluation.paper.held_steps import held_samples
 from soft_gripper.evaluation.paper.readings_again import external_torque_again, joint_angles_again, read_again
+from soft_gripper.evaluation.trials.variation import RandomObject
 
 SHAPES = {shape: f"package://soft_gripper/objects/{shape}.obj" for shape in ("sphere", "cylinder", "box", "irregular")}
 SCALES = {"irregular": 0.7}  # of the meshes that are not about as wide as the others
@@ -29,18 +30,6 @@ YAW = 20.0  # degrees
 MASS = (20.0, 60.0)  # g
 FRICTION = (0.5, 0.9)
 SIZE = 15  # percent of the mesh's, in whole ones, so that few scaled meshes fill the cache
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """What is random about the object of a grasp: a shift and a turn, a mass, a friction, a factor of the size."""
-
-    x_mm: float
-    y_mm: float
-    yaw_deg: float
-    mass_g: float
-    friction: float
-    size: float
 
 
 @dataclass(frozen=True)
@@ -58,17 +47,17 @@ class Grasp:
     set: str  # one of SETS
     number: int
     shape: str
-    drawn: Drawn
+    drawn: RandomObject
     probes: dict[int, Probe]  # by numbers of sections; empty if it failed
     cause: str = ""  # of its failure
 
 
-def draw(seed: int, set: str, number: int, shape: str) -> Drawn:
+def draw(seed: int, set: str, number: int, shape: str) -> RandomObject:
     """What is random about a grasp, whatever others there are; every part of it evenly distributed."""
     rng = np.random.default_rng([seed, SETS.index(set), number, *shape.encode()])
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, YAW)
     size = 1 + rng.integers(-SIZE, SIZE, endpoint=True) / 100
-    return Drawn(*map(float, (x, y, yaw, rng.uniform(*MASS), rng.uniform(*FRICTION), size)))
+    return RandomObject(*map(float, (x, y, yaw, rng.uniform(*MASS), rng.uniform(*FRICTION), size)))
 
 
 def run_grasp(file: str, seed: int, set: str, number: int, shape: str) -> Grasp:
@@ -94,7 +83,7 @@ def probe(station: Station, recording: Recording, sections: int) -> Probe:
     return Probe(np.stack(angles, axis=1), np.stack(torques, axis=1))
 
 
-def with_object(scenario: Scenario, shape: str, drawn: Drawn) -> Scenario:
+def with_object(scenario: Scenario, shape: str, drawn: RandomObject) -> Scenario:
     """The scenario with another object, that stands where and as high as its own.
 
     Raises:

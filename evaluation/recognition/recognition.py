@@ -17,23 +17,24 @@ from soft_gripper.estimation.shape_model import ShapeModel
 from soft_gripper.estimation.shape_training import train_shape_model
 from soft_gripper.evaluation.processes import Call, call_in_processes
 from soft_gripper.evaluation.recognition.grasp import SECTIONS, SETS, SHAPES, Grasp, draw, run_grasp, with_object
+from soft_gripper.evaluation.trials.variation import RandomObject
 
 OF_A_WORKER = 25  # grasps, after which a process makes way for another: systems written in Python are not freed
 
 
 @dataclass(frozen=True)
-class GraspRow:
-    """A grasp: what was drawn for it, see Drawn, and the shape recognized with two and with four sections."""
+class GraspNumber:
+    """Which grasp a row belongs to."""
 
     set: str
     grasp: int
     shape: str
-    x_mm: float
-    y_mm: float
-    yaw_deg: float
-    mass_g: float
-    friction: float
-    size: float
+
+
+@dataclass(frozen=True)
+class GraspRow(RandomObject, GraspNumber):
+    """A grasp: what was drawn for it, and the shape recognized with two and with four sections."""
+
     recognized_2: str
     recognized_4: str
     cause: str  # of a failure; empty: none

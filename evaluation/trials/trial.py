@@ -8,6 +8,7 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.trials.trial_run import TrialRun
 from soft_gripper.evaluation.trials.turning import angle, tilt
+from soft_gripper.evaluation.trials.variation import Variation
 from soft_gripper.manipulation.task_phases import Outcome
 
 MAX_PLACED_ERROR = 10.0  # mm, within which of the goal an object counts as placed
@@ -48,7 +49,15 @@ class TrialRow:
 
 
 @dataclass(frozen=True)
-class DetailRow:
+class TrialNumber:
+    """Which trial a row belongs to."""
+
+    scenario: str
+    trial: int
+
+
+@dataclass(frozen=True)
+class DetailRow(Variation, TrialNumber):
     """What was drawn for a trial, see Variation, and where its object ended; NaN: unknown.
 
     x_mm, y_mm, yaw_deg: true pose in which the object begins, from that in the scenario.
@@ -57,17 +66,6 @@ class DetailRow:
         that axis.
     """
 
-    scenario: str
-    trial: int
-    x_mm: float
-    y_mm: float
-    yaw_deg: float
-    mass_g: float
-    friction: float
-    size: float
-    error_x_mm: float
-    error_y_mm: float
-    error_yaw_deg: float
     reported_x_mm: float
     reported_y_mm: float
     reported_yaw_deg: float

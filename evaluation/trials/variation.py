@@ -24,11 +24,8 @@ YAW_ERROR = 3.0  # degrees, of the reported pose about the vertical
 
 
 @dataclass(frozen=True)
-class Variation:
-    """How a trial differs from its scenario.
-
-    A shift and a turn, a mass, a friction, a factor of the size, and the reported minus the true pose.
-    """
+class RandomObject:
+    """What is random about an object: a shift and a turn, a mass, a friction, a factor of the size."""
 
     x_mm: float
     y_mm: float
@@ -36,6 +33,12 @@ class Variation:
     mass_g: float
     friction: float
     size: float
+
+
+@dataclass(frozen=True)
+class Variation(RandomObject):
+    """How a trial differs from its scenario: the object, and the reported minus the true pose of it."""
+
     error_x_mm: float
     error_y_mm: float
     error_yaw_deg: float

@@ -4,7 +4,7 @@
     <finger name="left_finger">
       <parent link="palm"/>
       <origin xyz="-0.05 0 0" rpy="0 0 0"/>
-      <body length="0.12" segments="12" relaxation_time="0.015"/>
+      <body length="0.12" segments="12" relaxation_time="0.0065"/>
       <base width="0.02" thickness="0.02" youngs_modulus="2.67e5" density="1070"
             chamber_width="9e-3" chamber_thickness="10e-3" chamber_center="-1e-3"
             layer_thickness="2e-4" layer_modulus="1e9"/>

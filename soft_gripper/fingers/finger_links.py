@@ -76,9 +76,9 @@ def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
     """A visual cylinder at the joint, in the middle of the section: it fills the wedge that opens on the outer side.
 
     It is a little narrower than the link, so that no two surfaces coincide and flicker. Where it would stand out at the
-    tip, a block as long as there is room takes its place.
+    base or the tip, a block as long as there is room takes its place.
     """
-    section, room = finger.section(s), finger.length - s
+    section, room = finger.section(s), min(s, finger.length - s)
     thickness = float(section.thickness)
     solid = _element("cylinder", radius=_text(thickness / 2), length=_text(0.99 * width))
     if room < thickness / 2:

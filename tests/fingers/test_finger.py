@@ -224,3 +224,15 @@ def test_steepest_piece_of_an_elastic_law_decides_the_time_step(shipped_finger):
     kinked = ElasticLaw((-1.0, 0.0, 1.0), (-moment / 4, 0.0, moment), (-moment / 4, 0.0, moment))
     limits = [replace(finger, elastic_law=law).stable_time_step() for law in (kinked, steep)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-12)
+
+
+def test_sensor_paths_lie_in_the_finger_at_both_ends(shipped_finger):
+    room = shipped_finger.tip.thickness
+    assert replace(shipped_finger, sensor_spacing=room).sensor_spacing == room
+    deeper = float(shipped_finger.base.inner_face - shipped_finger.tip.inner_face)
+    beyond = f"{0.5 - 1e3 * deeper:.2g} mm outside the finger at its base"
+    with pytest.raises(InputError, match=f"sensor_spacing = .*: a sensor path would lie {beyond}"):
+        replace(shipped_finger, sensor_spacing=room + 1e-3)
+    bare = replace(shipped_finger.tip, layer_thickness=0.0, layer_modulus=0.0)
+    with pytest.raises(InputError, match="outside the finger at its base; give less"):
+        replace(shipped_finger, tip=bare)

@@ -123,3 +123,25 @@ def test_skin_is_made_of_the_contact_material(inspector, skins, shipped_finger):
         modulus = properties.GetProperty("hydroelastic", "hydroelastic_modulus")
         dissipation = properties.GetProperty("material", "hunt_crossley_dissipation")
         assert (modulus, dissipation) == (contact.hydroelastic_modulus, contact.dissipation)
+
+
+def test_what_is_seen_of_a_straight_finger_stays_in_the_finger(shipped_finger):
+    """The solids that fill the wedges at the joints stand out nowhere, not even at the tip."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    Parser(plant).AddModelsFromString(expand_urdf(DIRECTORY / "grippers/finger.urdf").text, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(link_name("finger", 0)))
+    plant.Finalize()
+    context, inspector = plant.CreateDefaultContext(), scene_graph.model_inspector()
+    signs = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1)
+    corners = []
+    for body in (plant.GetBodyByName(link_name("finger", i)) for i in range(13)):
+        for shape in inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()), Role.kIllustration):
+            box = inspector.GetObbInGeometryFrame(shape)
+            X_WBox = plant.EvalBodyPoseInWorld(context, body) @ inspector.GetPoseInFrame(shape) @ box.pose()
+            corners.append((X_WBox @ (signs * box.half_width()[:, None])).T)
+    x, _, z = np.concatenate(corners).T
+    base, rounding = shipped_finger.base, 1e-9
+    assert len(corners) == 13 + 12
+    assert (z.min(), z.max()) == (pytest.approx(0, abs=rounding), pytest.approx(0.12, abs=rounding))
+    assert float(base.outer_face) - rounding < x.min() < x.max() < float(base.inner_face) + rounding

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pydrake.trajectories import PiecewisePolynomial
+from task_rules import LATE, LONG, THRESHOLD, TIMEOUT, T, motion
 
 from soft_gripper.manipulation.task_phases import (
     OPENED_BAND,
@@ -15,17 +15,8 @@ from soft_gripper.manipulation.task_phases import (
     Rules,
 )
 
-T = 0.01  # s
-LATE = 2 * T  # what sampling may add to a time
-LONG = 60.0  # s
-THRESHOLD = 0.02  # N m
-TIMEOUT = 2.0  # s
 OPEN, AT_HOME = 0.1, 0.08  # m, set points
 NAN = np.nan
-
-
-def motion(duration):
-    return PiecewisePolynomial.FirstOrderHold([0.0, duration], [[0.0, 1.0]])
 
 
 AWAIT_OPEN = Rules(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pydrake.trajectories import PiecewisePolynomial
+from task_rules import LATE, LONG, THRESHOLD, TIMEOUT, T, motion
 
 from soft_gripper.manipulation.task_phases import (
     CLOSING_ALLOWANCE,
@@ -16,21 +16,12 @@ from soft_gripper.manipulation.task_phases import (
     Rules,
 )
 
-T = 0.01  # s
-LATE = 2 * T  # what sampling may add to a time
-LONG = 60.0  # s
-THRESHOLD = 0.02  # N m
-TIMEOUT = 2.0  # s
 OPEN, NARROW, AT_HOME = 0.1, 0.03, 0.08  # m, set points
 GRIP = 0.05  # m, where the tips rest on the object
 CLOSING = 0.3  # s, of the arm's motion in the meantime
 HARD, SOFT = 0.05, 0.01  # N m, more and less than a grip
 NAN = np.nan
 REACH, CLOSE, LIFT, CARRY, RELEASE, RETURN, LET_GO, HOME, OVER = range(9)
-
-
-def motion(duration):
-    return PiecewisePolynomial.FirstOrderHold([0.0, duration], [[0.0, 1.0]])
 
 
 RULES = Rules(

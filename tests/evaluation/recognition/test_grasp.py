@@ -19,7 +19,6 @@ from soft_gripper.estimation.shape_model import ShapeModel
 from soft_gripper.estimation.shape_recognizer import ShapeRecognizer
 from soft_gripper.evaluation.recognition.grasp import (
     SHAPES,
-    Drawn,
     draw,
     free_model,
     lowest,
@@ -27,8 +26,9 @@ from soft_gripper.evaluation.recognition.grasp import (
     run_grasp,
     with_object,
 )
+from soft_gripper.evaluation.trials.variation import RandomObject
 
-DRAWN = Drawn(x_mm=2.0, y_mm=-3.0, yaw_deg=15.0, mass_g=25.0, friction=0.6, size=1.1)
+DRAWN = RandomObject(x_mm=2.0, y_mm=-3.0, yaw_deg=15.0, mass_g=25.0, friction=0.6, size=1.1)
 NAMES = ("left_finger", "right_finger")
 
 

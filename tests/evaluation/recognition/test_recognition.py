@@ -13,8 +13,9 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.recognition import recognition
 from soft_gripper.evaluation.recognition.confusion_figure import confusion_figure
-from soft_gripper.evaluation.recognition.grasp import SECTIONS, SHAPES, Drawn, Grasp, Probe, draw, probe, with_object
+from soft_gripper.evaluation.recognition.grasp import SECTIONS, SHAPES, Grasp, Probe, draw, probe, with_object
 from soft_gripper.evaluation.recognition.recognition import confusion, grasp_row, recognized, run_grasps, train
+from soft_gripper.evaluation.trials.variation import RandomObject
 
 NUMBERS = {"train": 10, "test": 5}
 FAILED = ("test", 2, "box")
@@ -106,7 +107,7 @@ def test_the_figure_shows_every_count_and_the_share_that_is_right():
 def test_the_shipped_model_recognizes_a_grasp_that_it_has_not_seen(shape):
     """Trained for another finger or other pressures, it would not."""
     model = load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
-    scenario, drawn = load_scenario("probing_grasp"), Drawn(2.0, 0.0, 12.0, 40.0, 0.7, 1.0)
+    scenario, drawn = load_scenario("probing_grasp"), RandomObject(2.0, 0.0, 12.0, 40.0, 0.7, 1.0)
     assert list(model.pressures) == scenario.pressure.steps["all"]
     station = make_station(with_object(scenario, shape, drawn))
     found = probe(station, run_station(station), model.sections)
