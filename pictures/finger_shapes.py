@@ -9,10 +9,10 @@ from matplotlib.patches import BoxStyle, FancyBboxPatch, Polygon, Rectangle
 from matplotlib.transforms import Affine2D
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimation.arcs import Arcs, points_on_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import Chain, as_points
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.arcs import Arcs, points_on_arcs
 
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 _STRAIGHT = 10.0  # m; an arc of a larger radius is called straight

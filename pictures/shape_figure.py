@@ -11,11 +11,11 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.view.estimate_shapes import arcs_of_table
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
-from soft_gripper.estimation.arcs import Arcs
 from soft_gripper.fingers.kinematics import Chain, as_planar, forward_kinematics
 from soft_gripper.pictures.finger_shapes import draw_arcs, draw_base, draw_segments, draw_tube, in_mm
 from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.arcs import Arcs
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")

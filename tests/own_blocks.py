@@ -4,9 +4,9 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimation.bend_sharing import BendSharing
-from soft_gripper.estimation.section_arcs import arcs_from_readings
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.bend_sharing import BendSharing
+from soft_gripper.shape.section_arcs import arcs_from_readings
 from soft_gripper.signals import describe
 
 WARMTH = 1e-3  # reading, for every pascal in the chamber

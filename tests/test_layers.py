@@ -12,6 +12,7 @@ LAYERS = (
     "soft_gripper",  # its own files, that all others know
     "soft_gripper/fingers",
     "soft_gripper/sensors",
+    "soft_gripper/shape",
     "soft_gripper/estimation",
     "soft_gripper/control",
     "soft_gripper/manipulation",

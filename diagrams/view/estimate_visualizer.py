@@ -13,8 +13,8 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.view.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, unit_circle
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimation.arcs import Arcs
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.shape.arcs import Arcs
 
 CURVE, ARCS = "/drake/estimate/curve", "/drake/estimate/arcs"
 _PIECES = 2  # of the curve, for every segment

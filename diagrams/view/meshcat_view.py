@@ -15,8 +15,8 @@ from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, Estimate
 from soft_gripper.diagrams.view.torque_colors import round_limit
 from soft_gripper.diagrams.view.torque_legend import draw_torque_legend
 from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
-from soft_gripper.estimation.finger_shape import ARC
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.shape.finger_shape import ARC
 
 PERIOD = 1 / 20  # s between frames
 FIELD_OF_VIEW = np.radians(35)  # from the lower to the upper edge

@@ -23,9 +23,9 @@ from pydrake.systems.framework import System
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
 
 MakeSensor = Callable[[SensorLayout, float], System]
 MakeEstimator = Callable[[SensorLayout, Array, float], System]

@@ -11,9 +11,9 @@ from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, 
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.contact_detector import ContactDetector
-from soft_gripper.estimation.finger_shape import ANGLES, FingerShape
 from soft_gripper.estimation.force_estimator import ForceEstimator
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.finger_shape import ANGLES, FingerShape
 
 
 class FingerEstimation(Diagram):

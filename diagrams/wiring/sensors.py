@@ -7,13 +7,13 @@ from soft_gripper.diagrams.schema.scenario import SensorConfig
 from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.bending_plane import pose_entries
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors import base_pose_sensor
 from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.bending_plane import pose_entries
 from soft_gripper.signals import describe
 
 

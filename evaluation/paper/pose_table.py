@@ -10,11 +10,11 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import describe_belief
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
-from soft_gripper.estimation.section_arcs import joints_on_arcs
 from soft_gripper.evaluation.paper.held_steps import HeldStep, held_samples
 from soft_gripper.evaluation.paper.readings_again import ReadAgain, read_again
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.shape.section_arcs import joints_on_arcs
 from soft_gripper.truth.metrics import fingertip_error, pose_error
 
 

@@ -12,12 +12,12 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
-from soft_gripper.estimation.arcs import Arcs
-from soft_gripper.estimation.bend_sharing import BendSharing
-from soft_gripper.estimation.section_arcs import arcs_from_readings
 from soft_gripper.estimation.torque_balance import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.arcs import Arcs
+from soft_gripper.shape.bend_sharing import BendSharing
+from soft_gripper.shape.section_arcs import arcs_from_readings
 
 
 @dataclass(frozen=True)

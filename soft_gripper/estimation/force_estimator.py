@@ -7,10 +7,10 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimation.finger_shape import ANGLES
 from soft_gripper.estimation.torque_balance import SAMPLES, ExternalTorque, Motion, TorqueBalance
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.shape.finger_shape import ANGLES
 from soft_gripper.signals import describe
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimation.finger_shape import ANGLES
 from soft_gripper.estimation.gripper_opening import Gripper, spread
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.shape.finger_shape import ANGLES
 from soft_gripper.signals import describe
 
 _POINTS = 4  # on the inner surface, for every segment

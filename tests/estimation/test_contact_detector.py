@@ -14,8 +14,6 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
-from soft_gripper.estimation.bending_plane import bending_plane
 from soft_gripper.estimation.contact_detector import THRESHOLD, ContactDetector
 from soft_gripper.estimation.force_estimator import ForceEstimator
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -25,6 +23,8 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.shape.bending_plane import bending_plane
 from soft_gripper.signals import signal_of
 
 GRAVITY = np.array([0.0, 0.0, -9.81])

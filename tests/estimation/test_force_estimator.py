@@ -11,12 +11,12 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.estimation.bending_plane import pose_entries
 from soft_gripper.estimation.force_estimator import ForceEstimator
 from soft_gripper.estimation.torque_balance import Motion, TorqueBalance, windows
 from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
+from soft_gripper.shape.bending_plane import pose_entries
 from soft_gripper.signals import signal_of
 
 GRAVITY = np.array([0.0, 0.0, -9.81])

@@ -8,11 +8,11 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimation.bend_sharing import BendSharing
 from soft_gripper.estimation.gripper_opening import Gripper, spread
 from soft_gripper.estimation.object_width import InnerSurface, ObjectWidth, narrowest
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.bend_sharing import BendSharing
 from soft_gripper.signals import signal_of
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from soft_gripper.diagrams.wiring.choices import ESTIMATORS, SENSORS, find_estimator, find_sensor, make_block
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
 
 
 def test_names_of_the_project(shipped_finger):

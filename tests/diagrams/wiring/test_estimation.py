@@ -13,12 +13,12 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.arc_pose_estimator import ArcPoseEstimator
-from soft_gripper.estimation.bend_sharing import BendSharing
-from soft_gripper.estimation.bending_plane import bending_plane, pose_entries
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.fingers.statics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.shape.bend_sharing import BendSharing
+from soft_gripper.shape.bending_plane import bending_plane, pose_entries
 from soft_gripper.signals import signal_of
 
 GRAVITY, PERIOD = np.array([0.5, -1.0, -9.0]), 0.01  # m/s^2, s

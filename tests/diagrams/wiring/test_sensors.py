@@ -13,7 +13,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.diagrams.wiring.sensors import FingerSensors, sensor_layout
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.bending_plane import pose_entries
+from soft_gripper.shape.bending_plane import pose_entries
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.estimation.bending_plane import bending_plane, pose_entries, to_world
+from soft_gripper.shape.bending_plane import bending_plane, pose_entries, to_world
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
 PLANE = bending_plane(pose_entries(X_WB))

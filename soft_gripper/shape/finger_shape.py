@@ -13,10 +13,10 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimation.arcs import Arcs, join_arcs
-from soft_gripper.estimation.bending_plane import bending_plane, to_world
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.shape.arcs import Arcs, join_arcs
+from soft_gripper.shape.bending_plane import bending_plane, to_world
 from soft_gripper.signals import POSE, XYZ, XZ, describe
 
 ANGLES = "estimated_joint_angles"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimation.arcs import arcs_from_lengths, join_arcs, points_on_arcs
+from soft_gripper.shape.arcs import arcs_from_lengths, join_arcs, points_on_arcs
 
 LENGTH, SPACING = 0.12, 0.018  # m
 EXACT = 1e-15  # m, rounding on the scale of a finger

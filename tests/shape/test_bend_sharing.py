@@ -7,13 +7,13 @@ import pytest
 from finger_motion import at_rest
 from finger_plants import LENGTH, uniform_finger
 
-from soft_gripper.estimation.bend_sharing import BendSharing
-from soft_gripper.estimation.section_arcs import arcs_from_readings
 from soft_gripper.estimation.torque_balance import TorqueBalance
 from soft_gripper.fingers.finger import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.bend_sharing import BendSharing
+from soft_gripper.shape.section_arcs import arcs_from_readings
 
 PRESSURE = np.array(60e3)  # Pa
 GRAVITY = -9.0 + 4.0j  # m/s^2, z + i x in B

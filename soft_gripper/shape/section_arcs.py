@@ -3,9 +3,9 @@
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimation.arcs import Arcs, arcs_from_lengths, points_on_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.arcs import Arcs, arcs_from_lengths, points_on_arcs
 
 
 def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:

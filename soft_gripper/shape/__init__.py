@@ -1,0 +1,1 @@
+"""Readings, pressure, base pose -> shape: the estimators, by one contract."""
