@@ -4,9 +4,8 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem, System
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.section_arcs import arcs_from_readings
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.bend_sharing import BendSharing
-from soft_gripper.shape.section_arcs import arcs_from_readings
 from soft_gripper.signals import describe
 
 WARMTH = 1e-3  # reading, for every pascal in the chamber
@@ -45,7 +44,7 @@ class MeanBend(LeafSystem):
 
     def _estimate(self, context, output):
         theta = arcs_from_readings(self._layout, self._strain.Eval(context)).theta
-        output.SetFromVector(BendSharing(self._layout).equal(theta))
+        output.SetFromVector(self._layout.shared_equally(theta))
 
 
 def warm_sensor(layout: SensorLayout, period: float) -> System:

@@ -13,6 +13,7 @@ LAYERS = (
     "soft_gripper/fingers",
     "soft_gripper/sensors",
     "soft_gripper/shape",
+    "soft_gripper/estimators",
     "soft_gripper/estimation",
     "soft_gripper/control",
     "soft_gripper/manipulation",

@@ -10,6 +10,7 @@ from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 
 from soft_gripper.control.pid_controller import PidGains
+from soft_gripper.shape.uncertainty import Uncertainty
 
 
 @dataclass
@@ -125,6 +126,7 @@ class SensorConfig:
 
     type: str = "strain"  # or "module:function" of your own, see diagrams/wiring/choices.py
     sections: int = 4  # sensors one after the other along each path
+    borders: list[float] | None = None  # where sections meet, as shares of the length; None: they are equally long
     period: float = 0.01  # s between samples, and between the samples of every log
     one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
     response: list[list[float]] | None = None  # [extension ratio, reading] points; None: the reading is the strain
@@ -134,7 +136,9 @@ class SensorConfig:
 class EstimatorConfig:
     """What is estimated from the readings of every finger."""
 
-    type: str = "arcs"  # of the shape; or "module:function" of your own, see diagrams/wiring/choices.py
+    type: str = "arcs"  # of the shape: see docs/estimators.md; or "module:function" of your own
+    beside: list[str] = field(default_factory=list)  # other types, whose shapes are recorded too and used by nothing
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)  # for estimators that weigh what they know
     compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
     contact_threshold: float | None = None  # N m, of the torque that means contact; None: contact is not looked for
 

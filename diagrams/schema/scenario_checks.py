@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,13 @@ def _check_estimator(where: Path | str, scenario: Scenario) -> None:
     both = threshold is not None and not estimator.compensate_gravity
     expected = "leave it true: a finger whose weight is left in the torque always seems to touch something"
     require(not both, where, "estimator.compensate_gravity", False, expected)
+    for i, kind in enumerate(estimator.beside):
+        once = kind != estimator.type and estimator.beside.count(kind) == 1
+        require(once, where, f"estimator.beside[{i}]", kind, "is an estimator of this scenario already")
+    try:
+        replace(estimator.uncertainty)
+    except InputError as error:
+        raise InputError(where, f"estimator.uncertainty.{error.field}", error.value, error.expected) from None
 
 
 def _check_external(where: Path | str, scenario: Scenario) -> None:

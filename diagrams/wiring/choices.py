@@ -23,15 +23,17 @@ from pydrake.systems.framework import System
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor
-from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.shape.uncertainty import Uncertainty
 
 MakeSensor = Callable[[SensorLayout, float], System]
 MakeEstimator = Callable[[SensorLayout, Array, float], System]
 
 SENSORS: dict[str, MakeSensor] = {"strain": StrainSensor}
-ESTIMATORS: dict[str, MakeEstimator] = {"arcs": lambda layout, gravity, period: ArcPoseEstimator(layout, gravity)}
 
 
 def find_sensor(name: str) -> MakeSensor:
@@ -44,14 +46,29 @@ def find_sensor(name: str) -> MakeSensor:
     return found
 
 
-def find_estimator(name: str) -> MakeEstimator:
+def find_estimator(name: str, uncertainty: Uncertainty | None = None) -> MakeEstimator:
     """The estimator that `estimator.type` names.
+
+    Args:
+        name: of one of this project, or "module:function".
+        uncertainty: for those of this project that weigh what they know; None: the defaults.
 
     Raises:
         InputError: if there is none.
     """
-    found: MakeEstimator = _find("estimator.type", name, ESTIMATORS)
+    own: dict[str, MakeEstimator] = {kind: _of_function(kind, uncertainty or Uncertainty()) for kind in SHAPE_FUNCTIONS}
+    own["arcs"] = lambda layout, gravity, period: ArcPoseEstimator(layout, gravity)
+    found: MakeEstimator = _find("estimator.type", name, own)
     return found
+
+
+def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
+    """A block around an estimator that is a function of arrays."""
+
+    def make(layout: SensorLayout, gravity: Array, period: float) -> System:
+        return ShapeEstimator(SHAPE_FUNCTIONS[kind](layout, uncertainty), layout, gravity)
+
+    return make
 
 
 def make_block(field: str, make: Callable[..., System], *arguments: Any) -> System:

@@ -53,7 +53,7 @@ class FingerEstimation(Diagram):
         super().__init__()
         joints = layout.finger.segments
         shape = FingerShape(layout.finger)
-        _check(estimator, joints, shape)
+        check_shape(estimator, joints, shape)
         wires = NamedWires()
         wires.add("estimator", estimator)
         if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
@@ -70,7 +70,8 @@ class FingerEstimation(Diagram):
 _LATER = {"free_bending_angles", "external_torque", "torque_tolerance", "contact", "contact_residual", "contact_time"}
 
 
-def _check(estimator: System, joints: int, shape: FingerShape) -> None:
+def check_shape(estimator: System, joints: int, shape: FingerShape) -> None:
+    """Raises an InputError unless an estimator puts out the joint angles, and nothing that FingerShape would not."""
     found = vector_outputs(estimator)
     if found.keys() & _LATER:
         taken = ", ".join(sorted(found.keys() & _LATER))
@@ -111,12 +112,17 @@ def add_estimation(
     Raises:
         InputError: if the estimator asks for what there is not, or its shape is none of this finger.
     """
-    make = make_estimator or find_estimator(config.type)
+    make = make_estimator or find_estimator(config.type, config.uncertainty)
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
     estimator = make_block("estimator.type", make, layout, compensated, period)
     estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold)
     builder.AddNamedSystem(f"{name}.estimation", estimation)
-    known = {**measured, "pressure": measured["sampled_pressure"]}
-    known.pop("joint_angles", None)  # the truth, which is for the scores
-    connect_known(builder, estimation, known, "estimator")
+    connect_known(builder, estimation, estimation_inputs(measured), "estimator")
     return vector_outputs(estimation)
+
+
+def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:
+    """What an estimator may take, of what is measured: the sampled pressure, and no truth."""
+    truth = ("joint_angles", "sampled_joint_angles")
+    known = {name: port for name, port in measured.items() if name not in truth}
+    return known | {"pressure": measured["sampled_pressure"]}

@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper.diagrams.schema.scenario import BelievedConfig, EstimatorConfig, SensorConfig
 from soft_gripper.diagrams.wiring.belief import believed_layout
+from soft_gripper.diagrams.wiring.beside import add_beside
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
 from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
@@ -71,11 +72,13 @@ def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, c
     estimated = add_estimation(builder, finger.name, layout, config.estimator, sensor.period, gravity, measured, make)
     known = {**measured, **estimated}
     scores = add_scoring(builder, finger, sensor.period, known)
+    sampled = {**measured, "sampled_joint_angles": scores["sampled_joint_angles"]}
+    beside = add_beside(builder, finger, layout, config.estimator, sensor.period, sampled)
     twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, "pressure"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
     del known["joint_angles"]  # of every step of the plant; what is sampled is logged
-    return {"pressure": pressure, **known, **scores}
+    return {"pressure": pressure, **known, **scores, **beside}
 
 
 def add_contact_width(

@@ -21,10 +21,11 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> SensorLayout:
     """The sensors that a scenario puts on a finger.
 
     Raises:
-        InputError: if there are more sections than segments, or the response is no curve.
+        InputError: if there are more sections than segments, the borders are wrong, or the response is no curve.
     """
     points = LINEAR if config.response is None else tuple(map(tuple, config.response))
-    return SensorLayout(finger, config.sections, config.one_sided, ResponseCurve(points))
+    borders = None if config.borders is None else tuple(config.borders)
+    return SensorLayout(finger, config.sections, config.one_sided, ResponseCurve(points), borders)
 
 
 class FingerSensors(Diagram):

@@ -11,10 +11,10 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import describe_belief
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.evaluation.paper.held_steps import HeldStep, held_samples
-from soft_gripper.evaluation.paper.readings_again import ReadAgain, read_again
+from soft_gripper.evaluation.paper.readings_again import read_again
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.shape.section_arcs import joints_on_arcs
+from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.truth.metrics import fingertip_error, pose_error
 
 
@@ -44,14 +44,23 @@ def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], few: int, mo
     return float(np.max([gain.max() for gain in gains]))
 
 
-def pose_table(name: str, station: Station, recording: Recording, sections: Sequence[int]) -> list[PoseRow]:
-    """A row for every finger, number of sections and held step, in this order, of the estimator `arcs`."""
+def pose_table(
+    name: str, station: Station, recording: Recording, sections: Sequence[int], estimators: Sequence[str] = ("arcs",)
+) -> list[PoseRow]:
+    """A row for every estimator, finger, number of sections and held step, in this order."""
     rows: list[PoseRow] = []
-    for finger in station.fingers:
-        for count in sections:
-            errors = _errors(recording, finger, read_again(station, recording, finger, count))
-            rows += _rows(name, station, recording, finger, "arcs", count, *errors)
+    for estimator in estimators:
+        for finger in station.fingers:
+            for count in sections:
+                again = read_again(station, recording, finger, count)
+                errors = _errors(recording, finger, again.shape(estimator))
+                rows += _rows(name, station, recording, finger, estimator, count, *errors)
     return rows
+
+
+def of_estimator(rows: Sequence[PoseRow], estimator: str) -> list[PoseRow]:
+    """The rows of one estimator."""
+    return [row for row in rows if row.estimator == estimator]
 
 
 def recorded_pose_table(name: str, station: Station, recording: Recording) -> list[PoseRow]:
@@ -86,9 +95,8 @@ def _rows(
         yield PoseRow(name, finger.name, estimator, belief, sections, *map(float, step))
 
 
-def _errors(recording: Recording, finger: PlantFinger, again: ReadAgain) -> tuple[Array, Array]:
+def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:
     """Pose and fingertip error at every sample, m, (T)."""
-    q = recording[f"{finger.name}.sampled_joint_angles"].values
+    q, points = recording[f"{finger.name}.sampled_joint_angles"].values, shape.points(finger.finger)
     truth = forward_kinematics(q, finger.finger.segment_length)
-    pose = pose_error(truth.joints, joints_on_arcs(again.layout, again.arcs))
-    return pose, fingertip_error(truth.tip, again.arcs.end[..., -1])
+    return pose_error(truth.joints, points[..., :-1]), fingertip_error(truth.tip, points[..., -1])

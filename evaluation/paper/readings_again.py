@@ -1,4 +1,4 @@
-"""A recorded finger read by other sensors: the estimates for any number of sections, from ONE simulation.
+"""A recorded finger read by other sensors: what any estimator makes of any number of sections, from ONE simulation.
 
 The sensors are read again from the recorded joint angles, by the very functions that the blocks call.
 """
@@ -7,48 +7,63 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.estimation.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.estimators.section_arcs import arcs_from_readings
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.arcs import Arcs
-from soft_gripper.shape.bend_sharing import BendSharing
-from soft_gripper.shape.section_arcs import arcs_from_readings
+from soft_gripper.shape.estimate import ShapeEstimate
+from soft_gripper.shape.uncertainty import Uncertainty
 
 
 @dataclass(frozen=True)
 class ReadAgain:
-    """The arcs of a recorded finger, (T, S), and sensors and finger as they are believed to be."""
+    """What is measured of a recorded finger, T samples, and sensors and finger as they are believed to be."""
 
     layout: SensorLayout
-    arcs: Arcs
+    uncertainty: Uncertainty
+    readings: Array  # (T, paths * S)
+    pressure: Array  # (T) Pa
+    gravity: Planar  # (T) m/s^2, in the bending plane; 0 where it is not compensated
+
+    @property
+    def arcs(self) -> Arcs:
+        """The arcs, (T, S)."""
+        return arcs_from_readings(self.layout, self.readings)
+
+    def shape(self, estimator: str = "arcs") -> ShapeEstimate:
+        """What an estimator of this project makes of the readings."""
+        return SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty)(self.readings, self.pressure, self.gravity)
 
 
 def read_again(station: Station, recording: Recording, finger: PlantFinger, sections: int) -> ReadAgain:
-    """What the estimator `arcs` makes of another number of sections a side."""
+    """The readings of another number of sections a side, equally long unless it is that of the scenario."""
     scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
-    simulated = replace(sensor_layout(finger.finger, scenario.sensor), sections=sections)
-    believed = replace(believed_layout(finger.finger, scenario.sensor, scenario.believed), sections=sections)
+    simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections)
+    believed = with_sections(believed_layout(finger.finger, scenario.sensor, scenario.believed), sections)
     readings = simulated.response.reading(extension_ratios(simulated, q))
-    return ReadAgain(believed, arcs_from_readings(believed, readings))
-
-
-def joint_angles_again(station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain) -> Array:
-    """The estimated joint angles for these readings at every sample, rad, (T, N)."""
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
-    in_plane = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ _gravity(station)
-    return BendSharing(again.layout).joint_angles(again.arcs.theta, pressure, in_plane[:, None])
+    gravity = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ _gravity(station)
+    return ReadAgain(believed, scenario.estimator.uncertainty, readings, pressure, gravity)
 
 
-def external_torque_again(station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain) -> Array:
+def with_sections(layout: SensorLayout, sections: int) -> SensorLayout:
+    """The sensors with so many sections; equally long ones, unless there are as many already."""
+    return layout if sections == layout.sections else replace(layout, sections=sections, borders=None)
+
+
+def external_torque_again(
+    station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain, estimator: str = "arcs"
+) -> Array:
     """The external torque for these readings at every sample, N m, (T, N); NaN until there are five samples."""
-    q = joint_angles_again(station, recording, finger, again)
-    pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
-    motion = Motion(*map(windows, (q, pressure, X_WB)))
+    q, X_WB = again.shape(estimator).q, recording[f"{finger.name}.X_WB"].values
+    motion = Motion(*map(windows, (q, again.pressure, X_WB)))
     balance = TorqueBalance(again.layout.finger)
     torque = balance.external_torque(motion, _gravity(station), station.scenario.sensor.period).torque
     # The first sample is recorded twice: a log at a time still shows the sample before.

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.section_arcs import arcs_from_paths
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, segment_path_lengths
-from soft_gripper.shape.section_arcs import arcs_from_paths
 
 
 @dataclass(frozen=True)

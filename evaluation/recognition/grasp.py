@@ -18,7 +18,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.evaluation.paper.held_steps import held_samples
-from soft_gripper.evaluation.paper.readings_again import external_torque_again, joint_angles_again, read_again
+from soft_gripper.evaluation.paper.readings_again import external_torque_again, read_again
 from soft_gripper.evaluation.trials.variation import RandomObject
 
 SHAPES = {shape: f"package://soft_gripper/objects/{shape}.obj" for shape in ("sphere", "cylinder", "box", "irregular")}
@@ -76,7 +76,7 @@ def probe(station: Station, recording: Recording, sections: int) -> Probe:
     angles, torques = [], []
     for finger in station.fingers:
         again = read_again(station, recording, finger, sections)
-        q = joint_angles_again(station, recording, finger, again)
+        q = again.shape().q
         torque = external_torque_again(station, recording, finger, again)
         angles.append(held_samples(station.scenario, recording, q)[:, -1])
         torques.append(held_samples(station.scenario, recording, torque)[:, -1])

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
 from soft_gripper.sensors.response_curve import ResponseCurve
@@ -23,17 +24,27 @@ class SensorLayout:
     Two-sided (the default), both paths are measured, on the inner and on the outer side. One-sided, only the outer
     path is; the neutral axis, which does not stretch, stands for the other.
 
+    Sections are as equal as whole segments allow, or end at `borders`, one fewer than there are sections: shares of the
+    finger's length, each taken to the nearest end of a segment.
+
     Raises:
-        InputError: if there are fewer than 1 or more sections than segments.
+        InputError: if there are fewer than 1 or more sections than segments, or the borders do not make so many.
     """
 
     finger: Finger
     sections: int
     one_sided: bool = False
     response: ResponseCurve = field(default_factory=ResponseCurve)
+    borders: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        self.finger.section_ends(self.sections)
+        ends = self.section_ends
+        if len(ends) != self.sections + 1 or not np.all(np.diff(ends) > 0):
+            segments = self.finger.segments
+            expected = (
+                f"give {self.sections - 1} increasing shares of the length, each at another end of {segments} segments"
+            )
+            raise InputError("sensor", "borders", self.borders, expected)
 
     @property
     def paths(self) -> int:
@@ -57,7 +68,12 @@ class SensorLayout:
 
     @cached_property
     def section_ends(self) -> NDArray[np.int_]:
-        return self.finger.section_ends(self.sections)
+        """Segments covered up to the end of each section, from 0 to N, (S + 1,)."""
+        if self.borders is None:
+            return self.finger.section_ends(self.sections)
+        if not np.isfinite(self.borders).all():
+            raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
+        return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)
 
     @cached_property
     def joints_per_section(self) -> NDArray[np.int_]:
@@ -80,10 +96,18 @@ class SensorLayout:
         begin = self.section_ends[self.joint_sections] * self.finger.segment_length
         return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
 
+    def sums(self, q: Array) -> Array:
+        """Sums over the joints of each section, (..., N) -> (..., S)."""
+        sums: Array = np.add.reduceat(q, self.section_ends[:-1], axis=-1)
+        return sums
+
+    def shared_equally(self, theta: Array) -> Array:
+        """Joint angles that share the bends of the sections equally, (..., S) -> (..., N)."""
+        return (theta / self.joints_per_section).take(self.joint_sections, axis=-1)
+
 
 def extension_ratios(layout: SensorLayout, q: Array) -> Array:
     """Length over rest length of every section, from joint angles (..., N) rad -> (..., paths * S)."""
     offsets = layout.offsets[:, None]
     lengths = segment_path_lengths(q[..., None, :], layout.finger.segment_length, offsets)
-    sections = np.add.reduceat(lengths, layout.section_ends[:-1], axis=-1)
-    return (sections / layout.rest_lengths).reshape(*q.shape[:-1], layout.readings)
+    return (layout.sums(lengths) / layout.rest_lengths).reshape(*q.shape[:-1], layout.readings)

@@ -1,1 +1,1 @@
-"""Readings, pressure, base pose -> shape: the estimators, by one contract."""
+"""The shape of a finger: what an estimator takes and gives, and what follows."""

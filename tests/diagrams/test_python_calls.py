@@ -61,7 +61,7 @@ def baseline():
 def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
     two_fingers = 2 * 100
     assert baseline["soft_gripper.sensors.strain_sensor._sample"] == two_fingers
-    assert baseline["soft_gripper.shape.arc_pose_estimator._estimate"] == two_fingers
+    assert baseline["soft_gripper.estimators.arc_pose_estimator._estimate"] == two_fingers
     assert baseline["soft_gripper.truth.metrics._calc_chain"] == two_fingers
 
 
@@ -76,7 +76,7 @@ def test_calls_scale_with_the_sensors(baseline):
 
 CALLBACKS = {  # calls in a second, with two fingers
     "sensors.base_pose_sensor._sample": 200,
-    "shape.arc_pose_estimator._calc_angles": 200,
+    "estimators.arc_pose_estimator._calc_angles": 200,
     "estimation.force_estimator._calc": 200,
     "estimation.force_estimator._remember": 200,
     "estimation.contact_detector._calc_touch": 200,

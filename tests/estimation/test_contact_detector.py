@@ -16,6 +16,7 @@ from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimation.contact_detector import THRESHOLD, ContactDetector
 from soft_gripper.estimation.force_estimator import ForceEstimator
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.statics import gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
@@ -23,7 +24,6 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor
-from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.shape.bending_plane import bending_plane
 from soft_gripper.signals import signal_of
 

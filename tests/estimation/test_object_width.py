@@ -10,9 +10,9 @@ from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimation.gripper_opening import Gripper, spread
 from soft_gripper.estimation.object_width import InnerSurface, ObjectWidth, narrowest
+from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.bend_sharing import BendSharing
 from soft_gripper.signals import signal_of
 
 
@@ -164,7 +164,7 @@ def test_box_is_measured_within_3_mm_at_every_pressure(shipped_finger, tmp_path,
         )
 
     found = errors(q)
-    print(width, found, errors([sharing.equal(bends) for bends in theta]))
+    print(width, found, errors([sharing.layout.shared_equally(bends) for bends in theta]))
     assert (np.diff(found) < 0).all()
     assert (np.abs(found) < 3e-3).all()
-    assert errors([sharing.equal(bends) for bends in theta])[-1] < -3e-3
+    assert errors([sharing.layout.shared_equally(bends) for bends in theta])[-1] < -3e-3

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.shape.bending_plane import pose_entries
 from soft_gripper.shape.finger_shape import FingerShape, chain_shape
 from soft_gripper.signals import signal_of

@@ -13,11 +13,10 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.fingers.statics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.arc_pose_estimator import ArcPoseEstimator
-from soft_gripper.shape.bend_sharing import BendSharing
 from soft_gripper.shape.bending_plane import bending_plane, pose_entries
 from soft_gripper.signals import signal_of
 
@@ -175,4 +174,4 @@ def test_equal_shares_are_what_the_own_estimator_estimates(own):
     layout = SensorLayout(station.fingers[0].finger, 4)
     q = recording["left_finger.estimated_joint_angles"].values
     sums = np.add.reduceat(q, layout.section_ends[:-1], axis=-1)
-    np.testing.assert_allclose(q, BendSharing(layout).equal(sums), atol=1e-15)
+    np.testing.assert_allclose(q, layout.shared_equally(sums), atol=1e-15)

@@ -47,6 +47,8 @@ def bent(station: Station) -> Bent:
         for finger in station.fingers:
             q = np.outer(angles, np.full(finger.finger.segments, 1 / finger.finger.segments))
             variables[f"{finger.name}.sampled_joint_angles"] = (["time", f"{finger.name}.joint"], q)
+            variables[f"{finger.name}.sampled_pressure"] = (["time"], np.zeros(samples))
+            variables[f"{finger.name}.X_WB"] = (["time", "row", "column"], np.tile(np.eye(3, 4), (samples, 1, 1)))
         return pose_table("bent", station, Recording(xr.Dataset(variables, {"time": time})), [1])
 
     return table

@@ -8,13 +8,13 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, CacheEntry, Context, LeafSystem, ValueProducer
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.bend_sharing import BendSharing
+from soft_gripper.estimators.section_arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.arcs import Arcs
-from soft_gripper.shape.bend_sharing import BendSharing
 from soft_gripper.shape.bending_plane import bending_plane, to_world
 from soft_gripper.shape.finger_shape import ANGLES, ARC, ARC_UNITS, POSE_UNITS, arc_table
-from soft_gripper.shape.section_arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.signals import POSE, XYZ, XZ, describe
 
 

@@ -36,11 +36,6 @@ class BendSharing:
 
     layout: SensorLayout
 
-    def equal(self, theta: Array) -> Array:
-        """Joint angles, (..., N) rad, if the joints of a section share its bend, (..., S) rad, equally."""
-        layout = self.layout
-        return (theta / layout.joints_per_section).take(layout.joint_sections, axis=-1)
-
     def joint_angles(self, theta: Array, pressure: Array, gravity: Planar | complex) -> Array:
         """Joint angles, (..., N) rad, of a finger under load.
 
@@ -63,16 +58,12 @@ class BendSharing:
         for _ in range(_ITERATIONS):
             compliance = 1 / finger.joint_law.slope(q)
             bends = self._sections @ (compliance[..., None] * self.interpolation)
-            step = np.linalg.solve(bends, (theta - self._sum(q))[..., None])[..., 0]
+            step = np.linalg.solve(bends, (theta - self.layout.sums(q))[..., None])[..., 0]
             torques = torque + np.multiply.outer(_STEPS, step)
             shapes = finger.angle(torques @ self.interpolation.T + known)
-            best = np.linalg.norm(theta - self._sum(shapes), axis=-1).argmin(axis=0)[None, ..., None]
+            best = np.linalg.norm(theta - self.layout.sums(shapes), axis=-1).argmin(axis=0)[None, ..., None]
             torque, q = (np.take_along_axis(tried, best, axis=0)[0] for tried in (torques, shapes))
-        return q + self.equal(theta - self._sum(q))
-
-    def _sum(self, q: Array) -> Array:
-        """Bend of the sections, (..., S)."""
-        return np.add.reduceat(q, self.layout.section_ends[:-1], axis=-1)
+        return q + self.layout.shared_equally(theta - self.layout.sums(q))
 
     @cached_property
     def _sections(self) -> Array:

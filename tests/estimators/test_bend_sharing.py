@@ -8,12 +8,12 @@ from finger_motion import at_rest
 from finger_plants import LENGTH, uniform_finger
 
 from soft_gripper.estimation.torque_balance import TorqueBalance
+from soft_gripper.estimators.bend_sharing import BendSharing
+from soft_gripper.estimators.section_arcs import arcs_from_readings
 from soft_gripper.fingers.finger import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.bend_sharing import BendSharing
-from soft_gripper.shape.section_arcs import arcs_from_readings
 
 PRESSURE = np.array(60e3)  # Pa
 GRAVITY = -9.0 + 4.0j  # m/s^2, z + i x in B
@@ -61,7 +61,7 @@ def from_force(finger, where, force):
 def test_equal_shares(tapered_finger, bent):
     layout = SensorLayout(tapered_finger, 2)
     theta = bent(7, 2)
-    q = BendSharing(layout).equal(theta)
+    q = layout.shared_equally(theta)
     np.testing.assert_allclose(sums(layout, q), theta, rtol=1e-15)
     assert [len(np.unique(row)) for row in q] == [2] * 7
 
@@ -102,7 +102,7 @@ def test_free_bending_of_a_steep_taper_leaves_little_torque_at_the_base(steep_fi
     strain = extension_ratios(layout, free_bending_angles(steep_finger, np.array(pressure)))
     theta = arcs_from_readings(layout, layout.response.reading(strain)).theta
     assert abs(found(layout, theta, np.array(pressure))[0]) < 2e-3
-    equal = at_rest(BendSharing(layout).equal(theta), pressure)
+    equal = at_rest(layout.shared_equally(theta), pressure)
     assert abs(balance.external_torque(equal, np.zeros(3), 0.01).torque[0]) > 10e-3
 
 
@@ -114,7 +114,7 @@ def test_shape_under_a_load_at_the_tip_is_found_exactly(sections):
     sharing, theta = BendSharing(layout), sums(layout, q)
     np.testing.assert_allclose(sharing.joint_angles(theta, PRESSURE, 0.0), q, atol=1e-14)
     if sections <= 2:
-        tips = [forward_kinematics(shape, 0.01).tip for shape in (q, sharing.equal(theta))]
+        tips = [forward_kinematics(shape, 0.01).tip for shape in (q, sharing.layout.shared_equally(theta))]
         assert abs(tips[0] - tips[1]) > 1e-3
 
 

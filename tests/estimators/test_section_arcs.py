@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.section_arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.section_arcs import arcs_from_readings, joints_on_arcs
 
 CURVED = ResponseCurve(((0.7, -0.5), (0.95, -0.1), (1.2, 0.1), (1.4, 0.8)))
 

@@ -1,0 +1,79 @@
+"""Estimators beside that of a scenario, applied: their shapes are recorded and scored, and nothing depends on them."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.schema.scenario import EstimatorConfig
+from soft_gripper.diagrams.wiring.choices import find_estimator, make_block
+from soft_gripper.diagrams.wiring.estimation import check_shape, estimation_inputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.finger_shape import FingerShape
+from soft_gripper.truth.metrics import PoseError
+
+
+class ShapeBeside(Diagram):
+    """One more estimate of the shape of a finger.
+
+    ::
+
+        strain -------------> estimator ---> estimated_joint_angles ---> FingerShape ---> pose
+        pressure (1) Pa ------^
+        X_WB (12) [R | p] ----^
+
+    FingerShape is there if the estimator does not put the pose out by itself.
+    """
+
+    def __init__(self, estimator: System, layout: SensorLayout):
+        """
+        Raises:
+            InputError: if the estimator does not estimate the joint angles of the finger.
+        """
+        super().__init__()
+        shape, wires = FingerShape(layout.finger), NamedWires()
+        check_shape(estimator, layout.finger.segments, shape)
+        wires.add("estimator", estimator)
+        if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
+            wires.add("shape", shape)
+        wires.build_into(self)
+
+
+def add_beside(
+    builder: DiagramBuilder,
+    finger: PlantFinger,
+    layout: SensorLayout,
+    config: EstimatorConfig,
+    period: float,
+    known: Mapping[str, OutputPort],
+) -> Ports:
+    """Adds `{finger}.{type}.estimation` and `{finger}.{type}.scoring` for every type in `config.beside`.
+
+    Args:
+        builder: of a diagram with the finger's plant.
+        finger: in the finalized plant.
+        layout: sensors and finger as they are believed to be.
+        config: the `estimator` part of a scenario.
+        period: of all samples, s.
+        known: the outputs of the sensors, and `sampled_joint_angles`.
+
+    Returns:
+        the signals by their names without the finger's, `{type}.{signal}`.
+
+    Raises:
+        InputError: if there is no such estimator.
+    """
+    gravity: Array = np.array(finger.plant.gravity_field().gravity_vector()) * config.compensate_gravity
+    signals: Ports = {}
+    for kind in config.beside:
+        estimator = make_block("estimator.beside", find_estimator(kind, config.uncertainty), layout, gravity, period)
+        estimation = builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", ShapeBeside(estimator, layout))
+        connect_known(builder, estimation, estimation_inputs(known), "estimator")
+        scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger))
+        found = vector_outputs(estimation)
+        connect_known(builder, scoring, {**known, **found}, "score")
+        signals |= {f"{kind}.{name}": port for name, port in (found | vector_outputs(scoring)).items()}
+    return signals

@@ -1,0 +1,1 @@
+"""The estimators of the shape, and the block that holds one."""

@@ -1,0 +1,94 @@
+"""The most probable shape, and how uncertain it is: readings, pressure and weight weighed against each other.
+
+At every joint the elastic torque balances pressure, weight and load,  k q = g p + w + tau . Before the sensors are
+read the joint angles are Gaussian about those of the free finger,
+
+    q ~ N(q_0, P) ,   q_0 = (g p + w) / k ,   P = C T C + c^2 b b^T + a^2 I ,   C = diag(1 / k) ,  b = g / k ,
+
+with T the covariance of the load (`load_prior`), c^2 = (r p)^2 + d^2 the variance of the pressure that seems to act,
+when the bend per pressure is uncertain by the share r and the pressure by d, and a that of everything else. The
+readings say  A q = theta + noise , with variances R, so
+
+    q | theta ~ N(q_0 + G (theta - A q_0), P - G A P) ,   G = P A^T (A P A^T + R)^-1 .
+
+The weight depends a little on q, so this is done twice. Lilge, Barfoot and Burgner-Kahrs (2022, doi
+10.1177/02783649221128843) estimate a continuum robot's shape with a Gaussian process in the same spirit; here the
+prior is on the load, not on the curvature, so that pressure and stiffness are put to use.
+
+Leading axes are free; S sections, N joints.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.load_prior import torque_covariance
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.estimate import ShapeEstimate
+from soft_gripper.shape.section_bends import section_bends
+from soft_gripper.shape.uncertainty import Uncertainty
+
+_PASSES = 2
+
+
+@dataclass(frozen=True)
+class GaussianShape:
+    """The estimator `gaussian` of one finger; a ShapeFunction."""
+
+    layout: SensorLayout
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """The joint angles and their covariance; see ShapeFunction."""
+        layout, finger = self.layout, self.layout.finger
+        bends = section_bends(layout, readings, self.uncertainty.reading)
+        driven, gravity = pressure[..., None] * finger.pressure_gain, np.asarray(gravity)[..., None]
+        q = layout.shared_equally(bends.theta)
+        gain, covariance = condition(layout, self.prior(q, pressure), bends.variance)
+        for _ in range(_PASSES):
+            free = finger.angle(driven + gravity_torque(finger, q, gravity))
+            q = free + (gain @ (bends.theta - layout.sums(free))[..., None])[..., 0]
+        return ShapeEstimate(q, covariance)
+
+    def prior(self, q: Array, pressure: Array) -> Array:
+        """The covariance P of the joint angles before the sensors are read, rad^2, (..., N, N)."""
+        finger, believed = self.layout.finger, self.uncertainty
+        if finger.elastic_law is None:
+            load, bend = self._of_linear_finger, finger.pressure_gain / finger.stiffness
+        else:
+            compliance = 1 / finger.joint_law.slope(q)
+            load = self._spread(compliance)
+            bend = compliance * finger.pressure_gain
+        of_pressure = (believed.bend_per_pressure * pressure) ** 2 + believed.pressure**2
+        return load + of_pressure[..., None, None] * (bend[..., None] * bend[..., None, :])
+
+    @cached_property
+    def _torque_covariance(self) -> Array:
+        return torque_covariance(self.layout.finger, self.uncertainty.load_pressure)
+
+    @cached_property
+    def _of_linear_finger(self) -> Array:
+        return self._spread(1 / self.layout.finger.stiffness)
+
+    def _spread(self, compliance: Array) -> Array:
+        """C T C + a^2 I."""
+        unknown = self.uncertainty.angle**2 * np.eye(compliance.shape[-1])
+        return compliance[..., None] * self._torque_covariance * compliance[..., None, :] + unknown
+
+
+def condition(layout: SensorLayout, covariance: Array, variance: Array) -> tuple[Array, Array]:
+    """The gain G, (..., N, S), and the covariance that is left, (..., N, N), when sections are read.
+
+    Args:
+        layout: says which joints belong to which section.
+        covariance: P, of the joint angles before, (..., N, N).
+        variance: of what is read of the sections, (..., S).
+    """
+    ends = layout.section_ends[:-1]
+    sums = np.add.reduceat(covariance, ends, axis=-2)
+    read = np.add.reduceat(sums, ends, axis=-1) + variance[..., None] * np.eye(layout.sections)
+    gain = np.swapaxes(np.linalg.solve(read, sums), -1, -2)
+    return gain, covariance - gain @ sums

@@ -1,0 +1,39 @@
+"""The smoothest shape that has the measured bends: no stiffness, pressure or weight is believed in.
+
+Of all joint angles with the sums that are read, those with the least sum of squared differences from joint to joint:
+the curvature is continuous, and its slope is as small as can be. It is the limit of the most probable curvature that
+is a random walk along the finger from an unknown beginning (Wahba 1978, doi 10.1111/j.2517-6161.1978.tb01050.x),
+which serves to compute it: readings that are missing are bridged.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.gaussian import condition
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.estimate import ShapeEstimate
+from soft_gripper.shape.section_bends import section_bends
+
+_NOISE = 1e-5  # of extension ratios: a bend is met as exactly as it is read
+_BEGIN, _STEP = 1e2, 1.0  # rad, of the random walk: nothing is known, and much may change from joint to joint
+
+
+@dataclass(frozen=True)
+class SplineShape:
+    """The estimator `spline` of one finger; a ShapeFunction."""
+
+    layout: SensorLayout
+
+    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """The joint angles; see ShapeFunction. Pressure and gravity do not matter."""
+        bends = section_bends(self.layout, readings, _NOISE)
+        gain, _ = condition(self.layout, self._walk, bends.variance)
+        return ShapeEstimate((gain @ bends.theta[..., None])[..., 0])
+
+    @cached_property
+    def _walk(self) -> Array:
+        steps = np.arange(self.layout.finger.segments)
+        return _BEGIN**2 + _STEP**2 * np.minimum.outer(steps, steps)

@@ -1,0 +1,50 @@
+"""What estimators of the shape have in common: what they take, and what they make of it.
+
+An estimator of this project is a function of arrays whose leading axes are free, so that a block calls it for one
+sample and an evaluation once for a whole recording, or for many of them.
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics
+
+
+class ContactForce(NamedTuple):
+    """All that presses on a finger, as one force across it, each (...)."""
+
+    force: Array  # N, positive where it presses on the inner side, 0 where nothing presses
+    arc_length: Array  # m, from the base to the centre of pressure, NaN where nothing presses
+    force_std: Array  # N, standard deviation
+    arc_length_std: Array  # m, standard deviation
+
+
+class ShapeEstimate(NamedTuple):
+    """The bent finger as it is estimated; None for what a method does not estimate."""
+
+    q: Array  # (..., N) rad, joint angles
+    covariance: Array | None = None  # (..., N, N) rad^2, of the joint angles
+    contact: ContactForce | None = None
+    curve: Planar | None = None  # (..., N + 1) m in B, joints and tip where they do not follow from the joint angles
+
+    def points(self, finger: Finger) -> Planar:
+        """Joints and tip, (..., N + 1) m in B."""
+        if self.curve is not None:
+            return self.curve
+        chain = forward_kinematics(self.q, finger.segment_length)
+        return np.concatenate([chain.joints, chain.tip[..., None]], axis=-1)
+
+
+class ShapeFunction(Protocol):
+    """An estimator: from readings, pressure and gravity to the shape."""
+
+    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """
+        Args:
+            readings: of the strain sensors, (..., paths * S); NaN where there is none.
+            pressure: in the chamber, Pa, (...).
+            gravity: in the bending plane, z + i x in B, m/s^2, a number or (...).
+        """

@@ -1,0 +1,29 @@
+"""What is believed to be uncertain about a finger, its sensors and its load."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from soft_gripper.errors import InputError
+
+
+@dataclass
+class Uncertainty:
+    """Standard deviations, as an estimator believes them.
+
+    Raises:
+        InputError: unless all are finite, `reading` is above 0 and the others are not below.
+    """
+
+    reading: float = 1e-4  # of the extension ratios that sensors read
+    angle: float = 5e-4  # rad, of a joint's angle where the finger is not as it is believed to be
+    bend_per_pressure: float = 0.03  # share of the bend that a pressure leads to
+    pressure: float = 0.0  # Pa, of the pressure's measurement
+    load_pressure: float = 1.5e5  # Pa, whose torque at the base is that of a usual load
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not np.isfinite(value) or value < 0 or (field.name == "reading" and value == 0):
+                least = "above 0" if field.name == "reading" else "of at least 0"
+                raise InputError("uncertainty", field.name, value, f"give a finite number {least}")
