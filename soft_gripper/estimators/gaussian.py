@@ -55,28 +55,35 @@ class GaussianShape:
 
     def prior(self, q: Array, pressure: Array) -> Array:
         """The covariance P of the joint angles before the sensors are read, rad^2, (..., N, N)."""
-        finger, believed = self.layout.finger, self.uncertainty
-        if finger.elastic_law is None:
-            load, bend = self._of_linear_finger, finger.pressure_gain / finger.stiffness
-        else:
-            compliance = 1 / finger.joint_law.slope(q)
-            load = self._spread(compliance)
-            bend = compliance * finger.pressure_gain
-        of_pressure = (believed.bend_per_pressure * pressure) ** 2 + believed.pressure**2
-        return load + of_pressure[..., None, None] * (bend[..., None] * bend[..., None, :])
+        return self._of_load(q) + self.of_model(q, pressure)
+
+    def of_model(self, q: Array, pressure: Array) -> Array:
+        """What of P is due to finger and pressure that are not as believed, c^2 b b^T + a^2 I, (..., N, N)."""
+        believed = self.uncertainty
+        bend = self.compliance(q) * self.layout.finger.pressure_gain
+        variance = (believed.bend_per_pressure * pressure) ** 2 + believed.pressure**2
+        unknown = believed.angle**2 * np.eye(q.shape[-1])
+        return variance[..., None, None] * (bend[..., None] * bend[..., None, :]) + unknown
+
+    def _of_load(self, q: Array) -> Array:
+        if self.layout.finger.elastic_law is None:
+            return self._of_load_if_linear
+        compliance = self.compliance(q)
+        return compliance[..., None] * self._torque_covariance * compliance[..., None, :]
+
+    def compliance(self, q: Array) -> Array:
+        """Of the joints, rad/(N m), (N,) or, under an elastic law, (..., N)."""
+        finger = self.layout.finger
+        return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
+
+    @cached_property
+    def _of_load_if_linear(self) -> Array:
+        compliance = 1 / self.layout.finger.stiffness
+        return compliance[:, None] * self._torque_covariance * compliance
 
     @cached_property
     def _torque_covariance(self) -> Array:
         return torque_covariance(self.layout.finger, self.uncertainty.load_pressure)
-
-    @cached_property
-    def _of_linear_finger(self) -> Array:
-        return self._spread(1 / self.layout.finger.stiffness)
-
-    def _spread(self, compliance: Array) -> Array:
-        """C T C + a^2 I."""
-        unknown = self.uncertainty.angle**2 * np.eye(compliance.shape[-1])
-        return compliance[..., None] * self._torque_covariance * compliance[..., None, :] + unknown
 
 
 def condition(layout: SensorLayout, covariance: Array, variance: Array) -> tuple[Array, Array]:
@@ -87,8 +94,12 @@ def condition(layout: SensorLayout, covariance: Array, variance: Array) -> tuple
         covariance: P, of the joint angles before, (..., N, N).
         variance: of what is read of the sections, (..., S).
     """
-    ends = layout.section_ends[:-1]
-    sums = np.add.reduceat(covariance, ends, axis=-2)
-    read = np.add.reduceat(sums, ends, axis=-1) + variance[..., None] * np.eye(layout.sections)
+    sums = np.add.reduceat(covariance, layout.section_ends[:-1], axis=-2)
+    read = layout.sums(sums) + variance[..., None] * np.eye(layout.sections)
     gain = np.swapaxes(np.linalg.solve(read, sums), -1, -2)
     return gain, covariance - gain @ sums
+
+
+def sections_of(layout: SensorLayout, covariance: Array) -> Array:
+    """The covariance of the sections' bends, A P A^T, from that of the joint angles, (..., N, N) -> (..., S, S)."""
+    return layout.sums(np.add.reduceat(covariance, layout.section_ends[:-1], axis=-2))

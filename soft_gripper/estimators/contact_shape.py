@@ -1,0 +1,97 @@
+"""The shape under few contact forces, and these forces: what bends a finger most often is one thing that it touches.
+
+Free bending under pressure and weight, q_0, is taken out of the measured bends. Where what remains is as small as
+noise and uncertainty make it, nothing is touched. Else the single force is looked for that explains it
+(`single_force`); where that leaves more than noise and there are sections enough, several that press on one side
+(`several_forces`). What the forces leave unexplained goes to the joints as `gaussian` shares it, so that every
+measured bend is met. With fewer than two sections that read anything, the shape is that of `gaussian`, and the force
+is unknown.
+
+Force and place of a single contact from a curved shape: Rucker and Webster (2011, doi 10.1109/IROS.2011.6094526) for
+continuum robots; what is told from sparse readings: arXiv 2109.12469.
+"""
+
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+
+import numpy as np
+from scipy.stats import chi2
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
+from soft_gripper.estimators.several_forces import fit_several_forces
+from soft_gripper.estimators.single_force import Bends, Fit, choose, fit_single_force, misfit, put
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.estimate import ContactForce, ShapeEstimate
+from soft_gripper.shape.section_bends import UNKNOWN, section_bends
+from soft_gripper.shape.uncertainty import Uncertainty
+
+_CONFIDENCE = 0.999  # that what remains is no noise
+
+
+@dataclass(frozen=True)
+class ContactShape:
+    """The estimator `contact` of one finger; a ShapeFunction."""
+
+    layout: SensorLayout
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """Joint angles, their covariance and the contact force; see ShapeFunction."""
+        layout, finger = self.layout, self.layout.finger
+        gaussian = self._gaussian(readings, pressure, gravity)
+        theta, variance = section_bends(layout, readings, self.uncertainty.reading)
+        weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
+        known = pressure[..., None] * finger.pressure_gain + weight
+        of_model = self._gaussian.of_model(gaussian.q, pressure)
+        uncertain = sections_of(layout, of_model) + variance[..., None] * np.eye(layout.sections)
+        bends = Bends(theta - layout.sums(finger.angle(known)), uncertain, self._gaussian.compliance(gaussian.q))
+        fit = self._explain(*_flat(gaussian.q, bends, (variance < UNKNOWN / 2).sum(axis=-1)))
+        q = finger.angle(known + fit.torque.reshape(known.shape))
+        gain, _ = condition(layout, self._gaussian.prior(gaussian.q, pressure), variance)
+        q = q + (gain @ (theta - layout.sums(q))[..., None])[..., 0]
+        contact = ContactForce(*(values.reshape(pressure.shape) for values in fit.contact))
+        return ShapeEstimate(q, gaussian.covariance, contact)
+
+    def _explain(self, q: Array, bends: Bends, sections: Array) -> Fit:
+        """The contact at joint angles (K, N) that explains bends best; `sections`, (K), are those that are read."""
+        noise, tip = _quantiles(self.layout.sections), self.layout.finger.length
+        fit = fit_single_force(self.layout, q, bends, self._usual_force)
+        several = (sections > 2) & (fit.misfit > noise[np.maximum(sections - 2, 0)]) & (fit.contact.arc_length < tip)
+        if several.any():
+            part, side = Bends(*(values[several] for values in bends)), np.sign(fit.contact.force[several])
+            fit = put(several, fit_several_forces(self.layout, q[several], part, side, self._usual_force), fit)
+        remaining = misfit(bends.theta, np.linalg.inv(bends.covariance))
+        free, unknown = remaining < noise[sections], sections < 2
+        nothing = ContactForce(
+            np.zeros(len(q)), np.full(len(q), np.nan), fit.contact.force_std, np.full(len(q), np.nan)
+        )
+        fit = choose(free, Fit(nothing, np.zeros_like(q), remaining), fit)
+        nan = np.full(len(q), np.nan)
+        return choose(unknown, Fit(ContactForce(nan, nan, nan, nan), np.zeros_like(q), remaining), fit)
+
+    @cached_property
+    def _gaussian(self) -> GaussianShape:
+        return GaussianShape(self.layout, self.uncertainty)
+
+    @cached_property
+    def _usual_force(self) -> float:
+        """N; in the middle of the finger it has the torque of a usual load at the base."""
+        finger = self.layout.finger
+        return float(self.uncertainty.load_pressure * finger.pressure_gain[0] / (finger.length / 2))
+
+
+@cache
+def _quantiles(most: int) -> Array:
+    """The misfits that noise does not exceed, by the number of what is free, from 0 to `most`; of none, that of one."""
+    quantiles: Array = chi2.ppf(_CONFIDENCE, np.maximum(np.arange(most + 1), 1))
+    return quantiles
+
+
+def _flat(q: Array, bends: Bends, sections: Array) -> tuple[Array, Bends, Array]:
+    """The same with a single leading axis."""
+    joints, count = q.shape[-1], bends.theta.shape[-1]
+    compliance = np.broadcast_to(bends.compliance, q.shape).reshape(-1, joints)
+    flat = Bends(bends.theta.reshape(-1, count), bends.covariance.reshape(-1, count, count), compliance)
+    return q.reshape(-1, joints), flat, np.reshape(sections, -1)
