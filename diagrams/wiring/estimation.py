@@ -9,6 +9,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario import EstimatorConfig
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.contact_detector import ContactDetector
 from soft_gripper.estimation.finger_shape import ANGLES, FingerShape
@@ -116,7 +117,8 @@ def add_estimation(
     estimator = make_block("estimator.type", make, layout, compensated, period)
     estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold)
     builder.AddNamedSystem(f"{name}.estimation", estimation)
-    known = {**measured, "pressure": measured["sampled_pressure"]}
+    known = {name: port for name, port in measured.items() if not name.startswith(IDEAL)}
+    known["pressure"] = measured["sampled_pressure"]
     known.pop("joint_angles", None)  # the truth, which is for the scores
     connect_known(builder, estimation, known, "estimator")
     return vector_outputs(estimation)

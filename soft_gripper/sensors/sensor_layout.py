@@ -43,7 +43,7 @@ class SensorLayout:
     @property
     def path_names(self) -> tuple[str, ...]:
         """What the measured paths are called, in the order of the readings."""
-        return ("outer",) if self.one_sided else ("inner", "outer")
+        return path_names(self.one_sided)
 
     @property
     def readings(self) -> int:
@@ -79,6 +79,11 @@ class SensorLayout:
         """How far along its section every joint lies, 0 to 1, (N,)."""
         begin = self.section_ends[self.joint_sections] * self.finger.segment_length
         return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
+
+
+def path_names(one_sided: bool) -> tuple[str, ...]:
+    """What the measured paths are called, in the order of the readings."""
+    return ("outer",) if one_sided else ("inner", "outer")
 
 
 def extension_ratios(layout: SensorLayout, q: Array) -> Array:

@@ -5,7 +5,7 @@ import pytest
 from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, RandomSource, TrajectorySource
+from pydrake.systems.primitives import AddRandomInputs, LogVectorOutput, RandomSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.sensors.error_block import ErrorBlock
@@ -75,10 +75,11 @@ def test_a_seed_makes_a_run_reproducible(layout):
 
 
 def test_ports(layout):
-    block = StrainErrorBlock(layout, ERRORS, PERIOD)
-    assert block.GetInputPort("standard_normal").get_random_type() == RandomDistribution.kGaussian
+    builder = DiagramBuilder()
+    block = builder.AddSystem(StrainErrorBlock(layout, ERRORS, PERIOD))
     assert signal_of(block.GetOutputPort("strain")).axes == {"path": ("inner", "outer"), "section": range(3)}
     assert block.GetInputPort("ideal_strain").size() == block.GetOutputPort("strain").size() == layout.readings
+    assert AddRandomInputs(PERIOD, builder) == 1
 
 
 def test_readings_depend_on_no_new_draws_between_samples(layout):
