@@ -171,7 +171,7 @@ def stacked(memory: Memory) -> Array:
 def unstacked(rows: Array) -> Memory:
     """The memory that was `stacked`."""
     plays, line = np.split(rows[..., _SINGLE:, :], [PLAYS], axis=-2)
-    return Memory(*np.moveaxis(rows[..., :_SINGLE, :], -2, 0), plays, line)
+    return Memory._make([*np.moveaxis(rows[..., :_SINGLE, :], -2, 0), plays, line])
 
 
 def _read_out(errors: StrainErrors, ratio: Array) -> Array:
