@@ -11,13 +11,15 @@ from typing import Any
 _MODULES = {
     # Scenarios, stations, runs.
     "diagrams.schema.scenario": "Scenario ModelConfig MeshConfig PressureConfig ControlConfig ArmConfig TaskConfig"
-    " PhaseConfig PoseErrorConfig SensorConfig EstimatorConfig BelievedConfig",
+    " PhaseConfig PoseErrorConfig SensorConfig StrainErrorsConfig DeadSensorConfig PressureErrorsConfig EstimatorConfig"
+    " BelievedConfig",
     "diagrams.schema.scenario_file": "load_scenario dump_scenario scenario_names",
     "diagrams.station": "add_station make_station",
     "diagrams.simulation": "simulate run_station make_simulator solver_config",
     "diagrams.recording.recording": "Recording read_logs",
     "diagrams.recording.signal_logs": "add_logs",
     "diagrams.recording.phase_spans": "phase_spans",
+    "diagrams.random_seed": "seed_random_sources",
     "signals": "describe",
     # In a diagram of one's own.
     "diagrams.loading.model_files": "add_fingers find_fingers model_path",
@@ -40,6 +42,11 @@ _MODULES = {
     "sensors.sensor_layout": "SensorLayout extension_ratios",
     "sensors.response_curve": "ResponseCurve",
     "sensors.strain_sensor": "StrainSensor",
+    "sensors.strain_errors": "StrainErrors Draws disturb draw",
+    "sensors.strain_error_block": "StrainErrorBlock",
+    "sensors.pressure_errors": "PressureErrors disturb_pressure",
+    "sensors.error_block": "ErrorBlock ErrorModel",
+    "diagrams.schema.sensor_presets": "strain_errors pressure_errors",
     "sensors.base_pose_sensor": "BasePoseSensor",
     # Estimation.
     "shape.arcs": "points_on_arcs",

@@ -54,7 +54,7 @@ class SensorLayout:
     @property
     def path_names(self) -> tuple[str, ...]:
         """What the measured paths are called, in the order of the readings."""
-        return ("outer",) if self.one_sided else ("inner", "outer")
+        return path_names(self.one_sided)
 
     @property
     def readings(self) -> int:
@@ -104,6 +104,11 @@ class SensorLayout:
     def shared_equally(self, theta: Array) -> Array:
         """Joint angles that share the bends of the sections equally, (..., S) -> (..., N)."""
         return (theta / self.joints_per_section).take(self.joint_sections, axis=-1)
+
+
+def path_names(one_sided: bool) -> tuple[str, ...]:
+    """What the measured paths are called, in the order of the readings."""
+    return ("outer",) if one_sided else ("inner", "outer")
 
 
 def extension_ratios(layout: SensorLayout, q: Array) -> Array:

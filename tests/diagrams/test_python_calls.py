@@ -74,6 +74,25 @@ def test_calls_scale_with_the_sensors(baseline):
     assert bending(0.01, period=0.005) == Counter({name: 2 * n for name, n in baseline.items()})
 
 
+ERRORS = "sensor.errors.preset=realistic", "sensor.pressure_errors.noise=50"
+
+
+def test_errors_of_sensors_work_once_a_sample():
+    """Strain and pressure of two fingers; what follows them is called no more often than with ideal sensors."""
+    runs = {
+        dt: calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *ERRORS)) for dt in (0.01, 0.002)
+    }
+    assert runs[0.01] == runs[0.002]
+    blocks = 2 * 2 * 100
+    assert [runs[0.01][f"soft_gripper.sensors.error_block.{name}"] for name in ("_calc", "_remember")] == [blocks] * 2
+    for name in (
+        "estimation.arc_pose_estimator._estimate",
+        "estimation.force_estimator._calc",
+        "truth.metrics._calc_chain",
+    ):
+        assert runs[0.01][f"soft_gripper.{name}"] == 200
+
+
 CALLBACKS = {  # calls in a second, with two fingers
     "sensors.base_pose_sensor._sample": 200,
     "estimators.arc_pose_estimator._calc_angles": 200,

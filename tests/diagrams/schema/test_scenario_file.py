@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from pydrake.common.schema import Transform
 
-from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig, PhaseConfig, Scenario, TaskConfig
+from soft_gripper.diagrams.schema.scenario import (
+    ArmConfig,
+    ModelConfig,
+    PhaseConfig,
+    PressureErrorsConfig,
+    Scenario,
+    SensorConfig,
+    StrainErrorsConfig,
+    TaskConfig,
+)
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
@@ -150,7 +159,8 @@ def changed(config, default):
 
 
 def test_one_of_everything_sets_every_field():
-    scenario, default = load_scenario(EVERYTHING), Scenario(arm=ArmConfig(), task=TaskConfig())
+    sensor = SensorConfig(errors=StrainErrorsConfig(), pressure_errors=PressureErrorsConfig())
+    scenario, default = load_scenario(EVERYTHING), Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
     assert changed(scenario, default) == set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact
     for parts, default in ((scenario.models, ModelConfig()), (scenario.task.phases, PhaseConfig())):
@@ -191,7 +201,8 @@ def test_one_of_everything_runs(overrides):
 
 
 def test_one_of_everything_runs_in_closed_loop():
-    scenario = load_scenario(EVERYTHING, [NO_TASK, "control.set_points=[0.085, 0.095]"])
+    alive = "sensor.errors.dead=[]"
+    scenario = load_scenario(EVERYTHING, [NO_TASK, alive, "control.set_points=[0.085, 0.095]"])
     recording = simulate(scenario)
     assert recording["time"][-1] == pytest.approx(len(scenario.control.set_points) * scenario.control.hold)
     left, right = (recording[f"{side}_finger.pressure_command"] for side in ("left", "right"))
