@@ -65,7 +65,6 @@ _MODULES = {
     # What is known in simulation only, and what is made of it.
     "truth.metrics": "PoseError pose_error fingertip_error",
     "truth.true_contact": "TrueContact",
-    "truth.link_contact": "LinkContact",
     "evaluation.paper.held_steps": "held_samples",
     "evaluation.paper.readings_again": "read_again external_torque_again",
     "evaluation.phase_table": "phase_table outcome",
