@@ -72,6 +72,7 @@ _MODULES = {
     "evaluation.step_figure": "step_figure",
     "evaluation.pid_regimes": "regime_scenarios regimes_figure",
     "evaluation.tuning": "tune step_response gains_from_step_response",
+    "evaluation.contacts.dataset": "load_contacts Contacts",
     "evaluation.trials.trial": "trial_row",
     "evaluation.trials.trial_run": "detection_delay",
     # Pictures.

@@ -1,5 +1,6 @@
 """A bench for single contacts: one finger and one static peg, turned and placed anew for every contact."""
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,23 +13,32 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.loading.model_files import add_fingers
+from soft_gripper.diagrams.loading.model_files import add_fingers, model_path
 from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.scoring import add_true_contact
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.urdf import expand_urdf
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
-PEG_LENGTH, PEG_FRICTION, MESH_EDGE = 0.06, 0.3, 0.002  # m, 1, m
+PEG_LENGTH, PEG_FRICTION, MESH_EDGE = 0.06, 0.3, 0.001  # m, 1, m
 PERIOD = 0.01  # s, of the plant
 PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s, s, rad/s: how long it is waited, at most, and for what
+
+
+@cache
+def read_finger() -> Finger:
+    """The finger of every bench."""
+    (finger,) = expand_urdf(model_path(FINGER)).fingers
+    return finger
 
 
 class Setting(NamedTuple):
     """How a contact is set up."""
 
     R_WB: RotationMatrix  # of the finger's base; gravity pulls along -z of the world
-    p_BPeg: complex  # m, centre of the peg, z + i x
+    center: complex  # m, of the peg, z + i x in B
     q: Array  # (N,) rad, where the finger begins
     pressure: float  # Pa
 
@@ -58,7 +68,6 @@ class ContactBench:
         peg = _add_peg(plant, radius, friction)
         self._base, self._peg = (_weld_to_movable_frame(plant, body) for body in (mount, peg))
         plant.Finalize()
-        self.finger = self._plant_finger.finger
         drive = add_pressure_drive(builder, [self._plant_finger], PressureConfig(time_constant=0.0))
         builder.ExportInput(drive.commands[self._plant_finger.name], "pressure")
         self._truth = add_true_contact(builder, [self._plant_finger])
@@ -71,7 +80,7 @@ class ContactBench:
         self._diagram.GetInputPort("pressure").FixValue(context, setting.pressure)
         of_plant = self._plant.GetMyMutableContextFromRoot(context)
         X_WB = RigidTransform(setting.R_WB, [0, 0, 0])
-        p_BPeg = [setting.p_BPeg.imag, 0.0, setting.p_BPeg.real]
+        p_BPeg = [setting.center.imag, 0.0, setting.center.real]
         self._base.SetPoseInParentFrame(of_plant, X_WB)
         self._peg.SetPoseInParentFrame(of_plant, X_WB @ RigidTransform(p_BPeg))
         for joint, angle in zip(self._plant_finger.joints, setting.q, strict=True):

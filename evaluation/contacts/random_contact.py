@@ -9,7 +9,7 @@ from pydrake.math import RotationMatrix
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimation.bending_plane import BendingPlane
-from soft_gripper.evaluation.contacts.bench import G, STILL, ContactBench, Settled, Setting
+from soft_gripper.evaluation.contacts.bench import STILL, ContactBench, G, Setting, Settled, read_finger
 from soft_gripper.evaluation.contacts.resting import SIDES, peg_center, resting_angles
 from soft_gripper.truth.link_contact import touches
 
@@ -72,7 +72,7 @@ def run_contact(seed: int, number: int) -> Contact:
     redrawn: list[str] = []
     while True:
         rng = np.random.default_rng([seed, number, len(redrawn)])
-        drawn = draw(rng, bench(RADIUS[0]).finger.length)
+        drawn = draw(rng, read_finger().length)
         found = press(drawn)
         flaw = flaw_of(drawn, found)
         if not flaw:
@@ -88,10 +88,10 @@ def bench(radius_mm: float) -> ContactBench:
 
 def press(drawn: RandomContact) -> Settled:
     """The contact at rest."""
-    on = bench(drawn.radius_mm)
-    q = resting_angles(on.finger, 1e3 * drawn.touching_kpa, drawn.gravity)
-    center = peg_center(on.finger, q, 1e-3 * drawn.place_mm, drawn.side, 1e-3 * drawn.radius_mm)
-    return on.press(Setting(drawn.R_WB, center, q, 1e3 * drawn.pressure_kpa))
+    finger = read_finger()
+    q = resting_angles(finger, 1e3 * drawn.touching_kpa, drawn.gravity)
+    center = peg_center(finger, q, 1e-3 * drawn.place_mm, drawn.side, 1e-3 * drawn.radius_mm)
+    return bench(drawn.radius_mm).press(Setting(drawn.R_WB, center, q, 1e3 * drawn.pressure_kpa))
 
 
 def flaw_of(drawn: RandomContact, found: Settled) -> str:
