@@ -45,6 +45,7 @@ class TrueContact(LeafSystem):
         """`fingers` by their names."""
         super().__init__()
         self._fingers = dict(fingers)
+        self._shapes = frozenset(shape for finger in fingers.values() for shape in finger.link_of)
         self._links = [len(finger.bodies) for finger in fingers.values()]
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
@@ -60,7 +61,7 @@ class TrueContact(LeafSystem):
         describe(self.DeclareVectorOutputPort("width", 1, self._calc_width, ticket), "m")
 
     def _collect(self, context: Context, value: AbstractValue) -> None:
-        found = list(patches(self._results.Eval(context)))
+        found = list(patches(self._results.Eval(context), self._shapes))
         if not found:
             value.set_value((self._untouched, float("nan")))
             return
