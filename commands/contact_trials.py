@@ -10,7 +10,8 @@ from tqdm import tqdm
 
 from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.evaluation.contacts.contact_trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
-from soft_gripper.evaluation.contacts.random_contact import SIDES, Contact
+from soft_gripper.evaluation.contacts.random_contact import Contact
+from soft_gripper.evaluation.contacts.resting import SIDES
 from soft_gripper.files import writable_folder
 
 NAME = "contact-trials"

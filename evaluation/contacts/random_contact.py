@@ -7,7 +7,6 @@ import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
-from soft_gripper.arrays import Array
 from soft_gripper.estimation.bending_plane import BendingPlane
 from soft_gripper.evaluation.contacts.bench import STILL, ContactBench, G, Setting, Settled, read_finger
 from soft_gripper.evaluation.contacts.resting import SIDES, peg_center, resting_angles
@@ -96,7 +95,7 @@ def press(drawn: RandomContact) -> Settled:
 
 def flaw_of(drawn: RandomContact, found: Settled) -> str:
     """Why it is no single contact that can be measured; empty: it is one."""
-    touching: Array = np.flatnonzero(touches(found.link_force))
+    touching = np.flatnonzero(touches(found.link_force))
     if not len(touching):
         return "lost"
     if found.velocity > STILL:

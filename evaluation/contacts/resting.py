@@ -16,7 +16,7 @@ def resting_angles(finger: Finger, pressure: float, gravity: complex) -> Array:
 
     `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2.
     """
-    q = np.zeros(finger.segments)
+    q: Array = np.zeros(finger.segments)
     for _ in range(ITERATIONS):
         q = finger.angle(pressure * finger.pressure_gain + gravity_torque(finger, q, gravity))
     return q

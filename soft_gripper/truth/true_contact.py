@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Any
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
@@ -79,7 +80,7 @@ class TrueContact(LeafSystem):
         output.SetAtIndex(0, width)
 
 
-def _axes(signal: str, size: int) -> dict[str, Sequence[object]]:
+def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:
     """The axes of a signal with so many entries."""
     if size == 1:
         return {}

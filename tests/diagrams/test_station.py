@@ -90,7 +90,7 @@ def pick_and_place():
 def test_ports_of_the_stations(free_bending, box_grasp):
     inputs, outputs = ports(free_bending.diagram)
     assert inputs == []
-    assert sorted(outputs) == sorted([*of_each_finger([*OF_A_FINGER, "actuation"]), "plant.state"])
+    assert sorted(outputs) == sorted([*of_each_finger([*OF_A_FINGER, "actuation"]), TRUE_WIDTH, "plant.state"])
     inputs, outputs = ports(box_grasp.diagram)
     assert inputs == []
     assert sorted(outputs) == sorted([*of_each_finger(OF_A_FINGER), TRUE_WIDTH, *OF_PLANT, *OF_BOX])
