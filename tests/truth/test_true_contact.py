@@ -145,6 +145,8 @@ def block_on_a_rough_slope(model, tilt):
     found = world.settle(slope={slope}, other=set())
     below = [EDGE / 2 * np.tan(tilt), 0, -EDGE / 2]  # where the vertical through the middle meets the slope
     assert found["slope.true_contact_total"] == pytest.approx([0.05 * G], rel=1e-3)  # with friction, all its weight
+    # The weight pulls toward +x of the slope where that leads down: from the side that counts as outer.
+    assert found["slope.true_contact_force"] == pytest.approx([-0.05 * G * np.sin(tilt)], abs=1e-3 * 0.05 * G)
     force, center = found["slope.normal_force"], found["slope.contact_center"]
     return force, turn.inverse() @ center, turn.inverse() @ world.center(block) + below
 
