@@ -72,7 +72,6 @@ _MODULES = {
     # What is known in simulation only, and what is made of it.
     "truth.metrics": "PoseError pose_error fingertip_error",
     "truth.true_contact": "TrueContact",
-    "truth.link_contact": "LinkContact",
     "evaluation.paper.held_steps": "held_samples",
     "evaluation.paper.readings_again": "read_again external_torque_again",
     "evaluation.phase_table": "phase_table outcome",
@@ -80,6 +79,7 @@ _MODULES = {
     "evaluation.step_figure": "step_figure",
     "evaluation.pid_regimes": "regime_scenarios regimes_figure",
     "evaluation.tuning": "tune step_response gains_from_step_response",
+    "evaluation.contacts.dataset": "load_contacts Contacts",
     "evaluation.trials.trial": "trial_row",
     "evaluation.trials.trial_run": "detection_delay",
     # Pictures.

@@ -13,7 +13,10 @@ from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 
 BEGIN = 0.5025  # s, between two samples
-OF_THE_PLANT = ("soft_gripper.truth.true_contact.", "soft_gripper.manipulation.task_phases._")
+OF_THE_PLANT = (
+    *("soft_gripper.truth.contact_patches.", "soft_gripper.truth.finger_contact."),
+    "soft_gripper.manipulation.task_phases._",
+)
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
