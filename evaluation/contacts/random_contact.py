@@ -7,9 +7,9 @@ import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
-from soft_gripper.estimation.bending_plane import BendingPlane
 from soft_gripper.evaluation.contacts.bench import STILL, ContactBench, G, Setting, Settled, read_finger
 from soft_gripper.evaluation.contacts.resting import SIDES, peg_center, resting_angles
+from soft_gripper.shape.bending_plane import BendingPlane
 from soft_gripper.truth.link_contact import touches
 
 RADIUS = (3, 12)  # mm, in whole ones, so that a bench serves many contacts

@@ -89,7 +89,7 @@ def test_errors_of_sensors_work_once_a_sample():
     blocks = 2 * 2 * 100
     assert [runs[0.01][f"soft_gripper.sensors.error_block.{name}"] for name in ("_calc", "_remember")] == [blocks] * 2
     for name in (
-        "estimation.arc_pose_estimator._estimate",
+        "estimators.arc_pose_estimator._estimate",
         "estimation.force_estimator._calc",
         "truth.metrics._calc_chain",
     ):
