@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
+from soft_gripper.sensors.calibrated_response import CalibratedResponse
 from soft_gripper.sensors.response_curve import ResponseCurve
 
 
@@ -24,16 +26,19 @@ class SensorLayout:
     path is; the neutral axis, which does not stretch, stands for the other.
 
     Raises:
-        InputError: if there are fewer than 1 or more sections than segments.
+        InputError: if there are fewer than 1 or more sections than segments, or the response is calibrated for others.
     """
 
     finger: Finger
     sections: int
     one_sided: bool = False
-    response: ResponseCurve = field(default_factory=ResponseCurve)
+    response: ResponseCurve | CalibratedResponse = field(default_factory=ResponseCurve)
 
     def __post_init__(self) -> None:
         self.finger.section_ends(self.sections)
+        if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
+            expected = f"the layout has {self.readings} readings"
+            raise InputError("calibration", "gains", list(self.response.gains), expected)
 
     @property
     def paths(self) -> int:
