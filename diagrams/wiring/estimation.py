@@ -59,7 +59,9 @@ class FingerEstimation(Diagram):
         wires.add("estimator", estimator)
         if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
             wires.add("shape", shape)
-        wires.add("force_estimator", ForceEstimator(layout.finger, gravity, period))
+        learnt = "effective_pressure" in vector_outputs(estimator)
+        force = ForceEstimator(layout.finger, gravity, period, learnt)
+        wires.add("force_estimator", force, {"pressure": "effective_pressure"} if learnt else {})
         if contact_threshold is not None:
             detector = ContactDetector(joints, int(layout.joints_per_section[0]), period, contact_threshold)
             wires.add("contact_detector", detector)
