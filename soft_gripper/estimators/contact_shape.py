@@ -8,14 +8,14 @@ measured bend is met. With fewer than two sections that read anything, the shape
 is unknown.
 
 Force and place of a single contact from a curved shape: Rucker and Webster (2011, doi 10.1109/IROS.2011.6094526) for
-continuum robots; what is told from sparse readings: arXiv 2109.12469.
+continuum robots; from sparse readings: arXiv 2109.12469.
 """
 
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
@@ -27,7 +27,7 @@ from soft_gripper.shape.estimate import ContactForce, ShapeEstimate
 from soft_gripper.shape.section_bends import UNKNOWN, section_bends
 from soft_gripper.shape.uncertainty import Uncertainty
 
-_CONFIDENCE = 0.999  # that what remains is no noise
+_CHANCE = 1e-3  # that noise alone leaves more than what counts as noise
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class ContactShape:
 @cache
 def _quantiles(most: int) -> Array:
     """The misfits that noise does not exceed, by the number of what is free, from 0 to `most`; of none, that of one."""
-    quantiles: Array = chi2.ppf(_CONFIDENCE, np.maximum(np.arange(most + 1), 1))
+    quantiles: Array = chdtri(np.maximum(np.arange(most + 1), 1), _CHANCE)
     return quantiles
 
 
