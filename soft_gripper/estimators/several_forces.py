@@ -33,10 +33,8 @@ def fit_several_forces(layout: SensorLayout, q: Array, bends: Bends, side: Array
         side: 1 for the inner, -1 for the outer side, (K).
         usual: standard deviation of usual forces, N.
     """
-    chain, s = (
-        forward_kinematics(q, layout.finger.segment_length),
-        np.linspace(NEAREST, 1, _PLACES) * layout.finger.length,
-    )
+    chain = forward_kinematics(q, layout.finger.segment_length)
+    s = np.linspace(NEAREST, 1, _PLACES) * layout.finger.length
     torques = side[:, None, None] * unit_torques(layout.finger, chain, np.broadcast_to(s, (len(q), _PLACES))).real
     responses = np.swapaxes(layout.sums(torques * bends.compliance[..., None, :]), -1, -2)
     whitening = np.linalg.inv(np.linalg.cholesky(bends.covariance))
