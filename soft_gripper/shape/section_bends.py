@@ -5,8 +5,8 @@ L / (2 a), with a half a segment and L the length of the path over one segment (
 
     (L / 2)^2 = a^2 + 2 o^2 - 2 o |a + i o| sin(u + arg(a + i o)) ,   u = theta / (2 n) ,
 
-so that every path gives the bend theta by itself. Where the section is straight the ratio is  1 - o theta / l , with l its
-length. Readings of equal noise are therefore weighted as
+so that every path gives the bend theta by itself. Where a section of length l is straight, its ratio changes by
+- o / l with the bend. Readings of equal noise are therefore weighted as
 
     theta = sum o^2 theta_path / sum o^2 ,   variance = noise^2 l^2 / sum o^2 ,
 
