@@ -46,7 +46,9 @@ class ContactShape:
         known = pressure[..., None] * finger.pressure_gain + weight
         of_model = self._gaussian.of_model(gaussian.q, pressure)
         uncertain = sections_of(layout, of_model) + variance[..., None] * np.eye(layout.sections)
-        bends = Bends(theta - layout.sums(finger.angle(known)), uncertain, self._gaussian.compliance(gaussian.q))
+        compliance = self._gaussian.compliance(gaussian.q)
+        free = gaussian.q + compliance * (known - finger.elastic_torque(gaussian.q))
+        bends = Bends(theta - layout.sums(free), uncertain, compliance)
         fit = self._explain(*_flat(gaussian.q, bends, (variance < UNKNOWN / 2).sum(axis=-1)))
         q = finger.angle(known + fit.torque.reshape(known.shape))
         gain, _ = condition(layout, self._gaussian.prior(gaussian.q, pressure), variance)
