@@ -27,6 +27,7 @@ from soft_gripper.shape.estimate import ContactForce, ShapeEstimate
 from soft_gripper.shape.section_bends import UNKNOWN, section_bends
 from soft_gripper.shape.uncertainty import Uncertainty
 
+_PASSES = 2  # under an elastic law, whose slope is first taken where the most probable shape is
 _CHANCE = 1e-3  # that noise alone leaves more than what counts as noise
 
 
@@ -43,18 +44,22 @@ class ContactShape:
         gaussian = self._gaussian(readings, pressure, gravity)
         theta, variance = section_bends(layout, readings, self.uncertainty.reading)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
-        known = pressure[..., None] * finger.pressure_gain + weight
-        of_model = self._gaussian.of_model(gaussian.q, pressure)
-        uncertain = sections_of(layout, of_model) + variance[..., None] * np.eye(layout.sections)
-        compliance = self._gaussian.compliance(gaussian.q)
-        free = gaussian.q + compliance * (known - finger.elastic_torque(gaussian.q))
-        bends = Bends(theta - layout.sums(free), uncertain, compliance)
-        fit = self._explain(*_flat(gaussian.q, bends, (variance < UNKNOWN / 2).sum(axis=-1)))
-        q = finger.angle(known + fit.torque.reshape(known.shape))
+        known, q = pressure[..., None] * finger.pressure_gain + weight, gaussian.q
+        for _ in range(1 if finger.elastic_law is None else _PASSES):
+            bends = self._unexplained(q, theta, variance, known, pressure)
+            fit = self._explain(*_flat(q, bends, (variance < UNKNOWN / 2).sum(axis=-1)))
+            q = finger.angle(known + fit.torque.reshape(known.shape))
         gain, _ = condition(layout, self._gaussian.prior(gaussian.q, pressure), variance)
         q = q + (gain @ (theta - layout.sums(q))[..., None])[..., 0]
         contact = ContactForce(*(values.reshape(pressure.shape) for values in fit.contact))
         return ShapeEstimate(q, gaussian.covariance, contact)
+
+    def _unexplained(self, q: Array, theta: Array, variance: Array, known: Array, pressure: Array) -> Bends:
+        """What known torques, (..., N) N m, leave of the bends of the sections, about the shape q."""
+        layout, compliance = self.layout, self._gaussian.compliance(q)
+        free = q + compliance * (known - layout.finger.elastic_torque(q))
+        of_model = sections_of(layout, self._gaussian.of_model(q, pressure))
+        return Bends(theta - layout.sums(free), of_model + variance[..., None] * np.eye(layout.sections), compliance)
 
     def _explain(self, q: Array, bends: Bends, sections: Array) -> Fit:
         """The contact at joint angles (K, N) that explains bends best; `sections`, (K), are those that are read."""
