@@ -118,6 +118,7 @@ def test_each_sample_is_estimated_once_for_all_ports(layout):
     context = simulator.get_mutable_context()
     for name, value in (("joint_angles", np.full(12, 0.05)), ("pressure", [PRESSURE]), ("X_WB", pose_entries(X_WB))):
         diagram.GetInputPort(name).FixValue(context, value)
+    simulator.Initialize()
     function.reset_mock()
     simulator.AdvanceTo(0.0955)
     assert function.call_count == 10
