@@ -75,6 +75,27 @@ def test_friction_widens_the_uncertainty(layout, bent, monkeypatch):
     assert (rubbing.arc_length_std > smooth.arc_length_std).all()
 
 
+def test_errors_lie_within_two_standard_deviations(shipped_finger):
+    """Of one force and of two, between the places where they are looked for, in noise."""
+    layout, rng, count = SensorLayout(shipped_finger, 4), np.random.default_rng(8), 200
+    for forces, s in (([0.8], np.array([0.0817])), ([0.8, 0.6], np.array([0.0583, 0.1021]))):
+        bends = bends_of(layout, np.zeros((count, 12)), s, forces, 4e-4)
+        noisy = bends._replace(theta=bends.theta + 4e-4 * rng.standard_normal((count, 4)))
+        contact = fitted(layout, np.zeros((count, 12)), noisy, 1.0).contact
+        assert (np.abs(contact.force - sum(forces)) < 2 * contact.force_std).mean() > 0.9
+        center = s @ forces / sum(forces)
+        assert (np.abs(contact.arc_length - center) < 2 * contact.arc_length_std).mean() > 0.9
+
+
+def test_a_force_at_one_place_might_press_beside_it(layout):
+    """So its place is uncertain, though there is no other; here it presses where one is looked for."""
+    place = NEAREST * layout.finger.length + 0.003 * 14  # the places are 3 mm apart
+    bends = bends_of(layout, np.zeros((1, 12)), np.array([place]), [0.8], 1e-3)
+    contact = fitted(layout, np.zeros((1, 12)), bends, 1.0).contact
+    assert contact.arc_length == pytest.approx(place, abs=1e-3)
+    assert contact.arc_length_std > 1e-3
+
+
 def test_a_load_that_is_spread_has_its_sum_and_its_middle(layout, bent):
     q, s = bent(2, 12) / 4, np.linspace(0.5, 0.9, 9) * layout.finger.length
     fit = fitted(layout, q, bends_of(layout, q, s, [0.1] * 9), 1.0)

@@ -96,10 +96,11 @@ def test_both_paths_together_are_surer_than_either(shipped_finger):
     np.testing.assert_allclose(1 / both, 1 / either[0] + 1 / either[1], rtol=1e-12)
 
 
-def test_a_path_on_the_neutral_axis_reads_nothing(shipped_finger):
+@pytest.mark.parametrize("angle", [0.0, 0.1])
+def test_a_path_on_the_neutral_axis_reads_nothing(shipped_finger, angle):
     layout = SensorLayout(replace(shipped_finger, sensor_spacing=2 * float(shipped_finger.tip.neutral_axis)), 2)
     assert layout.offsets[0] == 0
-    q = np.full(12, 0.1)
+    q = np.full(12, angle)
     np.testing.assert_allclose(section_bends(layout, readings(layout, q), NOISE).theta, layout.sums(q), atol=1e-9)
     lost = readings(layout, q)
     lost[2:] = np.nan
