@@ -11,7 +11,8 @@ first is bent cannot tell a large force near by from a small one far out. The pl
 scanning, with ever smaller steps. Its uncertainty and that of the force follow from  d(F a) = a dF + F a' ds , with the
 friction along the finger as a further unknown: it is anything up to the coefficient times the force, and acts on the
 face, off the axis. A force that seems to press close to the tip most likely presses on the edge of the tip, where the
-object's surface, not the finger's, says in which direction: it is fitted with both components, at the tip.
+object's surface, not the finger's, says in which direction: it is fitted with both components, at the tip; that it
+may press a little before the tip is one more unknown.
 
 Leading axes are free; S sections, N joints.
 """
