@@ -5,10 +5,21 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from soft_gripper.commands import evaluate, expand, grasp_trials, list_scenarios, recognition, run, show, tune
+from soft_gripper.commands import (
+    calibrate,
+    contact_trials,
+    evaluate,
+    expand,
+    grasp_trials,
+    list_scenarios,
+    recognition,
+    run,
+    show,
+    tune,
+)
 from soft_gripper.errors import InputError, SimulationDivergedError
 
-COMMANDS = (run, evaluate, grasp_trials, recognition, tune, list_scenarios, show, expand)
+COMMANDS = (run, evaluate, grasp_trials, recognition, contact_trials, tune, calibrate, list_scenarios, show, expand)
 
 
 def dispatch(arguments: Sequence[str] | None = None) -> int:

@@ -10,6 +10,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import Context
 
+from soft_gripper.diagrams.random_seed import seed_random_sources
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.station import make_station
@@ -63,9 +64,10 @@ def check_closed(station: Station) -> None:
 
 
 def make_simulator(station: Station) -> Simulator:
-    """A Simulator of a station with the solver of its scenario; Simulator(diagram) alone would take Drake's default."""
+    """A Simulator of a station with the solver and the seed of its scenario; Simulator(diagram) alone has neither."""
     simulator = Simulator(station.diagram)
     ApplySimulatorConfig(solver_config(station.scenario), simulator)
+    seed_random_sources(station.diagram, simulator.get_mutable_context(), station.scenario.sensor.seed)
     return simulator
 
 

@@ -77,7 +77,7 @@ def add_station(
     sensing = SensingConfig(scenario.sensor, scenario.estimator, scenario.believed, make_sensor, make_estimator)
     station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing)
     if scenario.estimator.contact_threshold is not None and scene.fingers:
-        station.signals |= add_contact_width(builder, scene.fingers, scene.scene_graph, station.signals, sensing)
+        station.signals |= add_contact_width(builder, scene.fingers, station.signals, sensing)
     set_point = add_pressure_commands(builder, station, drive)
     if scenario.arm is not None:
         add_arm(builder, station, set_point)

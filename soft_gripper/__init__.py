@@ -11,13 +11,15 @@ from typing import Any
 _MODULES = {
     # Scenarios, stations, runs.
     "diagrams.schema.scenario": "Scenario ModelConfig MeshConfig PressureConfig ControlConfig ArmConfig TaskConfig"
-    " PhaseConfig PoseErrorConfig SensorConfig EstimatorConfig BelievedConfig",
+    " PhaseConfig PoseErrorConfig SensorConfig StrainErrorsConfig DeadSensorConfig PressureErrorsConfig EstimatorConfig"
+    " BelievedConfig",
     "diagrams.schema.scenario_file": "load_scenario dump_scenario scenario_names",
     "diagrams.station": "add_station make_station",
     "diagrams.simulation": "simulate run_station make_simulator solver_config",
     "diagrams.recording.recording": "Recording read_logs",
     "diagrams.recording.signal_logs": "add_logs",
     "diagrams.recording.phase_spans": "phase_spans",
+    "diagrams.random_seed": "seed_random_sources",
     "signals": "describe",
     # In a diagram of one's own.
     "diagrams.loading.model_files": "add_fingers find_fingers model_path",
@@ -34,12 +36,18 @@ _MODULES = {
     "fingers.urdf": "expand_urdf",
     "fingers.plant_finger": "PlantFinger",
     "fingers.kinematics": "forward_kinematics as_points as_planar",
-    "fingers.statics": "gravity_torque free_bending_angles",
+    "fingers.statics": "gravity_torque free_bending_angles resting_angles softened",
     "fingers.pressure_drive": "PressureDrive pressure_torque_map",
     # Sensors.
     "sensors.sensor_layout": "SensorLayout extension_ratios",
     "sensors.response_curve": "ResponseCurve",
+    "sensors.calibrated_response": "CalibratedResponse",
     "sensors.strain_sensor": "StrainSensor",
+    "sensors.strain_errors": "StrainErrors Draws disturb draw",
+    "sensors.strain_error_block": "StrainErrorBlock",
+    "sensors.pressure_errors": "PressureErrors disturb_pressure",
+    "sensors.error_block": "ErrorBlock ErrorModel",
+    "diagrams.schema.sensor_presets": "strain_errors pressure_errors",
     "sensors.base_pose_sensor": "BasePoseSensor",
     # Estimation.
     "shape.arcs": "points_on_arcs",
@@ -56,6 +64,9 @@ _MODULES = {
     "estimation.shape_model": "ShapeModel grasp_features",
     "estimation.shape_recognizer": "ShapeRecognizer",
     "estimation.shape_training": "train_shape_model",
+    "estimation.calibration": "calibrate FreeBending Calibration",
+    "diagrams.loading.calibration_file": "load_calibration save_calibration",
+    "evaluation.calibrate_recordings": "calibrate_recordings",
     "diagrams.loading.shape_model_file": "load_shape_model save_shape_model",
     # Control and manipulation.
     "control.pid_controller": "SampledPidController PidGains",
@@ -65,7 +76,6 @@ _MODULES = {
     # What is known in simulation only, and what is made of it.
     "truth.metrics": "PoseError pose_error fingertip_error",
     "truth.true_contact": "TrueContact",
-    "truth.link_contact": "LinkContact",
     "evaluation.paper.held_steps": "held_samples",
     "evaluation.paper.readings_again": "read_again external_torque_again",
     "evaluation.phase_table": "phase_table outcome",
@@ -73,6 +83,7 @@ _MODULES = {
     "evaluation.step_figure": "step_figure",
     "evaluation.pid_regimes": "regime_scenarios regimes_figure",
     "evaluation.tuning": "tune step_response gains_from_step_response",
+    "evaluation.contacts.dataset": "load_contacts Contacts",
     "evaluation.trials.trial": "trial_row",
     "evaluation.trials.trial_run": "detection_delay",
     # Pictures.

@@ -31,6 +31,7 @@ LAYERS = (
     "evaluation/paper",
     "evaluation/trials",
     "evaluation/recognition",
+    "evaluation/contacts",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))

@@ -10,7 +10,8 @@ FRAMES = (
     " angles close it. joint_positions and tip_pose are in B, joint_positions_world, contact_center and the rows of"
     " X_WB in W. A {object}.pose is its first link in W, a quaternion w x y z and a position; a contact_wrench acts on"
     " it about its origin, in W. An external torque is positive where it closes the finger and belongs to two samples"
-    " before; true_external_torque to the sample."
+    " before; true_external_torque to the sample. A true_contact_force acts across the finger, positive on the inner"
+    " side; true_contact_arc_length is its place from the base."
 )
 
 

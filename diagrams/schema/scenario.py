@@ -121,6 +121,49 @@ class TaskConfig:
 
 
 @dataclass
+class DeadSensorConfig:
+    """A strain sensor that reads nothing."""
+
+    path: str = "outer"  # "inner" or "outer"
+    section: int = 0  # from the base
+
+
+@dataclass
+class StrainErrorsConfig:
+    """The errors of the strain sensors, in the order in which they act on the extension ratio; docs/sensors.md.
+
+    What is None is as the preset has it; without a preset there is no such error. Strain is the extension ratio - 1;
+    standard deviations are those of independent draws for every sensor.
+    """
+
+    preset: str | None = None  # a kind of sensor, see sensor_presets.yaml
+    creep: float | None = None  # share of the strain that comes late, 0 to 1
+    creep_time: float | None = None  # s, time constant with which it comes
+    hysteresis: float | None = None  # width of the loop of a cycle over its stroke, 0 to 0.1
+    gain_error: float | None = None  # standard deviation, of one draw a run, as a share of the strain
+    offset: float | None = None  # standard deviation, of one draw a run, extension ratio
+    drift: float | None = None  # standard deviation of what a steady drift reaches in a minute, extension ratio
+    low_frequency_noise: float | None = None  # standard deviation of a Gauss-Markov process, extension ratio
+    correlation_time: float | None = None  # s, of that process
+    noise: float | None = None  # standard deviation, white, of every sample, extension ratio
+    saturation: list[float] | None = None  # least and greatest extension ratio that is read
+    quantization: float | None = None  # step of the extension ratio
+    delay: int | None = None  # samples
+    dropout: float | None = None  # probability that a sample of a sensor is lost, and reads NaN
+    dead: list[DeadSensorConfig] = field(default_factory=list)  # sensors that always read NaN
+
+
+@dataclass
+class PressureErrorsConfig:
+    """The errors of the pressure sensor, in the order in which they act."""
+
+    gain_error: float = 0.0  # standard deviation, of one draw a run, as a share of the pressure
+    offset: float = 0.0  # standard deviation, of one draw a run, Pa
+    noise: float = 0.0  # standard deviation, white, of every sample, Pa
+    delay: int = 0  # samples
+
+
+@dataclass
 class SensorConfig:
     """The sensors of every finger."""
 
@@ -130,6 +173,9 @@ class SensorConfig:
     period: float = 0.01  # s between samples, and between the samples of every log
     one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
     response: list[list[float]] | None = None  # [extension ratio, reading] points; None: the reading is the strain
+    errors: StrainErrorsConfig | None = None  # of the strain sensors; None: they are ideal
+    pressure_errors: PressureErrorsConfig | None = None  # of the pressure sensor; None: it is ideal
+    seed: int = 0  # of all random numbers of the sensors
 
 
 @dataclass
@@ -165,6 +211,7 @@ class BelievedConfig:
     relaxation_time: str | None = None  # s
     sensor_spacing: str | None = None  # m
     response: list[list[float]] | None = None  # of the sensors; None: as they are
+    calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to what is believed so far
 
 
 def default_plant_config() -> MultibodyPlantConfig:

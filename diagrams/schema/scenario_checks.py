@@ -11,6 +11,7 @@ from pydrake.systems.analysis import GetIntegrationSchemes
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
 from soft_gripper.diagrams.schema.scenario import MeshConfig, Scenario
+from soft_gripper.diagrams.schema.sensor_presets import pressure_errors, strain_errors
 from soft_gripper.diagrams.schema.task_checks import check_task
 from soft_gripper.errors import InputError
 from soft_gripper.sensors.response_curve import ResponseCurve
@@ -127,6 +128,12 @@ def _check_sensor(where: Path | str, scenario: Scenario) -> None:
                 ResponseCurve(tuple(map(tuple, response)))
         except InputError as error:
             raise InputError(where, f"{field}.response", response, error.expected) from None
+    require(sensor.seed >= 0, where, "sensor.seed", sensor.seed, "give 0 or more")
+    for errors in (strain_errors, pressure_errors):
+        try:
+            errors(sensor)
+        except InputError as error:
+            raise InputError(where, f"{error.where}.{error.field}", error.value, error.expected) from None
 
 
 def _check_estimator(where: Path | str, scenario: Scenario) -> None:

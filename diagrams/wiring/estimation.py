@@ -9,6 +9,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario import EstimatorConfig
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.contact_detector import ContactDetector
 from soft_gripper.estimation.force_estimator import ForceEstimator
@@ -134,5 +135,5 @@ def add_estimation(
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:
     """What an estimator may take, of what is measured: the sampled pressure, and no truth."""
     truth = ("joint_angles", "sampled_joint_angles")
-    known = {name: port for name, port in measured.items() if name not in truth}
+    known = {name: port for name, port in measured.items() if name not in truth and not name.startswith(IDEAL)}
     return known | {"pressure": measured["sampled_pressure"]}

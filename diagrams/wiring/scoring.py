@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-from pydrake.geometry import Role, SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder, DiscreteTimeDelay, Gain, MatrixGain, ZeroOrderHold
 
@@ -12,9 +10,9 @@ from soft_gripper.estimation.torque_balance import DELAY
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.signals import describe
-from soft_gripper.truth.link_contact import LinkContact
+from soft_gripper.truth.finger_contact import TouchedLinks
 from soft_gripper.truth.metrics import PoseError
-from soft_gripper.truth.true_contact import Shapes, TrueContact
+from soft_gripper.truth.true_contact import TrueContact
 
 
 class FingerScoring(Diagram):
@@ -54,7 +52,7 @@ class FingerScoring(Diagram):
 
 
 def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, known: Mapping[str, OutputPort]) -> Ports:
-    """Adds `{finger}.scoring`, with `{finger}.contact_torque` before it, and `{finger}.link_contact`.
+    """Adds `{finger}.scoring`, with `{finger}.contact_torque` before it.
 
     Args:
         builder: of a diagram with the finger's plant.
@@ -72,31 +70,18 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     sources = {**known, "contact_torque": contact.get_output_port()}
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
-    return vector_outputs(scoring) | _add_link_contact(builder, finger)
+    return vector_outputs(scoring)
 
 
-def _add_link_contact(builder: DiagramBuilder, finger: PlantFinger) -> Ports:
-    shapes = [finger.plant.GetCollisionGeometriesForBody(link) for link in finger.links]
-    contact = builder.AddNamedSystem(f"{finger.name}.link_contact", LinkContact(shapes))
-    builder.Connect(finger.plant.get_contact_results_output_port(), contact.get_input_port())
-    return vector_outputs(contact)
-
-
-def add_true_contact(
-    builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, fingers: Sequence[PlantFinger]
-) -> Ports:
-    """Adds `true_contact`; returns `{finger}.normal_force`, `{finger}.contact_center` and `width`."""
-    truth = TrueContact({finger.name: _shapes(scene_graph, finger) for finger in fingers})
-    builder.AddNamedSystem("true_contact", truth)
-    builder.Connect(plant.get_contact_results_output_port(), truth.get_input_port())
+def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -> Ports:
+    """Adds `true_contact` for fingers of one plant; returns its signals, `{finger}.{signal}`, and `width`."""
+    plant, name = fingers[0].plant, "true_contact"
+    if builder.HasSubsystemNamed(name):  # for other fingers
+        name = f"{fingers[0].name}.{name}"
+    truth = builder.AddNamedSystem(name, TrueContact({finger.name: TouchedLinks.of(finger) for finger in fingers}))
+    builder.Connect(plant.get_contact_results_output_port(), truth.GetInputPort("contact_results"))
+    builder.Connect(plant.get_body_poses_output_port(), truth.GetInputPort("body_poses"))
     return vector_outputs(truth)
-
-
-def _shapes(scene_graph: SceneGraph, finger: PlantFinger) -> Shapes:
-    """The collision shapes of a finger."""
-    inspector = scene_graph.model_inspector()
-    frames = (finger.plant.GetBodyFrameIdOrThrow(link.index()) for link in finger.links)
-    return frozenset(shape for frame in frames for shape in inspector.GetGeometries(frame, Role.kProximity))
 
 
 def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPort) -> OutputPort:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper.diagrams.schema.scenario import BelievedConfig, EstimatorConfig, SensorConfig
@@ -39,7 +38,7 @@ def add_sensing(
     pressures: Mapping[str, OutputPort],
     config: SensingConfig | None = None,
 ) -> Ports:
-    """Adds for every finger `{finger}.sensors`, `{finger}.estimation` and `{finger}.scoring`.
+    """Adds for every finger `{finger}.sensors`, `{finger}.estimation` and `{finger}.scoring`; for all `true_contact`.
 
     Args:
         builder: of a diagram with the fingers' plant.
@@ -48,7 +47,7 @@ def add_sensing(
         config: what is measured and estimated.
 
     Returns:
-        the signals, `{finger}.{signal}`.
+        the signals, `{finger}.{signal}`; of the fingers of one gripper `grip.true_object_width` too.
 
     Raises:
         InputError: if a sensor, an estimator or a belief is wrong.
@@ -61,7 +60,13 @@ def add_sensing(
             raise InputError("add_sensing", "pressures", list(pressures), f"has none for finger '{finger.name}'")
         found = _sense(builder, finger, pressures[finger.name], config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
-    return signals
+    return signals | (_truth_of_contact(builder, fingers) if fingers else {})
+
+
+def _truth_of_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -> Ports:
+    truth = add_true_contact(builder, fingers)
+    width = truth.pop("width")
+    return truth | ({"grip.true_object_width": width} if forms_gripper(fingers) else {})
 
 
 def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, config: SensingConfig) -> Ports:
@@ -84,21 +89,17 @@ def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, c
 def add_contact_width(
     builder: DiagramBuilder,
     fingers: Sequence[PlantFinger],
-    scene_graph: SceneGraph,
     signals: Mapping[str, OutputPort],
     config: SensingConfig,
 ) -> Ports:
-    """Adds `true_contact` and, for the fingers of one gripper, `object_width` and its error; returns the signals.
+    """Adds, for the fingers of one gripper, `object_width` and its error; returns the signals.
 
     `signals` are those of `add_sensing` with contact looked for.
     """
-    truth = add_true_contact(builder, fingers[0].plant, scene_graph, fingers)
-    true_width = truth.pop("width")
     if not forms_gripper(fingers):
-        return truth
+        return {}
     believed = {f.name: believed_layout(f.finger, config.sensor, config.believed).finger for f in fingers}
     gripper = find_gripper(fingers, "estimator.contact_threshold")
     width = add_object_width(builder, gripper, believed, signals)
-    error = add_width_error(builder, width, true_width)
-    widths = {"object_width": width, "true_object_width": true_width, "object_width_error": error}
-    return truth | {f"grip.{name}": port for name, port in widths.items()}
+    error = add_width_error(builder, width, signals["grip.true_object_width"])
+    return {"grip.object_width": width, "grip.object_width_error": error}

@@ -1,16 +1,19 @@
 """The sensors of a finger, applied: joint angles and pressure -> readings."""
 
+from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import ConstantVectorSource, MatrixGain, ZeroOrderHold
+from pydrake.systems.primitives import ConstantVectorSource, MatrixGain, RandomSource, ZeroOrderHold
 
 from soft_gripper.diagrams.schema.scenario import SensorConfig
 from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.sensor_errors import IDEAL, pressure_error_block, strain_error_block
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors import base_pose_sensor
 from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
+from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.bending_plane import pose_entries
@@ -28,6 +31,9 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> SensorLayout:
     return SensorLayout(finger, config.sections, config.one_sided, ResponseCurve(points), borders)
 
 
+_TRUE_STRAIN = {name: f"{IDEAL}{name}" for name in ("strain", "extension_ratio")}
+
+
 class FingerSensors(Diagram):
     """All that is measured on one finger.
 
@@ -35,17 +41,43 @@ class FingerSensors(Diagram):
 
         joint_angles (N) rad ---> sensor ------------> strain, and whatever else the sensor puts out
         pressure (1) Pa --------> sampled_pressure --> sampled_pressure (1) Pa
+
+    Where there are errors, the sensor's own `strain` and `extension_ratio`, and the true pressure that is sampled,
+    are the outputs `ideal_strain`, `ideal_extension_ratio` and `ideal_pressure`; a RandomSource feeds each block of
+    errors::
+
+        sensor ------------> ideal_strain ----> strain_errors ----> strain
+        sampled_pressure --> ideal_pressure --> pressure_errors --> sampled_pressure
     """
 
-    def __init__(self, sensor: System, period: float):
-        """Takes `sensor` in; the pressure is sampled every `period` s."""
+    def __init__(
+        self,
+        sensor: System,
+        period: float,
+        strain_errors: ErrorBlock | None = None,
+        pressure_errors: ErrorBlock | None = None,
+    ):
+        """Takes the blocks in; the pressure is sampled every `period` s."""
         super().__init__()
         wires = NamedWires()
-        wires.add("sensor", sensor)
+        wires.add("sensor", sensor, {} if strain_errors is None else _TRUE_STRAIN)
         pressure = ZeroOrderHold(period, 1)
-        wires.add("sampled_pressure", pressure, {"u": "pressure", "y": "sampled_pressure"})
+        sampled = "sampled_pressure" if pressure_errors is None else f"{IDEAL}pressure"
+        wires.add("sampled_pressure", pressure, {"u": "pressure", "y": sampled})
         describe(pressure.get_output_port(), "Pa")
+        for name, block in (("strain_errors", strain_errors), ("pressure_errors", pressure_errors)):
+            if block is not None:
+                _add_errors(wires, name, block, period)
         wires.build_into(self)
+
+
+def _add_errors(wires: NamedWires, name: str, block: ErrorBlock, period: float) -> None:
+    """Adds a block of errors and the random numbers for it, which are no signals of the finger."""
+    random = f"{name}.random"
+    size = block.GetInputPort("standard_normal").size()
+    wires.add(random, RandomSource(RandomDistribution.kGaussian, size, period), {"output": random})
+    wires.add(name, block, {"standard_normal": random})
+    del wires.outputs[random]
 
 
 def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
@@ -90,10 +122,12 @@ def add_sensors(
     """
     make, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
     sensor = make_block("sensor.type", make, layout, config.period)
-    taken = vector_outputs(sensor).keys() & {"joint_angles", "pressure", "sampled_pressure", "X_WB"}
+    reserved = {"joint_angles", "pressure", "sampled_pressure", "X_WB"}
+    taken = {name for name in vector_outputs(sensor) if name in reserved or name.startswith(IDEAL)}
     if taken:
         raise InputError("sensor", "output ports", ", ".join(sorted(taken)), "are names of other signals of the finger")
-    sensors = FingerSensors(sensor, config.period)
+    errors = strain_error_block(sensor, layout, config), pressure_error_block(config)
+    sensors = FingerSensors(sensor, config.period, *errors)
     builder.AddNamedSystem(f"{finger.name}.sensors", sensors)
     X_WB = add_base_pose(builder, finger, config.period)
     known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}

@@ -14,6 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
+from soft_gripper.sensors.calibrated_response import CalibratedResponse
 from soft_gripper.sensors.response_curve import ResponseCurve
 
 
@@ -28,13 +29,14 @@ class SensorLayout:
     finger's length, each taken to the nearest end of a segment.
 
     Raises:
-        InputError: if there are fewer than 1 or more sections than segments, or the borders do not make so many.
+        InputError: if there are fewer than 1 or more sections than segments, the borders do not make so many, or the
+            response is calibrated for others.
     """
 
     finger: Finger
     sections: int
     one_sided: bool = False
-    response: ResponseCurve = field(default_factory=ResponseCurve)
+    response: ResponseCurve | CalibratedResponse = field(default_factory=ResponseCurve)
     borders: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -45,6 +47,9 @@ class SensorLayout:
                 f"give {self.sections - 1} increasing shares of the length, each at another end of {segments} segments"
             )
             raise InputError("sensor", "borders", self.borders, expected)
+        if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
+            expected = f"the layout has {self.readings} readings"
+            raise InputError("calibration", "gains", list(self.response.gains), expected)
 
     @property
     def paths(self) -> int:
@@ -54,7 +59,7 @@ class SensorLayout:
     @property
     def path_names(self) -> tuple[str, ...]:
         """What the measured paths are called, in the order of the readings."""
-        return ("outer",) if self.one_sided else ("inner", "outer")
+        return path_names(self.one_sided)
 
     @property
     def readings(self) -> int:
@@ -105,6 +110,11 @@ class SensorLayout:
     def shared_equally(self, theta: Array) -> Array:
         """Joint angles that share the bends of the sections equally, (..., S) -> (..., N)."""
         return (theta / self.joints_per_section).take(self.joint_sections, axis=-1)
+
+
+def path_names(one_sided: bool) -> tuple[str, ...]:
+    """What the measured paths are called, in the order of the readings."""
+    return ("outer",) if one_sided else ("inner", "outer")
 
 
 def extension_ratios(layout: SensorLayout, q: Array) -> Array:

@@ -19,6 +19,9 @@ class Uncertainty:
     angle: float = 2e-4  # rad, of a joint's angle where the finger is not as it is believed to be
     bend_per_pressure: float = 0.005  # share of the bend that a pressure leads to
     pressure: float = 0.0  # Pa, of the pressure's measurement
+    gain: float = 0.0  # share of the strain, of each sensor; learnt by `recursive`
+    offset: float = 0.0  # of the extension ratio, of each sensor; learnt by `recursive`
+    drift: float = 0.0  # 1/sqrt(s), random walk of the offsets; followed by `recursive`
     load_pressure: float = 1.5e5  # Pa, whose torque at the base is that of a usual load
 
     def __post_init__(self) -> None:

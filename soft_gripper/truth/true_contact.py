@@ -1,81 +1,24 @@
 """TrueContact: what really presses on the fingers, for estimates to be compared with."""
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any
 
-import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.geometry import ContactSurface, GeometryId
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
-from soft_gripper.arrays import Array
 from soft_gripper.signals import XYZ, describe
-
-Shapes = Set[GeometryId]
-
-
-class Patch(NamedTuple):
-    """Where two shapes touch."""
-
-    shapes: frozenset[GeometryId]
-    center: Array  # (3,) m, of the pressure, in the world
-    normal: Array  # (3,) unit vector in the world, either way
-    force: float  # N, along the normal
-
-
-class Touch(NamedTuple):
-    """All that presses on a finger."""
-
-    force: float  # N, sum over the patches
-    center: Array  # (3,) m, of the force, in the world; NaN without contact
-    normal: Array  # (3,) unit vector in the world, of the strongest patch; NaN without contact
-
-
-def patches(results: ContactResults) -> Iterator[Patch]:
-    """All contacts of a plant. The force of a surface is taken along its mean normal, in the centre of pressure."""
-    for i in range(results.num_hydroelastic_contacts()):
-        info = results.hydroelastic_contact_info(i)
-        surface = info.contact_surface()
-        normal = _mean_normal(surface)
-        force = float(info.F_Ac_W().translational() @ normal)
-        lever = np.cross(normal, info.F_Ac_W().rotational()) / force if force else np.zeros(3)
-        yield Patch(frozenset((surface.id_M(), surface.id_N())), surface.centroid() + lever, normal, abs(force))
-    for i in range(results.num_point_pair_contacts()):
-        point = results.point_pair_contact_info(i)
-        pair = point.point_pair()
-        force = abs(float(point.contact_force() @ pair.nhat_BA_W))
-        yield Patch(frozenset((pair.id_A, pair.id_B)), point.contact_point(), pair.nhat_BA_W, force)
-
-
-def _mean_normal(surface: ContactSurface) -> Array:
-    total = sum(surface.area(i) * surface.face_normal(i) for i in range(surface.num_faces()))
-    return total / np.linalg.norm(total)
-
-
-def touch(finger: Shapes, found: list[Patch]) -> Touch:
-    """What presses on a finger from outside."""
-    outer = [patch for patch in found if len(patch.shapes & finger) == 1]
-    force = sum(patch.force for patch in outer)
-    if force == 0:
-        return Touch(0.0, np.full(3, np.nan), np.full(3, np.nan))
-    center: Array = np.sum([patch.force * patch.center for patch in outer], axis=0) / force
-    return Touch(force, center, max(outer, key=lambda patch: patch.force).normal)
-
-
-def contact_width(touches: Sequence[Touch]) -> float:
-    """Width between what all fingers touch, m; NaN unless there are two fingers or more, and all touch something.
-
-    Twice the mean over the fingers of how far their centres of force lie from the centroid of these, along the normal
-    at each: of two fingers on parallel faces, the distance of the faces; of more around a cylinder, its diameter.
-    """
-    centers = np.array([touch.center for touch in touches])
-    if len(touches) < 2 or not np.isfinite(centers).all():
-        return float("nan")
-    from_middle = centers - centers.mean(axis=0)
-    along = [abs(float(arm @ touch.normal)) for arm, touch in zip(from_middle, touches, strict=True)]
-    return 2 * sum(along) / len(along)
+from soft_gripper.truth.contact_patches import patches
+from soft_gripper.truth.finger_contact import (
+    NO_CONTACT,
+    PLACES,
+    TouchedLinks,
+    contact_signals,
+    contact_width,
+    finger_contact,
+)
 
 
 class TrueContact(LeafSystem):
@@ -83,37 +26,62 @@ class TrueContact(LeafSystem):
 
     ::
 
-                            +-------------+ ---> {finger}.normal_force    (1) N, all that presses on a finger
-        contact_results --> | TrueContact | ---> {finger}.contact_center  (3) m, of that force, in the world
-                            +-------------+ ---> width                    (1) m, between what all fingers touch
+                            +-------------+ ---> {finger}.link_contact_force       (N + 1) N, friction included
+                            |             | ---> {finger}.link_normal_force        (N + 1) N, positive inside
+        contact_results --> |             | ---> {finger}.true_contact_force       (1) N, positive inside
+                            | TrueContact | ---> {finger}.true_contact_total       (1) N, friction included
+        body_poses -------> |             | ---> {finger}.true_contact_arc_length  (1) m
+                            |             | ---> {finger}.normal_force             (1) N, on what is touched
+                            |             | ---> {finger}.contact_center           (3) m, of that, in the world
+                            +-------------+ ---> width                             (1) m, between what all touch
 
-    Without contact the centre is NaN; for the width see `contact_width`.
+    Forces are those that the finger receives from outside. `true_contact_force` is the sum of `link_normal_force`: each
+    across its link, in the bending plane, positive where it presses on the inner side, so that it opens the finger.
+    `true_contact_total` is the sum of `link_contact_force`, magnitudes of all that touches a link. The arc length is
+    that of the centre of pressure. `normal_force` goes by the surfaces that touch instead: the sum of what presses,
+    along the normal of each. Without contact forces are 0 and places NaN; for the width see `contact_width`.
     """
 
-    def __init__(self, fingers: Mapping[str, Shapes]):
-        """`fingers` are the collision shapes of the fingers, by their names."""
+    def __init__(self, fingers: Mapping[str, TouchedLinks]):
+        """`fingers` by their names."""
         super().__init__()
         self._fingers = dict(fingers)
+        self._shapes = frozenset(shape for finger in fingers.values() for shape in finger.link_of)
+        self._links = [len(finger.bodies) for finger in fingers.values()]
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._collect)
-        self._touches = self.DeclareCacheEntry("touches", producer, {self._results.ticket()})
-        ticket = {self.cache_entry_ticket(self._touches.cache_index())}
+        self._contacts = self.DeclareCacheEntry("contacts", producer, {self._results.ticket(), self._poses.ticket()})
+        ticket = {self.cache_entry_ticket(self._contacts.cache_index())}
+        self._untouched = [contact_signals(NO_CONTACT, links) for links in self._links]
         for i, name in enumerate(self._fingers):
-            force = self.DeclareVectorOutputPort(f"{name}.normal_force", 1, partial(self._calc_force, i), ticket)
-            center = self.DeclareVectorOutputPort(f"{name}.contact_center", 3, partial(self._calc_center, i), ticket)
-            describe(force, "N")
-            describe(center, "m", xyz=XYZ)
+            for signal, value in self._untouched[i].items():
+                calc = partial(self._calc, i, signal)
+                port = self.DeclareVectorOutputPort(f"{name}.{signal}", len(value), calc, ticket)
+                describe(port, "m" if signal in PLACES else "N", **_axes(signal, len(value)))
         describe(self.DeclareVectorOutputPort("width", 1, self._calc_width, ticket), "m")
 
     def _collect(self, context: Context, value: AbstractValue) -> None:
-        found = list(patches(self._results.Eval(context)))
-        value.set_value([touch(shapes, found) for shapes in self._fingers.values()])
+        found = list(patches(self._results.Eval(context), self._shapes))
+        if not found:
+            value.set_value((self._untouched, float("nan")))
+            return
+        poses = self._poses.Eval(context)
+        contacts = [finger_contact(finger, found, poses) for finger in self._fingers.values()]
+        signals = [contact_signals(*each) for each in zip(contacts, self._links, strict=True)]
+        value.set_value((signals, contact_width(contacts)))
 
-    def _calc_force(self, finger: int, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self._touches.Eval(context)[finger].force])
-
-    def _calc_center(self, finger: int, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._touches.Eval(context)[finger].center)
+    def _calc(self, finger: int, signal: str, context: Context, output: BasicVector) -> None:
+        signals, _ = self._contacts.Eval(context)
+        output.set_value(signals[finger][signal])
 
     def _calc_width(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, contact_width(self._touches.Eval(context)))
+        _, width = self._contacts.Eval(context)
+        output.SetAtIndex(0, width)
+
+
+def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:
+    """The axes of a signal with so many entries."""
+    if size == 1:
+        return {}
+    return {"link": range(size)} if signal.startswith("link_") else {"xyz": XYZ}

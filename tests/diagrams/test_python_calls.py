@@ -13,7 +13,10 @@ from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 
 BEGIN = 0.5025  # s, between two samples
-OF_THE_PLANT = ("soft_gripper.truth.true_contact.", "soft_gripper.manipulation.task_phases._")
+OF_THE_PLANT = (
+    *("soft_gripper.truth.contact_patches.", "soft_gripper.truth.finger_contact."),
+    "soft_gripper.manipulation.task_phases._",
+)
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
@@ -72,6 +75,25 @@ def test_steps_of_the_plant_call_no_python(baseline, time_step):
 
 def test_calls_scale_with_the_sensors(baseline):
     assert bending(0.01, period=0.005) == Counter({name: 2 * n for name, n in baseline.items()})
+
+
+ERRORS = "sensor.errors.preset=realistic", "sensor.pressure_errors.noise=50"
+
+
+def test_errors_of_sensors_work_once_a_sample():
+    """Strain and pressure of two fingers; what follows them is called no more often than with ideal sensors."""
+    runs = {
+        dt: calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *ERRORS)) for dt in (0.01, 0.002)
+    }
+    assert runs[0.01] == runs[0.002]
+    blocks = 2 * 2 * 100
+    assert [runs[0.01][f"soft_gripper.sensors.error_block.{name}"] for name in ("_calc", "_remember")] == [blocks] * 2
+    for name in (
+        "estimators.arc_pose_estimator._estimate",
+        "estimation.force_estimator._calc",
+        "truth.metrics._calc_chain",
+    ):
+        assert runs[0.01][f"soft_gripper.{name}"] == 200
 
 
 CALLBACKS = {  # calls in a second, with two fingers

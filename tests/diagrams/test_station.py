@@ -41,9 +41,14 @@ PARTS = {
     ),
 }
 OF_PARTS = [port for _, outputs in PARTS.values() for port in outputs]
-OF_A_FINGER = ["pressure_command", "pressure", "X_WB", "link_contact_force", *OF_PARTS]
-OF_CONTACT = ["torque_tolerance", *DETECTOR[1], "normal_force", "contact_center"]
-OF_GRIP, OF_WIDTH = ["set_point", "opening", "torque"], ["object_width", "true_object_width", "object_width_error"]
+OF_TRUTH = [
+    *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
+    *("true_contact_arc_length", "normal_force", "contact_center"),
+]
+OF_A_FINGER = ["pressure_command", "pressure", "X_WB", *OF_TRUTH, *OF_PARTS]
+OF_CONTACT = ["torque_tolerance", *DETECTOR[1]]
+OF_GRIP, OF_WIDTH = ["set_point", "opening", "torque"], ["object_width", "object_width_error"]
+TRUE_WIDTH = "grip.true_object_width"
 OF_ARM = ["arm.joint_positions", "arm.joint_velocities", "arm.joint_torques"]
 OF_PLANT = ["gripper.actuation", "plant.state"]
 OF_BOX = ["box.pose", "box.contact_wrench"]
@@ -85,16 +90,16 @@ def pick_and_place():
 def test_ports_of_the_stations(free_bending, box_grasp):
     inputs, outputs = ports(free_bending.diagram)
     assert inputs == []
-    assert sorted(outputs) == sorted([*of_each_finger([*OF_A_FINGER, "actuation"]), "plant.state"])
+    assert sorted(outputs) == sorted([*of_each_finger([*OF_A_FINGER, "actuation"]), TRUE_WIDTH, "plant.state"])
     inputs, outputs = ports(box_grasp.diagram)
     assert inputs == []
-    assert sorted(outputs) == sorted([*of_each_finger(OF_A_FINGER), *OF_PLANT, *OF_BOX])
+    assert sorted(outputs) == sorted([*of_each_finger(OF_A_FINGER), TRUE_WIDTH, *OF_PLANT, *OF_BOX])
 
 
 def test_ports_of_the_closed_loop():
     diagram = make_station(load_scenario("tip_distance_steps")).diagram
     of_grip = [f"grip.{signal}" for signal in OF_GRIP]
-    assert sorted(ports(diagram)[1]) == sorted([*of_each_finger(OF_A_FINGER), *of_grip, *OF_PLANT])
+    assert sorted(ports(diagram)[1]) == sorted([*of_each_finger(OF_A_FINGER), *of_grip, TRUE_WIDTH, *OF_PLANT])
     measured = [f"{finger}.{signal}" for signal in ("tip_pose", "external_torque") for finger in FINGERS]
     control = diagram.GetSubsystemByName("grip_control")
     assert ports(control) == (["set_point", *measured], ["pressure", "opening", "torque"])
@@ -106,7 +111,7 @@ def test_ports_of_a_task(pick_and_place):
     of_fingers = of_each_finger([*OF_A_FINGER, *OF_CONTACT])
     of_task = [f"task.{signal}" for signal in ("phase", "outcome", "desired_state")]
     assert inputs == []
-    assert sorted(outputs) == sorted([*of_fingers, *of_grip, *of_task, *OF_PLANT, *OF_BOX, *OF_ARM])
+    assert sorted(outputs) == sorted([*of_fingers, *of_grip, TRUE_WIDTH, *of_task, *OF_PLANT, *OF_BOX, *OF_ARM])
 
 
 def test_blocks_of_the_station(free_bending):
@@ -115,15 +120,14 @@ def test_blocks_of_the_station(free_bending):
         "pressure_steps",
         "joint_angles",
         "contact_torque",
-        "link_contact",
         "base_pose",
         *PARTS,
     )
-    assert blocks(free_bending) == sorted(["plant", "scene_graph", "logs", *of_each_finger(of_each)])
+    assert blocks(free_bending) == sorted(["plant", "scene_graph", "logs", "true_contact", *of_each_finger(of_each)])
 
 
 def test_blocks_of_a_task(pick_and_place):
-    of_each = ("joint_angles", "contact_torque", "link_contact", "base_pose", *PARTS)
+    of_each = ("joint_angles", "contact_torque", "base_pose", *PARTS)
     of_arm = [f"arm.{name}" for name in ("gravity_compensation", "torque", "desired")]
     of_contact = ("true_contact", "object_width", "minus_true_width", "object_width_error")
     others = ("plant", "scene_graph", "logs", "gripper.pressure_drive", "grip_control", "task", "box.pose", *OF_ARM)
@@ -207,7 +211,7 @@ def test_estimates_are_made_of_measurements_and_of_nothing_else(pick_and_place):
         sources.setdefault(target.get_name(), set()).add(source.get_name())
     for finger in FINGERS:
         assert sources[f"{finger}.estimation"] == {f"{finger}.sensors", f"{finger}.base_pose"}
-    scores = {name for name in sources if name.endswith((".scoring", ".link_contact"))} | {"true_contact"}
+    scores = {name for name in sources if name.endswith(".scoring")} | {"true_contact"}
     readers = {name for name, found in sources.items() if found & scores}
     assert readers == {"logs", "minus_true_width"}
 

@@ -10,7 +10,7 @@ from soft_gripper.shape.uncertainty import Uncertainty
 
 
 def test_names():
-    assert list(SHAPE_FUNCTIONS) == ["arcs", "spline", "gaussian", "contact"]
+    assert list(SHAPE_FUNCTIONS) == ["arcs", "spline", "gaussian", "contact", "recursive"]
 
 
 @pytest.mark.parametrize("sections", [{"sections": 1}, {"sections": 4}, {"sections": 2, "borders": (1 / 3,)}])

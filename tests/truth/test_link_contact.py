@@ -1,4 +1,4 @@
-"""LinkContact against a known scene: a peg beside a link or two of one finger, and another that touches nothing."""
+"""Contact of links in a known scene: a peg beside a link or two of one finger, and another that touches nothing."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,8 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.schema.scenario import ModelConfig, PressureConfig, Scenario
-from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.simulation import make_simulator, simulate
+from soft_gripper.diagrams.station import make_station
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.truth.link_contact import STRAIGHT, TOUCH, changes_sign, contact_length, touches
 
@@ -46,6 +47,24 @@ def test_a_peg_touches_the_links_beside_it_and_nothing_else(shipped_finger: Fing
     assert force.sum() == pytest.approx(-torque / (s - shipped_finger.joint_arc_lengths[0]), rel=0.1)
     assert force.sum() > 0.05
     np.testing.assert_array_equal(last["free.link_contact_force"], 0)
+
+
+def test_the_peg_receives_the_opposite_of_all_that_the_finger_does(shipped_finger: Finger) -> None:
+    """Without gravity its weld to the world bears what is pressed on it, friction included."""
+    models = [hanging("finger", 0.0), peg_at(shipped_finger, 0.08)]
+    pressure = PressureConfig(steps={"all": [15e3]})
+    station = make_station(Scenario(models=models, pressure=pressure, gravity=[0.0, 0.0, 0.0]))
+    simulator = make_simulator(station)
+    simulator.AdvanceTo(1.0)
+    context = station.plant.GetMyContextFromRoot(simulator.get_context())
+    (weld,) = station.plant.GetJointIndices(station.plant.GetModelInstanceByName("peg"))
+    reaction = station.plant.get_reaction_forces_output_port().Eval(context)[weld].translational()
+    total, across = (
+        station.diagram.GetOutputPort(f"finger.{signal}").Eval(simulator.get_context())
+        for signal in ("true_contact_total", "true_contact_force")
+    )
+    assert total == pytest.approx(np.linalg.norm(reaction), rel=1e-6)
+    assert 0.05 < across <= total
 
 
 def test_lengths_of_links_add_up(shipped_finger: Finger) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddContactMaterial,
@@ -16,12 +17,14 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, ContactResults, CoulombFriction, MultibodyPlantConfig
-from pydrake.multibody.tree import FixedOffsetFrame, PrismaticJoint, RigidBody, SpatialInertia, UnitInertia
+from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, PrismaticJoint, RigidBody, SpatialInertia, UnitInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.truth.true_contact import Patch, Touch, TrueContact, contact_width, touch
+from soft_gripper.signals import signal_of
+from soft_gripper.truth.finger_contact import TouchedLinks
+from soft_gripper.truth.true_contact import TrueContact
 
 MODELS = ("hydroelastic_with_fallback", "point")
 G = 9.81  # m/s^2
@@ -41,6 +44,7 @@ class World:
             use_sampled_output_ports=False,
         )
         self.builder, self.R_WA = DiagramBuilder(), R_WA
+        self.body_of: dict[GeometryId, RigidBody] = {}
         self.plant, _ = AddMultibodyPlant(config, self.builder)
         self.plant.mutable_gravity_field().set_gravity_vector(R_WA @ [0, 0, -G])
         self.friction = CoulombFriction(friction, friction)
@@ -75,13 +79,22 @@ class World:
         else:
             AddRigidHydroelasticProperties(EDGE, properties)
         name = f"{body.name()}_{p_BS}"
-        return self.plant.RegisterCollisionGeometry(body, RigidTransform(p_BS), shape, name, properties)
+        found = self.plant.RegisterCollisionGeometry(body, RigidTransform(p_BS), shape, name, properties)
+        self.body_of[found] = body
+        return found
 
     def settle(self, **fingers: set[GeometryId]) -> dict[str, Array]:
-        """What is put out after a second, centres in A."""
+        """What is put out after a second, centres in A; every shape of a finger counts as a link that begins at 0."""
         self.plant.Finalize()
-        truth = self.builder.AddSystem(TrueContact(fingers))
-        self.builder.Connect(self.plant.get_contact_results_output_port(), truth.get_input_port())
+        links = {
+            name: TouchedLinks(
+                [self.body_of[shape].index() for shape in shapes], [[s] for s in shapes], 0.0 * np.arange(len(shapes))
+            )
+            for name, shapes in fingers.items()
+        }
+        truth = self.builder.AddSystem(TrueContact(links))
+        self.builder.Connect(self.plant.get_contact_results_output_port(), truth.GetInputPort("contact_results"))
+        self.builder.Connect(self.plant.get_body_poses_output_port(), truth.GetInputPort("body_poses"))
         simulator = Simulator(self.builder.Build())
         simulator.AdvanceTo(1.0)
         context = truth.GetMyContextFromRoot(simulator.get_context())
@@ -113,6 +126,7 @@ def test_a_ball_on_a_smooth_slope(model, tilt):
     foot = turn.inverse() @ world.center(ball)
     foot[2] = 0.01
     np.testing.assert_allclose(turn.inverse() @ found["slope.contact_center"], foot, atol=5e-4)
+    assert found["slope.true_contact_total"] == pytest.approx(found["slope.normal_force"], rel=1e-6)  # without friction
     assert found["other.normal_force"] == 0
     assert np.isnan(found["other.contact_center"]).all()
     assert np.isnan(found["width"])
@@ -130,6 +144,9 @@ def block_on_a_rough_slope(model, tilt):
         world.shape(block, Box(EDGE, EDGE, EDGE), is_soft=False)
     found = world.settle(slope={slope}, other=set())
     below = [EDGE / 2 * np.tan(tilt), 0, -EDGE / 2]  # where the vertical through the middle meets the slope
+    assert found["slope.true_contact_total"] == pytest.approx([0.05 * G], rel=1e-3)  # with friction, all its weight
+    # The weight pulls toward +x of the slope where that leads down: from the side that counts as outer.
+    assert found["slope.true_contact_force"] == pytest.approx([-0.05 * G * np.sin(tilt)], abs=1e-3 * 0.05 * G)
     force, center = found["slope.normal_force"], found["slope.contact_center"]
     return force, turn.inverse() @ center, turn.inverse() @ world.center(block) + below
 
@@ -188,85 +205,34 @@ def test_shapes_of_a_finger_count_together():
     np.testing.assert_allclose(center, [0, 0, -EDGE / 2 * np.cos(angle)], atol=2e-4)
 
 
-ONE, TWO, OTHER, THING = (GeometryId.get_new_id() for _ in range(4))
-X, Y = np.eye(3)[:2]
-
-
-def patch(first, second, center, normal, force):
-    return Patch(frozenset((first, second)), np.array(center, dtype=float), normal, force)
-
-
-def test_only_what_is_outside_presses_on_a_finger():
-    found = [patch(ONE, TWO, [9, 9, 9], X, 50.0), patch(TWO, THING, [1, 2, 3], Y, 2.0), patch(OTHER, THING, X, X, 7.0)]
-    force, center, normal = touch({ONE, TWO}, found)
-    assert force == 2
-    np.testing.assert_array_equal(center, [1, 2, 3])
-    np.testing.assert_array_equal(normal, Y)
-
-
-def test_patches_count_by_their_force():
-    found = [patch(THING, ONE, [0, 0, 0], X, 1.0), patch(TWO, OTHER, [4, 0, 8], Y, 3.0)]
-    force, center, normal = touch({ONE, TWO}, found)
-    assert force == 4
-    np.testing.assert_array_equal(center, [3, 0, 6])
-    np.testing.assert_array_equal(normal, Y)
-
-
-@pytest.mark.parametrize("found", [[], [patch(ONE, THING, X, X, 0.0)], [patch(OTHER, THING, X, X, 1.0)]])
-def test_nothing_presses(found):
-    force, center, normal = touch({ONE, TWO}, found)
-    assert force == 0
-    assert np.isnan([center, normal]).all()
-
-
-def test_fingers_that_press_on_each_other_are_both_touched():
-    found = [patch(ONE, OTHER, X, X, 2.0)]
-    assert touch({ONE}, found).force == touch({OTHER}, found).force == 2
-
-
-def on_circle(count, radius, heights):
-    """What fingers around a cylinder touch; normals may point either way."""
-    out = [RollPitchYaw(0, 0, angle).ToRotationMatrix() @ X for angle in 2 * np.pi * np.arange(count) / count]
-    centers = [radius * x + [1, 2, 3 + height] for x, height in zip(out, heights, strict=True)]
-    return [Touch(1.0, center, (-1) ** i * x) for i, (center, x) in enumerate(zip(centers, out, strict=True))]
-
-
-@pytest.mark.parametrize("count", [2, 3, 4])
-def test_width_of_a_cylinder_is_its_diameter(count):
-    """However high each finger touches it."""
-    assert contact_width(on_circle(count, 0.03, np.zeros(count))) == pytest.approx(0.06, rel=1e-12)
-    assert contact_width(on_circle(count, 0.03, 0.01 * np.arange(count))) == pytest.approx(0.06, rel=1e-12)
-
-
-def test_width_of_a_box_is_the_distance_of_its_faces():
-    """Wherever on them it is touched, and whichever way the normals point."""
-    faces = [Touch(1.0, np.array([0.02, 0.01, 0.05]), X), Touch(2.0, np.array([-0.03, -0.01, 0.02]), X)]
-    assert contact_width(faces) == pytest.approx(0.05, rel=1e-12)
-
-
-def test_there_is_no_width_unless_two_fingers_or_more_all_touch():
-    untouched = touch({ONE}, [])
-    for touches in ([], on_circle(1, 0.03, [0]), [*on_circle(2, 0.03, [0, 0]), untouched]):
-        assert np.isnan(contact_width(touches))
+LINK = TouchedLinks([BodyIndex(0)], [[GeometryId.get_new_id()]], [0.0])
 
 
 def test_ports():
-    truth = TrueContact({"left": {ONE}, "right": {TWO}})
-    assert (truth.num_input_ports(), truth.get_input_port().get_name()) == (1, "contact_results")
+    truth = TrueContact({"left": LINK, "right": LINK})
+    inputs = [truth.get_input_port(i).get_name() for i in range(truth.num_input_ports())]
+    assert inputs == ["contact_results", "body_poses"]
     ports = [truth.get_output_port(i) for i in range(truth.num_output_ports())]
-    assert [(port.get_name(), port.size()) for port in ports] == [
-        ("left.normal_force", 1),
-        ("left.contact_center", 3),
-        ("right.normal_force", 1),
-        ("right.contact_center", 3),
-        ("width", 1),
-    ]
+    signals = {
+        "link_contact_force": 1,
+        "link_normal_force": 1,
+        "true_contact_force": 1,
+        "true_contact_total": 1,
+        "true_contact_arc_length": 1,
+        "normal_force": 1,
+        "contact_center": 3,
+    }
+    of_fingers = [(f"{finger}.{name}", size) for finger in ("left", "right") for name, size in signals.items()]
+    assert [(port.get_name(), port.size()) for port in ports] == [*of_fingers, ("width", 1)]
+    for port in ports:
+        assert signal_of(port).unit == ("m" if port.get_name().endswith(("length", "center", "width")) else "N")
 
 
 def test_without_contact_there_is_no_force_and_no_place():
-    truth = TrueContact({"left": {ONE}, "right": {TWO}})
+    truth = TrueContact({"left": LINK, "right": LINK})
     context = truth.CreateDefaultContext()
-    truth.get_input_port().FixValue(context, ContactResults())
-    values = {name: truth.GetOutputPort(name).Eval(context) for name in ("left.normal_force", "width")}
-    assert values["left.normal_force"] == 0
-    assert np.isnan(values["width"])
+    truth.GetInputPort("contact_results").FixValue(context, Value(ContactResults()))
+    truth.GetInputPort("body_poses").FixValue(context, AbstractValue.Make([RigidTransform()]))
+    for port in map(truth.get_output_port, range(truth.num_output_ports())):
+        is_force = signal_of(port).unit == "N"
+        np.testing.assert_array_equal(port.Eval(context), 0 if is_force else np.nan)

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from pydrake.common.schema import Transform
 
-from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig, PhaseConfig, Scenario, TaskConfig
+from soft_gripper.diagrams.schema.scenario import (
+    ArmConfig,
+    ModelConfig,
+    PhaseConfig,
+    PressureErrorsConfig,
+    Scenario,
+    SensorConfig,
+    StrainErrorsConfig,
+    TaskConfig,
+)
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
@@ -40,14 +49,19 @@ def test_what_is_dumped_loads_in_every_drake():
     assert "publish_every_time_step" not in dump_scenario(load_scenario(DEFAULTS))
 
 
+def files_of(scenario):
+    """All files that a scenario names."""
+    return [*(model.file for model in scenario.models), scenario.believed.file, scenario.believed.calibration]
+
+
 def test_dumped_paths_are_relative_to_where_the_text_is_kept(tmp_path):
     scenario = load_scenario(EVERYTHING)
-    files = [model.file for model in scenario.models] + [scenario.believed.file]
+    files = files_of(scenario)
     text = dump_scenario(scenario, FOLDER)
     assert "file: ../../models/arms/ur5e.urdf" in text
     again = load_scenario(write(tmp_path, dump_scenario(scenario, tmp_path)))
-    assert [model.file for model in again.models] + [again.believed.file] == files
-    assert scenario.believed.file == files[-1]  # what is dumped stays as it was
+    assert files_of(again) == files
+    assert files_of(scenario) == files  # what is dumped stays as it was
 
 
 @pytest.mark.parametrize(("value", "kept"), [("2.0e-2", "0.02"), ("1", "1"), ("+10 %", "+10 %"), ("'-2.5%'", "-2.5%")])
@@ -150,7 +164,8 @@ def changed(config, default):
 
 
 def test_one_of_everything_sets_every_field():
-    scenario, default = load_scenario(EVERYTHING), Scenario(arm=ArmConfig(), task=TaskConfig())
+    sensor = SensorConfig(errors=StrainErrorsConfig(), pressure_errors=PressureErrorsConfig())
+    scenario, default = load_scenario(EVERYTHING), Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
     assert changed(scenario, default) == set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact
     for parts, default in ((scenario.models, ModelConfig()), (scenario.task.phases, PhaseConfig())):
@@ -171,6 +186,7 @@ def test_defaults_run():
         [
             NO_TASK,
             "sensor.one_sided=false",
+            "believed.calibration=null",
             "estimator={compensate_gravity: false}",
             "plant_config.time_step=0",
             "simulator_config.integration_scheme=cenic",
@@ -191,7 +207,8 @@ def test_one_of_everything_runs(overrides):
 
 
 def test_one_of_everything_runs_in_closed_loop():
-    scenario = load_scenario(EVERYTHING, [NO_TASK, "control.set_points=[0.085, 0.095]"])
+    alive = "sensor.errors.dead=[]"
+    scenario = load_scenario(EVERYTHING, [NO_TASK, alive, "control.set_points=[0.085, 0.095]"])
     recording = simulate(scenario)
     assert recording["time"][-1] == pytest.approx(len(scenario.control.set_points) * scenario.control.hold)
     left, right = (recording[f"{side}_finger.pressure_command"] for side in ("left", "right"))

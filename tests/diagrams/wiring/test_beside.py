@@ -94,7 +94,10 @@ def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
 @pytest.mark.parametrize(
     ("overrides", "complaint"),
     [
-        (["estimator.beside=[gauss]"], "estimator.beside = 'gauss': known: arcs, spline, gaussian, contact; or give"),
+        (
+            ["estimator.beside=[gauss]"],
+            "estimator.beside = 'gauss': known: arcs, spline, gaussian, contact, recursive; ",
+        ),
         (["estimator.beside=['nosuch:make']"], "estimator.beside = 'nosuch:make': cannot be imported"),
         (["estimator.beside=['own_blocks:warm_sensor']"], "estimator.beside = 'own_blocks:warm_sensor': failed: "),
         (["estimator.beside=[spline, spline]"], "estimator.beside[0] = 'spline': is an estimator of this scenario al"),

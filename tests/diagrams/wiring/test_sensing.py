@@ -18,8 +18,13 @@ from soft_gripper.truth.true_contact import TrueContact
 ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "one finger", "box_grasp", "three_finger_grasp"
 LONELY = "{name: finger, file: package://soft_gripper/grippers/finger.urdf}"
 SCENARIOS = (ONE_FINGER, TWO_FINGERS, THREE_FINGERS)
-CONTACT_SIGNALS = ("contact", "contact_residual", "contact_time", "normal_force", "contact_center")
+CONTACT_SIGNALS = ("contact", "contact_residual", "contact_time")
+TRUE_SIGNALS = (
+    *("true_contact_force", "true_contact_total", "true_contact_arc_length"),
+    *("normal_force", "contact_center", "link_contact_force", "link_normal_force"),
+)
 WIDTH_SIGNALS = ("object_width", "true_object_width", "object_width_error")
+TRUE_WIDTH = {ONE_FINGER: set(), TWO_FINGERS: {"grip.true_object_width"}, THREE_FINGERS: {"grip.true_object_width"}}
 
 
 def station(name, threshold, *overrides):
@@ -32,15 +37,15 @@ def station(name, threshold, *overrides):
 
 def contact_signals(built):
     """What the station logs of contact."""
-    kinds = CONTACT_SIGNALS + WIDTH_SIGNALS
+    kinds = CONTACT_SIGNALS + TRUE_SIGNALS + WIDTH_SIGNALS
     return {name for name in built.logs.signals if name.partition(".")[2] in kinds}
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_without_a_threshold_contact_is_not_looked_for(name):
+def test_without_a_threshold_contact_is_not_looked_for_but_its_truth_is_known(name):
     built = station(name, "null")
-    assert contact_signals(built) == set()
-    assert not built.diagram.HasSubsystemNamed("true_contact")
+    truth = {f"{finger.name}.{signal}" for finger in built.fingers for signal in TRUE_SIGNALS}
+    assert contact_signals(built) == truth | TRUE_WIDTH[name]
 
 
 @pytest.mark.parametrize(("name", "count"), [(ONE_FINGER, 1), (TWO_FINGERS, 2), (THREE_FINGERS, 3)])
@@ -48,34 +53,34 @@ def test_signals_of_every_finger_and_the_width_between_them(name, count):
     built = station(name, 2.5e-3)
     fingers = [finger.name for finger in built.fingers]
     assert len(fingers) == count
-    expected = {f"{finger}.{signal}" for finger in fingers for signal in CONTACT_SIGNALS}
+    expected = {f"{finger}.{signal}" for finger in fingers for signal in CONTACT_SIGNALS + TRUE_SIGNALS}
     if count > 1:
         expected |= {f"grip.{signal}" for signal in WIDTH_SIGNALS}
     assert contact_signals(built) == expected
-    context = built.diagram.CreateDefaultContext()
     for signal in expected:
-        size = built.diagram.GetOutputPort(signal).Eval(context).shape
-        assert size == ((3,) if signal.endswith("contact_center") else (1,))
+        size = built.diagram.GetOutputPort(signal).size()
+        assert size == (3 if signal.endswith("contact_center") else 13 if ".link_" in signal else 1)
 
 
 def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch):
     """Oracle: what moves with the first joint of a finger, and its base."""
     seen = {}
 
-    def spy(shapes):
-        seen.update(shapes)
-        return TrueContact(shapes)
+    def spy(fingers):
+        seen.update(fingers)
+        return TrueContact(fingers)
 
     monkeypatch.setattr(scoring, "TrueContact", spy)
     plant = station(TWO_FINGERS, 2.5e-3).plant
     assert set(seen) == {"left_finger", "right_finger"}
-    for finger, shapes in seen.items():
+    for finger, links in seen.items():
         moved = plant.GetBodiesKinematicallyAffectedBy([plant.GetJointByName(joint_name(finger, 0)).index()])
         bodies = [plant.GetBodyByName(link_name(finger, 0)), *(plant.get_body(index) for index in moved)]
         expected = [shape for body in bodies for shape in plant.GetCollisionGeometriesForBody(body)]
         assert len(bodies) == 13
         assert len(expected) >= 13
-        assert shapes == frozenset(expected)
+        assert links.link_of.keys() == set(expected)
+        assert [plant.get_body(index).name() for index in links.bodies] == [link_name(finger, i) for i in range(13)]
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -124,9 +129,10 @@ def test_contact_is_that_of_the_finger_that_touches(touching, x):
     scenario.pressure.settle, scenario.estimator.contact_threshold = 0.5, 2.5e-3
     recording = simulate(scenario)
     for finger in ("left_finger", "right_finger"):
-        last = {name: recording[f"{finger}.{name}"].values[-1] for name in CONTACT_SIGNALS}
+        last = {name: recording[f"{finger}.{name}"].values[-1] for name in CONTACT_SIGNALS + TRUE_SIGNALS}
         assert bool(last["contact"]) == (finger == touching)
         assert (last["normal_force"] > 0.1) == (finger == touching)
+        assert (last["true_contact_force"] > 0.1) == (finger == touching)
         assert np.isfinite(last["contact_center"]).all() == (finger == touching)
     begun = recording[f"{touching}.contact_time"].values[-1]
     first = recording["time"].values[recording[f"{touching}.normal_force"].values > 0][0]

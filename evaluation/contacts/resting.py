@@ -1,0 +1,33 @@
+"""A finger at rest without contact, and where a round peg would just touch it."""
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.statics import gravity_torque
+
+ITERATIONS = 50  # each leaves a fifth of the difference, or less, to the next
+SIDES = {"inner": 1, "outer": -1}  # toward +x of B or away from it
+
+
+def resting_angles(finger: Finger, pressure: float, gravity: complex) -> Array:
+    """Joint angles under pressure, Pa, and the finger's own weight, (N,) rad.
+
+    `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2.
+    """
+    q: Array = np.zeros(finger.segments)
+    for _ in range(ITERATIONS):
+        q = finger.angle(pressure * finger.pressure_gain + gravity_torque(finger, q, gravity))
+    return q
+
+
+def peg_center(finger: Finger, q: Array, s: float, side: str, radius: float) -> complex:
+    """Centre, z + i x m in B, of a peg along y that touches the inner or the outer face at arc length `s` m."""
+    chain, link = forward_kinematics(q, finger.segment_length), int(np.searchsorted(finger.joint_arc_lengths, s))
+    direction = np.exp(1j * chain.headings[link])
+    middle = chain.segment_ends[link]  # of the link, but for the first and the last, where the finger ends
+    on_axis = middle + (s - link * finger.segment_length) * direction
+    section = finger.section((finger.link_ends[link] + finger.link_ends[link + 1]) / 2)
+    face = section.inner_face if side == "inner" else section.outer_face
+    return complex(on_axis + 1j * (float(face) + SIDES[side] * radius) * direction)

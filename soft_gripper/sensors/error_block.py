@@ -1,0 +1,88 @@
+"""ErrorBlock: an ideal sampled signal -> what a sensor with errors reads, without a sample of delay of its own."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from pydrake.common import RandomDistribution
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+
+from soft_gripper.arrays import Array
+
+
+class ErrorModel(Protocol):
+    """The errors of a sensor with R readings, sample after sample."""
+
+    @property
+    def draws(self) -> tuple[int, int]:
+        """How many standard normal numbers a reading needs: for a run, and for every sample."""
+
+    def begin(self, draws: Array) -> Array:
+        """The memory before the first sample, (rows, R), from the draws for the run, (draws, R)."""
+
+    def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
+        """The memory after a sample, (rows, R), and what is read, (R), from the draws for the sample, (draws, R)."""
+
+
+class Sample(NamedTuple):
+    """What one sample leads to."""
+
+    memory: Array  # (rows, R), after it
+    read: Array  # (R)
+
+
+class ErrorBlock(LeafSystem):
+    """Disturbs the samples of a sensor.
+
+    ::
+
+        ideal (R) --------------------> +------------+
+                                        | ErrorBlock | ---> disturbed (R)
+        standard_normal (draws * R) --> +------------+
+
+    `standard_normal` is a random input: connect a RandomSource of the same period, whose first sample also gives the
+    draws for the run. Give it an ideal signal that is sampled every `period` s, from time 0, in discrete state.
+    """
+
+    def __init__(self, model: ErrorModel, readings: int, period: float, ideal: str, disturbed: str):
+        """The errors of `model`; `ideal` and `disturbed` name the ports."""
+        super().__init__()
+        self._model, self._readings = model, readings
+        self._run, self._each = model.draws
+        self._ideal = self.DeclareVectorInputPort(ideal, readings)
+        size = (self._run + self._each) * readings
+        self._normal = self.DeclareVectorInputPort("standard_normal", size, RandomDistribution.kGaussian)
+        memory = model.begin(np.zeros((self._run, readings)))
+        self._memory = self.DeclareDiscreteState(memory.ravel())
+        self._draws = self.DeclareDiscreteState(self._each * readings)
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
+        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc)
+        self._sample = self.DeclareCacheEntry("sample", producer, {self._ideal.ticket(), self.xd_ticket()})
+        calculated = {self.cache_entry_ticket(self._sample.cache_index())}
+        self.DeclareVectorOutputPort(disturbed, readings, self._calc_read, calculated)
+
+    def _begin(self, context: Context, values: DiscreteValues) -> None:
+        run, each = np.split(self._normal.Eval(context).reshape(-1, self._readings), [self._run])
+        values.set_value(self._memory, self._model.begin(run).ravel())
+        values.set_value(self._draws, each.ravel())
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        """Keeps what the sample of a period ago left, and draws for the one that is taken now.
+
+        At time 0 the first sample is taken again, with the draws that it has. The source has drawn already when this
+        is called, so draws that were not kept in state would change before the ideal signal does.
+        """
+        if context.get_time() > 0:
+            values.set_value(self._memory, self._sample.Eval(context).memory.ravel())
+            values.set_value(self._draws, self._normal.Eval(context)[self._run * self._readings :])
+
+    def _calc(self, context: Context, value: AbstractValue) -> None:
+        memory, draws = (
+            context.get_discrete_state(index).value().reshape(-1, self._readings)
+            for index in (self._memory, self._draws)
+        )
+        value.set_value(Sample(*self._model.step(memory, self._ideal.Eval(context), draws)))
+
+    def _calc_read(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._sample.Eval(context).read)

@@ -1,0 +1,66 @@
+"""What makes a pressure sensor differ from an ideal one: pressure -> disturbed pressure, for a block or a recording."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.sensors.delay_line import pass_delay_line
+
+
+@dataclass(frozen=True)
+class PressureErrors:
+    """The errors of a pressure sensor, in the order in which they act; none by default.
+
+    Its memory is an array, (..., 2 + delay, 1): gain, offset, and the pressures on their way.
+
+    Raises:
+        InputError: for the first number that is out of range.
+    """
+
+    gain_error: float = 0.0  # standard deviation, of one draw a run, as a share of the pressure
+    offset: float = 0.0  # standard deviation, of one draw a run, Pa
+    noise: float = 0.0  # standard deviation, white, of every sample, Pa
+    delay: int = 0  # samples
+
+    draws = (2, 1)
+
+    def __post_init__(self) -> None:
+        for name in ("gain_error", "offset", "noise"):
+            value = getattr(self, name)
+            if not 0 <= value < math.inf:
+                raise InputError("sensor.pressure_errors", name, value, "give 0 or more")
+        if self.delay < 0:
+            expected = "give a whole number of samples, 0 or more"
+            raise InputError("sensor.pressure_errors", "delay", self.delay, expected)
+
+    def begin(self, draws: Array) -> Array:
+        """The memory before the first sample, from standard normal draws for the run, (..., 2, 1)."""
+        gain, offset = draws[..., :1, :], draws[..., 1:, :]
+        line = np.full((*draws.shape[:-2], self.delay, draws.shape[-1]), np.nan)
+        return np.concatenate([1 + self.gain_error * gain, self.offset * offset, line], axis=-2)
+
+    def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
+        """One sample, of pressures (..., 1) Pa: the memory after it, and the disturbed pressures, (..., 1) Pa.
+
+        Args:
+            memory: after the sample before, or as a run begins.
+            ideal: true pressures, (..., 1) Pa.
+            draws: standard normal, (..., 1, 1).
+        """
+        gain, offset = memory[..., 0, :], memory[..., 1, :]
+        line, arrived = pass_delay_line(memory[..., 2:, :], gain * ideal + offset + self.noise * draws[..., 0, :])
+        return np.concatenate([memory[..., :2, :], line], axis=-2), arrived
+
+
+def disturb_pressure(errors: PressureErrors, pressure: Array, rng: np.random.Generator) -> Array:
+    """Disturbs a recording of pressures, (T, ..., 1) Pa; for many seeds, repeated along an axis of them."""
+    samples, *seeds, one = np.shape(pressure)
+    run, each = errors.draws
+    memory, disturbed = errors.begin(rng.standard_normal((*seeds, run, one))), np.empty(np.shape(pressure))
+    draws = rng.standard_normal((samples, *seeds, each, one))
+    for i, ideal in enumerate(pressure):
+        memory, disturbed[i] = errors.step(memory, ideal, draws[i])
+    return disturbed

@@ -1,0 +1,191 @@
+"""What makes a strain sensor differ from an ideal one, as pure maths: extension ratios -> disturbed extension ratios.
+
+Everything takes arrays whose leading axes are free and whose last axis counts the R readings of a finger, so that a
+block calls `step` for one sample and `disturb` goes through a whole recording, for many seeds at once.
+"""
+
+import math
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.sensors.delay_line import pass_delay_line
+from soft_gripper.sensors.play_operators import PLAYS, lagging_strain, moved_plays
+
+MINUTE = 60.0  # s, after which `drift` is reached
+RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal numbers that a sensor needs for a run, and besides for every sample
+HYSTERESIS_LIMIT = 0.1  # beyond it small reversals would leave the play operators no slope
+
+
+@dataclass(frozen=True)
+class StrainErrors:
+    """The errors of strain sensors, in the order in which they act; none by default.
+
+    Strain is the extension ratio - 1. Standard deviations are those of independent draws for every sensor.
+
+    Raises:
+        InputError: for the first number that is out of range.
+    """
+
+    creep: float = 0.0  # share of the strain that comes late, 0 to 1
+    creep_time: float = 10.0  # s, time constant with which it comes
+    hysteresis: float = 0.0  # width of the loop of a cycle over its stroke, 0 to 0.1
+    gain_error: float = 0.0  # standard deviation, of one draw a run, as a share of the strain
+    offset: float = 0.0  # standard deviation, of one draw a run, extension ratio
+    drift: float = 0.0  # standard deviation of what a steady drift has reached after a minute, extension ratio
+    low_frequency_noise: float = 0.0  # standard deviation of a first-order Gauss-Markov process, extension ratio
+    correlation_time: float = 10.0  # s, of that process
+    noise: float = 0.0  # standard deviation, white, of every sample, extension ratio
+    saturation: tuple[float, float] = (-math.inf, math.inf)  # least and greatest extension ratio that is read
+    quantization: float | None = None  # step of the extension ratio
+    delay: int = 0  # samples
+    dropout: float = 0.0  # probability that a sample is lost, and reads NaN
+    dead: tuple[int, ...] = ()  # readings that are always NaN
+
+    def __post_init__(self) -> None:
+        for name in ("gain_error", "offset", "drift", "low_frequency_noise", "noise"):
+            self._require(name, 0 <= getattr(self, name) < math.inf, "give 0 or more")
+        for name in ("creep", "dropout"):
+            self._require(name, 0 <= getattr(self, name) <= 1, "give a share, 0 to 1")
+        self._require("hysteresis", 0 <= self.hysteresis <= HYSTERESIS_LIMIT, f"give 0 to {HYSTERESIS_LIMIT:g}")
+        for name in ("creep_time", "correlation_time"):
+            self._require(name, 0 < getattr(self, name) < math.inf, "give a time above 0 s")
+        self._require("saturation", self.saturation[0] < self.saturation[1], "give [least, greatest] extension ratio")
+        step = self.quantization
+        self._require("quantization", step is None or 0 < step < math.inf, "give a step above 0, or leave it out")
+        self._require("delay", self.delay >= 0, "give a whole number of samples, 0 or more")
+
+    def _require(self, name: str, fine: bool, expected: str) -> None:
+        if not fine:
+            raise InputError("sensor.errors", name, getattr(self, name), expected)
+
+
+class Memory(NamedTuple):
+    """What a sensor carries from sample to sample."""
+
+    gain: Array  # (..., R), constant through a run
+    offset: Array  # (..., R) extension ratio, constant through a run
+    drift_rate: Array  # (..., R) 1/s, constant through a run
+    drift: Array  # (..., R) extension ratio
+    low_frequency: Array  # (..., R) extension ratio
+    creep: Array  # (..., R), the strain that creep has reached
+    plays: Array  # (..., PLAYS, R), the strains at which the play operators stand
+    line: Array  # (..., delay, R) extension ratios on their way, from the oldest
+
+
+_SINGLE = Memory._fields.index("plays")  # parts of a memory that are a single row
+
+
+class Draws(NamedTuple):
+    """Standard normal numbers for a recording."""
+
+    run: Array  # (..., RUN_DRAWS, R)
+    samples: Array  # (T, ..., SAMPLE_DRAWS, R)
+
+
+def begin(errors: StrainErrors, draws: Array) -> Memory:
+    """The memory before the first sample, of sensors at rest, from standard normal draws (..., RUN_DRAWS, R)."""
+    gain, offset, drift, low_frequency = np.moveaxis(draws, -2, 0)
+    rest = np.zeros_like(gain)
+    return Memory(
+        gain=1 + errors.gain_error * gain,
+        offset=errors.offset * offset,
+        drift_rate=errors.drift / MINUTE * drift,
+        drift=rest,
+        low_frequency=errors.low_frequency_noise * low_frequency,
+        creep=rest,
+        plays=np.repeat(rest[..., None, :], PLAYS, axis=-2),
+        line=np.full((*rest.shape[:-1], errors.delay, rest.shape[-1]), np.nan),
+    )
+
+
+def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, period: float) -> tuple[Memory, Array]:
+    """One sample of every sensor.
+
+    Args:
+        errors: of all sensors.
+        memory: after the sample before, or as a run begins.
+        ratio: true extension ratios, (..., R).
+        draws: standard normal, (..., SAMPLE_DRAWS, R).
+        period: between samples, s.
+
+    Returns:
+        the memory after this sample, and the disturbed extension ratios, (..., R).
+    """
+    white, low_frequency, lost = np.moveaxis(draws, -2, 0)
+    strain = ratio - 1
+    crept = strain - errors.creep * (strain - memory.creep)
+    plays = moved_plays(memory.plays, crept)
+    correlation = math.exp(-period / errors.correlation_time)
+    innovation = errors.low_frequency_noise * math.sqrt(1 - correlation**2)
+    slow = correlation * memory.low_frequency + innovation * low_frequency
+    measured = 1 + memory.gain * lagging_strain(plays, crept, errors.hysteresis) + memory.offset
+    reading = _read_out(errors, measured + memory.drift + slow + errors.noise * white)
+    line, arrived = pass_delay_line(memory.line, reading)
+    after = memory._replace(
+        drift=memory.drift + memory.drift_rate * period,
+        low_frequency=slow,
+        creep=memory.creep - math.expm1(-period / errors.creep_time) * (strain - memory.creep),
+        plays=plays,
+        line=line,
+    )
+    return after, _without_lost(errors, arrived, lost)
+
+
+def disturb(errors: StrainErrors, ratios: Array, period: float, rng_or_draws: np.random.Generator | Draws) -> Array:
+    """Disturbs a recording.
+
+    Args:
+        errors: of all sensors.
+        ratios: true extension ratios, (T, ..., R); for many seeds, repeated along an axis of them.
+        period: between the T samples, s.
+        rng_or_draws: where the random numbers come from, or these numbers.
+
+    Returns:
+        the disturbed extension ratios, (T, ..., R).
+    """
+    draws = rng_or_draws if isinstance(rng_or_draws, Draws) else draw(rng_or_draws, np.shape(ratios))
+    memory, disturbed = begin(errors, draws.run), np.empty(np.shape(ratios))
+    for i, ratio in enumerate(ratios):
+        memory, disturbed[i] = step(errors, memory, ratio, draws.samples[i], period)
+    return disturbed
+
+
+def draw(rng: np.random.Generator, shape: tuple[int, ...]) -> Draws:
+    """The random numbers for a recording of extension ratios of that shape, (T, ..., R)."""
+    samples, *seeds, readings = shape
+    run = rng.standard_normal((*seeds, RUN_DRAWS, readings))
+    return Draws(run, rng.standard_normal((samples, *seeds, SAMPLE_DRAWS, readings)))
+
+
+def stacked(memory: Memory) -> Array:
+    """A memory as one array, (..., rows, R)."""
+    single = (row[..., None, :] for row in memory[:_SINGLE])
+    return np.concatenate([*single, memory.plays, memory.line], axis=-2)
+
+
+def unstacked(rows: Array) -> Memory:
+    """The memory that was `stacked`."""
+    plays, line = np.split(rows[..., _SINGLE:, :], [PLAYS], axis=-2)
+    return Memory._make([*np.moveaxis(rows[..., :_SINGLE, :], -2, 0), plays, line])
+
+
+def _read_out(errors: StrainErrors, ratio: Array) -> Array:
+    """What an analog-digital converter makes of it."""
+    limited = np.clip(ratio, *errors.saturation)
+    quantum = errors.quantization
+    return limited if quantum is None else quantum * np.round(limited / quantum)
+
+
+def _without_lost(errors: StrainErrors, ratio: Array, draws: Array) -> Array:
+    if errors.dropout > 0:
+        threshold = NormalDist().inv_cdf(errors.dropout) if errors.dropout < 1 else math.inf
+        ratio = np.where(draws < threshold, np.nan, ratio)
+    if errors.dead:
+        ratio = ratio.copy()
+        ratio[..., list(errors.dead)] = np.nan
+    return ratio

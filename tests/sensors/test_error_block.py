@@ -1,0 +1,100 @@
+"""ErrorBlock and StrainErrorBlock: the same numbers as for a recording, without a sample of delay of their own."""
+
+import numpy as np
+import pytest
+from pydrake.common import RandomDistribution, RandomGenerator
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import AddRandomInputs, LogVectorOutput, RandomSource, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.sensors.error_block import ErrorBlock
+from soft_gripper.sensors.pressure_errors import PressureErrors
+from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.strain_error_block import StrainErrorBlock
+from soft_gripper.sensors.strain_errors import RUN_DRAWS, Draws, StrainErrors, disturb
+from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.signals import signal_of
+
+PERIOD, SAMPLES = 0.01, 60
+ERRORS = StrainErrors(
+    *(0.1, 0.3, 0.02, 0.01, 1e-3, 1e-3, 1e-3, 2.0, 2e-3), (0.9, 1.09), 1e-4, 2, dropout=0.1, dead=(1,)
+)
+
+
+@pytest.fixture
+def layout(shipped_finger):
+    return SensorLayout(shipped_finger, 3, response=ResponseCurve(((0.9, -0.3), (1.0, 0.0), (1.1, 0.2))))
+
+
+def disturbed_ramp(layout, errors, seed):
+    """Ideal and disturbed readings of steadily moved joints between the samples, (T, R) each, and the draws."""
+    builder = DiagramBuilder()
+    motion = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.linspace([0.0] * 12, [0.3] * 12, 2).T)
+    source = builder.AddSystem(TrajectorySource(motion))
+    sensor = builder.AddSystem(StrainSensor(layout, PERIOD))
+    block = builder.AddSystem(StrainErrorBlock(layout, errors, PERIOD))
+    normal = block.GetInputPort("standard_normal")
+    random = builder.AddSystem(RandomSource(RandomDistribution.kGaussian, normal.size(), PERIOD))
+    builder.Connect(source.get_output_port(), sensor.get_input_port())
+    builder.Connect(sensor.GetOutputPort("strain"), block.GetInputPort("ideal_strain"))
+    builder.Connect(random.get_output_port(), normal)
+    ports = sensor.GetOutputPort("strain"), block.GetOutputPort("strain"), random.get_output_port()
+    logs = [LogVectorOutput(port, builder, PERIOD) for port in ports]
+    simulator = Simulator(builder.Build())
+    context = simulator.get_mutable_context()
+    random.SetRandomContext(random.GetMyMutableContextFromRoot(context), RandomGenerator(seed))
+    simulator.Initialize()
+    simulator.AdvanceTo(PERIOD * (SAMPLES + 0.5))
+    # A log at a time still shows the sample before: the first one twice.
+    strain, disturbed, draws = (log.FindLog(context).data().T for log in logs)
+    return strain[1:], disturbed[1:], draws.reshape(len(draws), -1, layout.readings)
+
+
+def test_a_block_gives_what_a_recording_does(layout):
+    strain, disturbed, draws = disturbed_ramp(layout, ERRORS, seed=1)
+    used = Draws(draws[0, :RUN_DRAWS], np.concatenate([draws[:1], draws[2:]])[:, RUN_DRAWS:])
+    expected = layout.response.reading(disturb(ERRORS, layout.response.ratio(strain), PERIOD, used))
+    assert len(strain) == SAMPLES
+    assert np.isnan(expected[:, 1]).all()
+    assert np.isfinite(np.delete(expected, 1, axis=1)).mean() > 0.8
+    np.testing.assert_allclose(disturbed, expected, rtol=0, atol=1e-12)
+
+
+def test_a_block_adds_no_delay(layout):
+    strain, disturbed, _ = disturbed_ramp(layout, StrainErrors(), seed=1)
+    assert np.ptp(strain[:, 0]) > 0.01
+    np.testing.assert_allclose(disturbed, strain, rtol=0, atol=1e-14)
+
+
+def test_a_seed_makes_a_run_reproducible(layout):
+    first, again, other = (disturbed_ramp(layout, ERRORS, seed)[1] for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert np.nanmax(np.abs(first - other)) > 1e-3
+
+
+def test_ports(layout):
+    builder = DiagramBuilder()
+    block = builder.AddSystem(StrainErrorBlock(layout, ERRORS, PERIOD))
+    assert signal_of(block.GetOutputPort("strain")).axes == {"path": ("inner", "outer"), "section": range(3)}
+    assert block.GetInputPort("ideal_strain").size() == block.GetOutputPort("strain").size() == layout.readings
+    assert AddRandomInputs(PERIOD, builder) == 1
+
+
+def test_readings_depend_on_no_new_draws_between_samples(layout):
+    """The output follows its state and the ideal signal; the random input acts through the state alone."""
+    block = StrainErrorBlock(layout, ERRORS, PERIOD)
+    ideal, normal = (block.GetInputPort(name).get_index() for name in ("ideal_strain", "standard_normal"))
+    assert block.HasDirectFeedthrough(ideal, 0)
+    assert not block.HasDirectFeedthrough(normal, 0)
+
+
+def test_a_pressure_sensor_is_such_a_block():
+    block = ErrorBlock(PressureErrors(offset=100.0, delay=1), 1, PERIOD, "ideal", "read")
+    context = block.CreateDefaultContext()
+    block.GetInputPort("standard_normal").FixValue(context, [0.0, 2.0, 0.0])
+    block.GetInputPort("ideal").FixValue(context, [5e4])
+    simulator = Simulator(block, context)
+    simulator.Initialize()
+    assert block.GetOutputPort("read").Eval(context) == pytest.approx([50200.0])

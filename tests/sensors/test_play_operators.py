@@ -1,0 +1,60 @@
+"""Play operators: loops as wide as they should be, whatever the stroke, however fast, and closed."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.sensors.play_operators import FULL_SCALE, PLAYS, RADII, lagging_strain, moved_plays
+from soft_gripper.sensors.strain_errors import StrainErrors, disturb
+
+WIDTH = 0.02  # of the stroke
+
+
+def lag(strain):
+    """The strain with hysteresis along a path, (T,)."""
+    plays, found = np.zeros((PLAYS, 1)), []
+    for value in strain[:, None]:
+        plays = moved_plays(plays, value)
+        found.append(lagging_strain(plays, value, WIDTH)[0])
+    return np.array(found)
+
+
+def cycle(low, high, samples=2000):
+    """Up, down and up again."""
+    up = np.linspace(low, high, samples + 1)
+    return np.concatenate([up, up[-2::-1], up[1:]])
+
+
+def loop(low, high, samples=2000):
+    """The strain with hysteresis on the way down and on the way up again, both by growing strain."""
+    found = lag(cycle(low, high, samples))
+    return found[samples : 2 * samples + 1][::-1], found[2 * samples :]
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.1), (-0.2, 0.3), (0.05, 0.07)])
+def test_the_loop_is_as_wide_as_its_share_of_the_stroke(low, high):
+    """Less twice the least radius; on unloading, more is read than on loading."""
+    down, up = loop(low, high)
+    stroke = high - low
+    assert (down - up).max() == pytest.approx(WIDTH * (stroke - 2 * RADII.min()), rel=1e-3)
+    assert (down - up).max() == pytest.approx(WIDTH * stroke, rel=0.05)
+    assert (down - up).min() > -1e-12
+
+
+def test_the_loop_closes():
+    down, up = loop(0.0, 0.1)
+    assert (down[-1], down[0]) == pytest.approx((up[-1], up[0]), abs=1e-12)
+
+
+def test_it_does_not_depend_on_the_rate():
+    """A path gone through in a tenth of the samples reads the same where they are."""
+    np.testing.assert_allclose(lag(cycle(0.0, 0.1))[::10], lag(cycle(0.0, 0.1, 200)), rtol=0, atol=1e-12)
+
+
+def test_first_stretched_to_full_scale_a_sensor_reads_it():
+    assert lag(np.linspace(0, FULL_SCALE, 100))[-1] == pytest.approx(FULL_SCALE, abs=1e-12)
+
+
+def test_a_recording_has_the_same_loop():
+    strain = cycle(0.0, 0.1, 200)
+    found = disturb(StrainErrors(hysteresis=WIDTH), 1 + strain[:, None], 0.01, np.random.default_rng(1))
+    np.testing.assert_allclose(found[:, 0], 1 + lag(strain), rtol=0, atol=1e-14)

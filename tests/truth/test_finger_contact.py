@@ -1,0 +1,110 @@
+"""What presses on a finger, from patches that are made up: which count, with which sign, and where."""
+
+import numpy as np
+import pytest
+from pydrake.geometry import GeometryId
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.tree import BodyIndex
+
+from soft_gripper.truth.contact_patches import Patch
+from soft_gripper.truth.finger_contact import (
+    NO_CONTACT,
+    FingerContact,
+    TouchedLinks,
+    contact_signals,
+    contact_width,
+    finger_contact,
+)
+
+ONE, TWO, OTHER, THING = (GeometryId.get_new_id() for _ in range(4))
+FINGER = TouchedLinks([BodyIndex(2), BodyIndex(0)], [[ONE], [TWO]], [0.0, 0.05])
+NEIGHBOUR = TouchedLinks([BodyIndex(1)], [[OTHER]], [0.0])
+TURNED = RigidTransform(RollPitchYaw(0.4, -0.5, 1.1), [1, 2, 3])
+POSES = [TURNED, RigidTransform(), RigidTransform()]  # of the second link, of the neighbour, of the first link
+X, Y, Z = np.eye(3)
+
+
+def patch(first, second, center, normal, force):
+    return Patch((first, second), np.array(center, dtype=float), np.array(normal), np.array(force, dtype=float))
+
+
+def signals(*found, finger=FINGER):
+    return contact_signals(finger_contact(finger, found, POSES), len(finger.bodies))
+
+
+def test_what_presses_on_the_inner_side_is_positive_whichever_shape_comes_first():
+    """It pushes along -x of the link; friction along z counts in the total alone."""
+    for first, second, sign in ((ONE, THING, 1), (THING, ONE, -1)):
+        found = signals(patch(first, second, [0.01, 0, 0.004], X, sign * np.array([-3.0, 0, 4.0])))
+        np.testing.assert_allclose(found["link_normal_force"], [3, 0])
+        np.testing.assert_allclose(found["link_contact_force"], [5, 0])
+        assert (found["true_contact_force"], found["true_contact_total"], found["normal_force"]) == (3, 5, 3)
+        assert found["true_contact_arc_length"] == pytest.approx(0.004)
+        np.testing.assert_array_equal(found["contact_center"], [0.01, 0, 0.004])
+
+
+def test_a_link_that_is_turned_has_its_own_axes():
+    """On the outer side, 4 mm beyond the frame of a link that begins at 50 mm; across it and along y."""
+    R = TURNED.rotation()
+    found = signals(patch(TWO, THING, TURNED @ [-0.01, 0.002, 0.004], R @ -X, R @ [2.0, 1.0, 0]))
+    np.testing.assert_allclose(found["link_normal_force"], [0, -2])
+    assert found["true_contact_arc_length"] == pytest.approx(0.054)
+    assert found["normal_force"] == pytest.approx(2)
+
+
+def test_forces_of_both_sides_cancel_and_places_count_by_their_sizes():
+    inner, outer = (patch(ONE, THING, [0, 0, z], X, [f, 0, 0]) for z, f in ((0.01, -3.0), (0.03, 1.0)))
+    found = signals(inner, outer)
+    assert (found["true_contact_force"], found["true_contact_total"]) == (2, 4)
+    assert found["true_contact_arc_length"] == pytest.approx((3 * 0.01 + 0.03) / 4)
+    np.testing.assert_allclose(found["contact_center"], [0, 0, 0.015])
+
+
+def test_only_what_is_outside_presses_on_a_finger():
+    found = signals(patch(ONE, TWO, X, X, [50, 0, 0]), patch(THING, OTHER, X, X, [7, 0, 0]))
+    for name, value in contact_signals(NO_CONTACT, 2).items():
+        np.testing.assert_array_equal(found[name], value)
+
+
+def test_fingers_that_press_on_each_other_receive_opposite_forces():
+    pressed = patch(ONE, OTHER, [0, 0, 0.01], X, [-2.0, 0, 0])
+    assert signals(pressed)["true_contact_force"] == 2
+    assert signals(pressed, finger=NEIGHBOUR)["true_contact_force"] == -2
+    assert signals(pressed, finger=NEIGHBOUR)["normal_force"] == 2
+
+
+@pytest.mark.parametrize("force", [[0, 0, 0], None])
+def test_without_a_force_there_is_no_place(force):
+    found = signals(*([] if force is None else [patch(ONE, THING, X, X, force)]))
+    assert found["normal_force"] == found["true_contact_total"] == 0
+    assert np.isnan([*found["true_contact_arc_length"], *found["contact_center"]]).all()
+
+
+def pressed_at(center, normal):
+    """A contact of 1 N."""
+    return FingerContact(np.array([0]), *(np.array([row]) for row in (0.0, center, normal, 1.0, 1.0, 1.0)))
+
+
+def on_circle(count, radius, heights):
+    """What fingers around a cylinder touch; normals may point either way."""
+    out = [RollPitchYaw(0, 0, angle).ToRotationMatrix() @ X for angle in 2 * np.pi * np.arange(count) / count]
+    centers = [radius * x + [1, 2, 3 + height] for x, height in zip(out, heights, strict=True)]
+    return [pressed_at(center, (-1) ** i * x) for i, (center, x) in enumerate(zip(centers, out, strict=True))]
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_width_of_a_cylinder_is_its_diameter(count):
+    """However high each finger touches it."""
+    assert contact_width(on_circle(count, 0.03, np.zeros(count))) == pytest.approx(0.06, rel=1e-12)
+    assert contact_width(on_circle(count, 0.03, 0.01 * np.arange(count))) == pytest.approx(0.06, rel=1e-12)
+
+
+def test_width_of_a_box_is_the_distance_of_its_faces():
+    """Wherever on them it is touched."""
+    faces = [pressed_at([0.02, 0.01, 0.05], X), pressed_at([-0.03, -0.01, 0.02], X)]
+    assert contact_width(faces) == pytest.approx(0.05, rel=1e-12)
+
+
+def test_there_is_no_width_unless_two_fingers_or_more_all_touch():
+    for contacts in ([], on_circle(1, 0.03, [0]), [*on_circle(2, 0.03, [0, 0]), NO_CONTACT]):
+        assert np.isnan(contact_width(contacts))
