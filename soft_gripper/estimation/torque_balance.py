@@ -91,8 +91,8 @@ class TorqueBalance:
             motion: samples `period` s apart.
             gravity: in the world, (3,) m/s^2.
             period: s.
-            moving: joint angles, rad, (..., 5, N), whose motion has the inertia and damping of the finger's; None: those
-                of `motion`, whose noise accelerations multiply.
+            moving: joint angles, rad, (..., 5, N), whose motion stands for the finger's; None: that of `motion` itself,
+                whose noise accelerations multiply.
         """
         finger, moving = self.finger, motion.q if moving is None else moving
         filtered = _FILTERS @ moving

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.contact_shape import explain
@@ -246,5 +246,5 @@ def _size(difference: Array, spread: Array) -> Array:
 @cache
 def _limits(readings: int) -> Array:
     """Of differences, in variances: a load begins above the first, ends below the second, is there above the third."""
-    limits: Array = chi2.ppf([0.99, 0.9, 0.9999], readings)
+    limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
     return limits
