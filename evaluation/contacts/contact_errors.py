@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.evaluation.contact_sensors import describe_borders
 from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.contacts.resting import SIDES
-from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.estimate import ContactForce
 
 BOTH = "both"  # sides
@@ -92,11 +92,6 @@ def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErro
                 int(chosen.sum()),
                 *_summary(Errors(*(part[:, chosen] for part in errors))),
             )
-
-
-def describe_borders(layout: SensorLayout) -> str:
-    """Where the sections meet, in mm from the base, for tables."""
-    return " ".join(f"{1e3 * end:g}" for end in layout.rest_lengths.cumsum()[:-1])
 
 
 def _summary(errors: Errors) -> list[float]:

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from soft_gripper.arrays import Array
-from soft_gripper.evaluation.contacts.contact_errors import contact_errors, describe_borders
+from soft_gripper.evaluation.contact_sensors import describe_borders
+from soft_gripper.evaluation.contacts.contact_errors import contact_errors
 from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.contacts.resting import SIDES

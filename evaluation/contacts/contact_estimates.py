@@ -8,8 +8,9 @@ import numpy as np
 from soft_gripper.diagrams.schema.scenario import SensorConfig, StrainErrorsConfig
 from soft_gripper.diagrams.schema.sensor_presets import strain_errors
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.evaluation.contact_sensors import LAYOUTS
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.trial_cases import CALIBRATIONS, CASES, LAYOUTS, Case
+from soft_gripper.evaluation.contacts.trial_cases import CALIBRATIONS, CASES, Case
 from soft_gripper.evaluation.contacts.trial_readings import Readings, disturbed_readings, ideal_readings
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.estimate import ContactForce

@@ -4,11 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from soft_gripper.evaluation.contact_sensors import LAYOUTS
 from soft_gripper.evaluation.contacts.contact_errors import ContactErrorRow, error_rows
 from soft_gripper.evaluation.contacts.contact_errors_figure import contact_errors_figure
 from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate, contact_estimates
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.trial_cases import CASES, LAYOUTS, SHOWN_CASES, SHOWN_LAYOUT
+from soft_gripper.evaluation.contacts.trial_cases import CASES, SHOWN_CASES, SHOWN_LAYOUT
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.figure_style import save_figure
 

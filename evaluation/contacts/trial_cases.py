@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from soft_gripper.diagrams.schema.scenario import BelievedConfig
 from soft_gripper.diagrams.wiring.belief import believed_finger, describe_belief
+from soft_gripper.evaluation.contact_sensors import LAYOUTS
 from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
 from soft_gripper.evaluation.contacts.trial_readings import HELD
 from soft_gripper.fingers.finger import Finger
@@ -17,7 +18,6 @@ CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
     "trusting stiffness": trusting_stiffness,
     "trusting chamber": trusting_chamber,
 }
-LAYOUTS: tuple[tuple[int, tuple[float, ...] | None], ...] = ((2, None), (2, (1 / 3,)), (4, None))  # sections, borders
 
 
 SHOWN_LAYOUT = LAYOUTS[1]  # in the figure

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.evaluation.contacts.bench import read_finger
-from soft_gripper.evaluation.contacts.contact_errors import contact_errors, describe_borders, error_rows
+from soft_gripper.evaluation.contacts.contact_errors import contact_errors, error_rows
 from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.contacts.trial_cases import Case
@@ -58,8 +58,3 @@ def test_where_nothing_is_found_nothing_is_said() -> None:
     row = error_rows([ContactEstimate("contact", LAYOUT, Case(), nothing)], TRUE)[0]
     assert row.found_percent == 0
     assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
-
-
-def test_borders_are_said_in_millimetres() -> None:
-    assert describe_borders(SensorLayout(read_finger(), 2, borders=(1 / 3,))) == "40"
-    assert describe_borders(SensorLayout(read_finger(), 4)) == "30 60 90"
