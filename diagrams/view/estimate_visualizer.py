@@ -44,9 +44,9 @@ class EstimateVisualizer(LeafSystem):
 
     def __init__(self, meshcat: Meshcat, fingers: Sequence[DrawnFinger], torque_limit: float, period: float):
         super().__init__()
-        self._meshcat, self._fingers, self._limit = meshcat, tuple(fingers), torque_limit
+        self._meshcat, self.fingers, self._limit = meshcat, tuple(fingers), torque_limit
         self._body_poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
-        for finger in self._fingers:
+        for finger in self.fingers:
             self.DeclareVectorInputPort(f"{finger.name}.arcs", finger.sections * 7)
             self.DeclareVectorInputPort(f"{finger.name}.external_torque", finger.finger.segments)
             if finger.has_contact:
@@ -61,7 +61,7 @@ class EstimateVisualizer(LeafSystem):
     def _place_shapes(self, context: Context) -> EventStatus:
         self._meshcat.Delete("/drake/estimate")
         self._meshcat.SetProperty(ARCS, "visible", False)
-        for finger in self._fingers:
+        for finger in self.fingers:
             inside, outside = finger.sides
             for i, length in enumerate(1.1 * finger.piece_lengths):
                 shape = Box(2 * PROUD, outside - inside, length)
@@ -85,7 +85,7 @@ class EstimateVisualizer(LeafSystem):
 
     def _publish(self, context: Context) -> EventStatus:
         time, poses = context.get_time(), self._body_poses.Eval(context)
-        for finger in self._fingers:
+        for finger in self.fingers:
             for group in (CURVE, ARCS, *[CONTACT] * finger.has_contact, *[BAND] * finger.has_band):
                 self._meshcat.SetTransform(f"{group}/{finger.name}", poses[finger.base], time)
             arcs = arcs_of_table(self._signal(context, finger, "arcs").reshape(-1, 7))

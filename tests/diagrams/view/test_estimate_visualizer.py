@@ -102,6 +102,13 @@ def test_ports(scene: MakeScene, layout: SensorLayout) -> None:
     assert system.num_output_ports() == 0
 
 
+def test_ports_of_what_else_is_estimated(layout: SensorLayout) -> None:
+    drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(0), (), has_contact=True, has_band=True)
+    system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
+    ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3, 6)}
+    assert ports == {f"{NAME}.contact_force": 1, f"{NAME}.contact_arc_length": 1, f"{NAME}.position_std": 13}
+
+
 def test_pieces_are_chords_of_the_estimated_arcs(scene: MakeScene, layout: SensorLayout) -> None:
     seen = scene(layout)
     per_arc = len(seen.pieces()) // layout.sections
