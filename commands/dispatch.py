@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from soft_gripper.commands import (
+    calibrate,
     contact_trials,
     evaluate,
     expand,
@@ -18,7 +19,7 @@ from soft_gripper.commands import (
 )
 from soft_gripper.errors import InputError, SimulationDivergedError
 
-COMMANDS = (run, evaluate, grasp_trials, recognition, contact_trials, tune, list_scenarios, show, expand)
+COMMANDS = (run, evaluate, grasp_trials, recognition, contact_trials, tune, calibrate, list_scenarios, show, expand)
 
 
 def dispatch(arguments: Sequence[str] | None = None) -> int:

@@ -36,11 +36,12 @@ _MODULES = {
     "fingers.urdf": "expand_urdf",
     "fingers.plant_finger": "PlantFinger",
     "fingers.kinematics": "forward_kinematics as_points as_planar",
-    "fingers.statics": "gravity_torque free_bending_angles",
+    "fingers.statics": "gravity_torque free_bending_angles resting_angles softened",
     "fingers.pressure_drive": "PressureDrive pressure_torque_map",
     # Sensors.
     "sensors.sensor_layout": "SensorLayout extension_ratios",
     "sensors.response_curve": "ResponseCurve",
+    "sensors.calibrated_response": "CalibratedResponse",
     "sensors.strain_sensor": "StrainSensor",
     "sensors.strain_errors": "StrainErrors Draws disturb draw",
     "sensors.strain_error_block": "StrainErrorBlock",
@@ -63,6 +64,9 @@ _MODULES = {
     "estimation.shape_model": "ShapeModel grasp_features",
     "estimation.shape_recognizer": "ShapeRecognizer",
     "estimation.shape_training": "train_shape_model",
+    "estimation.calibration": "calibrate FreeBending Calibration",
+    "diagrams.loading.calibration_file": "load_calibration save_calibration",
+    "evaluation.calibrate_recordings": "calibrate_recordings",
     "diagrams.loading.shape_model_file": "load_shape_model save_shape_model",
     # Control and manipulation.
     "control.pid_controller": "SampledPidController PidGains",

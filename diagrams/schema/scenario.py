@@ -211,6 +211,7 @@ class BelievedConfig:
     relaxation_time: str | None = None  # s
     sensor_spacing: str | None = None  # m
     response: list[list[float]] | None = None  # of the sensors; None: as they are
+    calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to what is believed so far
 
 
 def default_plant_config() -> MultibodyPlantConfig:

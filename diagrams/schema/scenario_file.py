@@ -36,6 +36,15 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     document = _read(path)
     for override in overrides:
         _apply(document, override)
+    return _checked(path, document)
+
+
+def parse_scenario(path: Path, text: str) -> Scenario:
+    """Reads a scenario from the text that a recording at `path` keeps of it; raises as `load_scenario`."""
+    return _checked(path, yaml_load_data(text))
+
+
+def _checked(path: Path, document: dict[str, Any]) -> Scenario:
     _quote_numbers(document.get("believed"))
     check_document(path, document, Scenario)
     try:
@@ -43,15 +52,16 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     except (RuntimeError, ValueError, TypeError) as error:
         raise InputError(path, "scenario", path.stem, " ".join(str(error).split())) from None
     check_scenario(path, scenario)
-    for part in _with_files(scenario):
-        if not part.file.startswith("package://"):
-            part.file = str((path.parent / part.file).resolve())
+    for part, field in _files(scenario):
+        setattr(part, field, str((path.parent / getattr(part, field)).resolve()))
     return scenario
 
 
-def _with_files(scenario: Scenario) -> list[Any]:
-    """The parts of a scenario that name a file."""
-    return [*scenario.models, *([scenario.believed] if scenario.believed.file is not None else [])]
+def _files(scenario: Scenario) -> list[tuple[Any, str]]:
+    """The parts of a scenario that name a file by its path, and the field in which they do."""
+    named = [*((m, "file") for m in scenario.models), (scenario.believed, "file"), (scenario.believed, "calibration")]
+    found = ((part, field, getattr(part, field)) for part, field in named)
+    return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
 
 
 def _quote_numbers(changes: Any) -> None:
@@ -67,9 +77,9 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
     Paths are relative to `folder`, where the text is to be kept; absolute without one.
     """
     scenario = copy.deepcopy(scenario)
-    for part in _with_files(scenario):
-        if folder is not None and not part.file.startswith("package://"):
-            part.file = os.path.relpath(part.file, folder.resolve())
+    if folder is not None:
+        for part, field in _files(scenario):
+            setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))
     document = yaml_load_data(yaml_dump_typed(scenario))
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
     text: str = yaml_dump(document)

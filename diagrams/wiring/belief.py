@@ -4,6 +4,7 @@ import math
 from dataclasses import fields, replace
 from typing import Any
 
+from soft_gripper.diagrams.loading.calibration_file import calibrated, load_calibration
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.schema.scenario import BelievedConfig, SensorConfig
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
@@ -23,10 +24,11 @@ def believed_layout(finger: Finger, sensor: SensorConfig, believed: BelievedConf
     """Sensors and finger as the estimators believe them to be.
 
     Raises:
-        InputError: if a change is no number, or leads to what cannot be a finger.
+        InputError: if a change is no number, or leads to what cannot be a finger, or the calibration is of another.
     """
     response = sensor.response if believed.response is None else believed.response
-    return sensor_layout(believed_finger(finger, believed), replace(sensor, response=response))
+    layout = sensor_layout(believed_finger(finger, believed), replace(sensor, response=response))
+    return layout if believed.calibration is None else calibrated(layout, load_calibration(believed.calibration))
 
 
 def believed_finger(finger: Finger, believed: BelievedConfig) -> Finger:
@@ -44,7 +46,8 @@ def describe_belief(believed: BelievedConfig) -> str:
     changes = [f"{name} {text}" for name in (*_OF_SECTION, *_OF_FINGER) if (text := getattr(believed, name))]
     response = ["response"] if believed.response is not None else []
     file = [believed.file.rpartition("/")[2]] if believed.file is not None else []
-    return "; ".join([*file, *changes, *response]) or "as simulated"
+    calibration = [believed.calibration.rpartition("/")[2]] if believed.calibration is not None else []
+    return "; ".join([*file, *changes, *response, *calibration]) or "as simulated"
 
 
 def _from_file(finger: Finger, file: str) -> Finger:

@@ -24,6 +24,8 @@ from pydrake.systems.framework import System
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.recursive_estimator import RecursiveEstimator
+from soft_gripper.estimators.recursive_shape import RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -46,19 +48,20 @@ def find_sensor(name: str) -> MakeSensor:
     return found
 
 
-def find_estimator(name: str, uncertainty: Uncertainty | None = None) -> MakeEstimator:
-    """The estimator that `estimator.type` names.
+def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str = "estimator.type") -> MakeEstimator:
+    """The estimator of a name.
 
     Args:
         name: of one of this project, or "module:function".
         uncertainty: for those of this project that weigh what they know; None: the defaults.
+        field: of a scenario, that names it.
 
     Raises:
         InputError: if there is none.
     """
     own: dict[str, MakeEstimator] = {kind: _of_function(kind, uncertainty or Uncertainty()) for kind in SHAPE_FUNCTIONS}
     own["arcs"] = lambda layout, gravity, period: ArcPoseEstimator(layout, gravity)
-    found: MakeEstimator = _find("estimator.type", name, own)
+    found: MakeEstimator = _find(field, name, own)
     return found
 
 
@@ -66,7 +69,10 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
     """A block around an estimator that is a function of arrays."""
 
     def make(layout: SensorLayout, gravity: Array, period: float) -> System:
-        return ShapeEstimator(SHAPE_FUNCTIONS[kind](layout, uncertainty), layout, gravity)
+        function = SHAPE_FUNCTIONS[kind](layout, uncertainty, period)
+        if isinstance(function, RecursiveShape):
+            return RecursiveEstimator(function, gravity)
+        return ShapeEstimator(function, layout, gravity)
 
     return make
 

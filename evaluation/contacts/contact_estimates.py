@@ -10,7 +10,7 @@ from soft_gripper.diagrams.schema.sensor_presets import strain_errors
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contact_sensors import LAYOUTS
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.trial_cases import CALIBRATIONS, CASES, Case
+from soft_gripper.evaluation.contacts.trial_cases import CALIBRATIONS, CASES, ESTIMATORS, Case
 from soft_gripper.evaluation.contacts.trial_readings import Readings, disturbed_readings, ideal_readings
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.estimate import ContactForce
@@ -30,22 +30,15 @@ class ContactEstimate:
 
 
 def contact_estimates(contacts: Contacts) -> Iterator[ContactEstimate]:
-    """Of every estimator that estimates contact, under every layout of sensors and every case."""
+    """Of every estimator, under every layout of sensors and every case."""
     for sections, borders in LAYOUTS:
         layout = SensorLayout(contacts.finger, sections, borders=borders)
-        estimators = [name for name in SHAPE_FUNCTIONS if estimates_contact(name, layout)]
         unlike = {(case.preset, case.averaged): case for case in CASES}
         read = {sensors: _read(layout, contacts, case) for sensors, case in unlike.items()}
         for case in CASES:
             readings = read[case.preset, case.averaged]
-            for name in estimators:
+            for name in ESTIMATORS:
                 yield ContactEstimate(name, layout, case, estimate_contacts(name, layout, case, readings, contacts))
-
-
-def estimates_contact(estimator: str, layout: SensorLayout) -> bool:
-    """Whether one of SHAPE_FUNCTIONS does, by what it makes of a straight finger."""
-    straight = layout.response.reading(np.ones(layout.readings))
-    return SHAPE_FUNCTIONS[estimator](layout, Uncertainty())(straight, np.zeros(()), 0j).contact is not None
 
 
 def estimate_contacts(
@@ -54,7 +47,7 @@ def estimate_contacts(
     """What an estimator of contact finds, each (E, M).
 
     Args:
-        estimator: of SHAPE_FUNCTIONS.
+        estimator: of ESTIMATORS.
         layout: as simulated.
         case: what is believed of the finger, and how it is calibrated.
         readings: by E sets of sensors.

@@ -9,13 +9,12 @@ from soft_gripper.evaluation.contacts.contact_errors import ContactErrorRow, err
 from soft_gripper.evaluation.contacts.contact_errors_figure import contact_errors_figure
 from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate, contact_estimates
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.trial_cases import CASES, SHOWN_CASES, SHOWN_LAYOUT
+from soft_gripper.evaluation.contacts.trial_cases import CASES, ESTIMATORS, SHOWN_CASES, SHOWN_LAYOUT
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.figure_style import save_figure
 
 ERRORS, FIGURE = "contact_errors.csv", "contact_errors"
-SHOWN_ESTIMATOR = "contact"
-SCORES = len(LAYOUTS) * len(CASES)  # of an estimator
+SCORES = len(LAYOUTS) * len(CASES) * len(ESTIMATORS)
 
 
 def score_contacts(contacts: Contacts, folder: Path, report: Callable[[], Any]) -> list[ContactErrorRow]:
@@ -23,8 +22,7 @@ def score_contacts(contacts: Contacts, folder: Path, report: Callable[[], Any]) 
     estimates = []
     for estimate in contact_estimates(contacts):
         estimates.append(estimate)
-        if estimate.estimator == SHOWN_ESTIMATOR:
-            report()
+        report()
     rows = error_rows(estimates, contacts)
     write_csv(folder / ERRORS, rows)
     shown = sorted(filter(_is_shown, estimates), key=lambda estimate: SHOWN_CASES.index(estimate.case))
@@ -34,4 +32,4 @@ def score_contacts(contacts: Contacts, folder: Path, report: Callable[[], Any]) 
 
 def _is_shown(estimate: ContactEstimate) -> bool:
     sensors = estimate.layout.sections, estimate.layout.borders
-    return (estimate.estimator, sensors) == (SHOWN_ESTIMATOR, SHOWN_LAYOUT) and estimate.case in SHOWN_CASES
+    return (estimate.estimator, sensors) == (ESTIMATORS[0], SHOWN_LAYOUT) and estimate.case in SHOWN_CASES

@@ -10,9 +10,9 @@ which of them is wrong, so something has to be trusted. Let c be the number that
     the stiffness is trusted:  k q = c g p + w ,    so every pressure counts c times;
     the chamber is trusted:    k / c  q = g p + w ,  so pressure and weight count c times, and a force 1 / c times.
 
-The second is the same as a finger of 1 / c times all its moduli, and leaves the neutral axis where it is. Where a
-single force presses follows from how the bends of the sections compare, and needs neither; how strong it is, needs the
-stiffness itself.
+The second is what `estimation.calibration` finds too, which fits gains and offsets of the sensors besides; here many
+sets of sensors are calibrated at once. Where a single force presses follows from how the bends of the sections compare,
+and needs neither; how strong it is, needs the stiffness itself.
 
 Leading axes are free; K samples of free motion, S sections, N joints.
 """

@@ -13,6 +13,8 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.uncertainty import Uncertainty
 
 REALISTIC = "realistic"
+# Those that estimate contact from a sample by itself: here no sample follows another, so `recursive` can learn nothing.
+ESTIMATORS = ("contact",)
 CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
     "none": lambda believed, free: Scale(),
     "trusting stiffness": trusting_stiffness,

@@ -11,8 +11,8 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.evaluation.contacts.bench import G
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.resting import resting_angles
 from soft_gripper.evaluation.contacts.self_calibration import FreeMotion
+from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
@@ -61,7 +61,7 @@ def _disturbed(
 
 def _free_angles(layout: SensorLayout) -> Array:
     """Joint angles of the free motion, (K, N) rad."""
-    return np.array([resting_angles(layout.finger, pressure, HANGING) for pressure in PRESSURES])
+    return resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), HANGING))
 
 
 def _motion(readings: Array) -> FreeMotion:

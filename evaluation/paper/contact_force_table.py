@@ -48,13 +48,13 @@ def _rows(
     name: str, station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain
 ) -> Iterator[ContactForceRow]:
     scenario, layout = station.scenario, again.layout
-    held = (held_samples(scenario, recording, part) for part in (again.readings, again.pressure, again.gravity))
-    contact = ReadAgain(layout, again.uncertainty, *held).shape(ESTIMATOR).contact
+    contact = again.shape(ESTIMATOR).contact
     assert contact is not None
+    force, s = (held_samples(scenario, recording, part) for part in (contact.force, contact.arc_length))
     forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUTH)
     place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
-    columns = [each.mean(axis=-1) for each in (contact.force, *forces)]
-    columns += [1e3 * _mean_place(each) for each in (contact.arc_length, place)]
+    columns = [each.mean(axis=-1) for each in (force, *forces)]
+    columns += [1e3 * _mean_place(each) for each in (s, place)]
     steps, belief = pressure_steps(scenario.pressure, finger.name) / 1e3, describe_belief(scenario.believed)
     for pressure, *values in zip(steps, *columns, strict=True):
         which = name, finger.name, ESTIMATOR, belief, layout.sections, float(pressure), describe_borders(layout)

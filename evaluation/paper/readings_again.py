@@ -31,6 +31,7 @@ class ReadAgain:
     readings: Array  # (T, paths * S)
     pressure: Array  # (T) Pa
     gravity: Planar  # (T) m/s^2, in the bending plane; 0 where it is not compensated
+    period: float  # s, between samples
 
     @property
     def arcs(self) -> Arcs:
@@ -39,7 +40,10 @@ class ReadAgain:
 
     def shape(self, estimator: str = "arcs") -> ShapeEstimate:
         """What an estimator of this project makes of the readings."""
-        return SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty)(self.readings, self.pressure, self.gravity)
+        function = SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty, self.period)
+        found = function(self.readings[1:], self.pressure[1:], self.gravity[1:])
+        # The first sample is recorded twice: a log at a time still shows the sample before.
+        return found.at(np.maximum(np.arange(len(self.readings)) - 1, 0))
 
 
 def read_again(
@@ -63,7 +67,7 @@ def read_again(
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
     gravity = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ _gravity(station)
     layout = with_sections(believed, sections, borders)
-    return ReadAgain(layout, scenario.estimator.uncertainty, readings, pressure, gravity)
+    return ReadAgain(layout, scenario.estimator.uncertainty, readings, pressure, gravity, scenario.sensor.period)
 
 
 def with_sections(layout: SensorLayout, sections: int, borders: tuple[float, ...] | None = None) -> SensorLayout:

@@ -14,6 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
+from soft_gripper.sensors.calibrated_response import CalibratedResponse
 from soft_gripper.sensors.response_curve import ResponseCurve
 
 
@@ -28,13 +29,14 @@ class SensorLayout:
     finger's length, each taken to the nearest end of a segment.
 
     Raises:
-        InputError: if there are fewer than 1 or more sections than segments, or the borders do not make so many.
+        InputError: if there are fewer than 1 or more sections than segments, the borders do not make so many, or the
+            response is calibrated for others.
     """
 
     finger: Finger
     sections: int
     one_sided: bool = False
-    response: ResponseCurve = field(default_factory=ResponseCurve)
+    response: ResponseCurve | CalibratedResponse = field(default_factory=ResponseCurve)
     borders: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -45,6 +47,9 @@ class SensorLayout:
                 f"give {self.sections - 1} increasing shares of the length, each at another end of {segments} segments"
             )
             raise InputError("sensor", "borders", self.borders, expected)
+        if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
+            expected = f"the layout has {self.readings} readings"
+            raise InputError("calibration", "gains", list(self.response.gains), expected)
 
     @property
     def paths(self) -> int:
@@ -69,8 +74,9 @@ class SensorLayout:
     @cached_property
     def section_ends(self) -> NDArray[np.int_]:
         """Segments covered up to the end of each section, from 0 to N, (S + 1,)."""
+        equal = self.finger.section_ends(self.sections)
         if self.borders is None:
-            return self.finger.section_ends(self.sections)
+            return equal
         if not np.isfinite(self.borders).all():
             raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
         return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from soft_gripper.arrays import Array
 from soft_gripper.sensors import strain_errors
+from soft_gripper.sensors.calibrated_response import CalibratedResponse
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -16,7 +17,7 @@ class _ReadingErrors:
     """Errors of the extension ratio, between readings before and after."""
 
     errors: StrainErrors
-    response: ResponseCurve
+    response: ResponseCurve | CalibratedResponse
     period: float
     draws = (strain_errors.RUN_DRAWS, strain_errors.SAMPLE_DRAWS)
 

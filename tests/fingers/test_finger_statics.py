@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.fingers.finger import ElasticLaw
-from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
+from soft_gripper.fingers.statics import free_bending_angles, gravity_torque, resting_angles, softened
 
 LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))
 PRESSURES = np.array([[-50e3, 0.0], [100e3, 200e3]])
@@ -36,3 +36,13 @@ def test_free_bending_by_an_elastic_law_balances_the_pressure(tapered_finger):
     finger = replace(tapered_finger, elastic_law=LAW)
     q = free_bending_angles(finger, PRESSURES)
     np.testing.assert_allclose(finger.elastic_torque(q), PRESSURES[..., None] * finger.pressure_gain, atol=1e-14)
+
+
+def test_resting_angles_are_in_balance(tapered_finger):
+    """The softened finger bends further, by its ratio where it has no weight."""
+    gravity = np.array([9.81 * np.exp(0.3j), 0.0])
+    q = resting_angles(tapered_finger, np.array([5e4, 5e4]), gravity)
+    load = 5e4 * tapered_finger.pressure_gain + gravity_torque(tapered_finger, q, gravity[:, None])
+    np.testing.assert_allclose(tapered_finger.elastic_torque(q), load, rtol=0, atol=1e-12)
+    further = resting_angles(softened(tapered_finger, 1.3), np.array([5e4]), np.array([0.0]))
+    np.testing.assert_allclose(further[0], 1.3 * q[1], rtol=1e-12)

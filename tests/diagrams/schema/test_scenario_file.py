@@ -49,14 +49,19 @@ def test_what_is_dumped_loads_in_every_drake():
     assert "publish_every_time_step" not in dump_scenario(load_scenario(DEFAULTS))
 
 
+def files_of(scenario):
+    """All files that a scenario names."""
+    return [*(model.file for model in scenario.models), scenario.believed.file, scenario.believed.calibration]
+
+
 def test_dumped_paths_are_relative_to_where_the_text_is_kept(tmp_path):
     scenario = load_scenario(EVERYTHING)
-    files = [model.file for model in scenario.models] + [scenario.believed.file]
+    files = files_of(scenario)
     text = dump_scenario(scenario, FOLDER)
     assert "file: ../../models/arms/ur5e.urdf" in text
     again = load_scenario(write(tmp_path, dump_scenario(scenario, tmp_path)))
-    assert [model.file for model in again.models] + [again.believed.file] == files
-    assert scenario.believed.file == files[-1]  # what is dumped stays as it was
+    assert files_of(again) == files
+    assert files_of(scenario) == files  # what is dumped stays as it was
 
 
 @pytest.mark.parametrize(("value", "kept"), [("2.0e-2", "0.02"), ("1", "1"), ("+10 %", "+10 %"), ("'-2.5%'", "-2.5%")])
@@ -181,6 +186,7 @@ def test_defaults_run():
         [
             NO_TASK,
             "sensor.one_sided=false",
+            "believed.calibration=null",
             "estimator={compensate_gravity: false}",
             "plant_config.time_step=0",
             "simulator_config.integration_scheme=cenic",

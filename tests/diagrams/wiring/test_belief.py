@@ -89,8 +89,8 @@ def test_what_cannot_be_believed(tapered_finger, changes, message):
 
 def test_description_for_tables():
     assert describe_belief(BelievedConfig()) == "as simulated"
-    belief = BelievedConfig(file=TWO, youngs_modulus="+10 %", length="0.1", response=CURVE)
-    assert describe_belief(belief) == "two_finger.urdf; youngs_modulus +10 %; length 0.1; response"
+    belief = BelievedConfig(file=TWO, youngs_modulus="+10 %", length="0.1", response=CURVE, calibration="my/own.yaml")
+    assert describe_belief(belief) == "two_finger.urdf; youngs_modulus +10 %; length 0.1; response; own.yaml"
 
 
 PRESSURE = 60e3  # Pa

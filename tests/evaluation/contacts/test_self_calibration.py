@@ -7,27 +7,17 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
-from soft_gripper.evaluation.contacts.resting import resting_angles
 from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
 from soft_gripper.fingers.finger import ElasticLaw, Finger
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.statics import gravity_torque, resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.uncertainty import Uncertainty
 
 PRESSURES, GRAVITY = np.array([30e3, 90e3]), 6 + 7j
 
 
-def stiffer(finger: Finger, factor: float) -> Finger:
-    """All moduli by a factor, so that the neutral axis stays."""
-
-    def changed(end):
-        return replace(end, youngs_modulus=factor * end.youngs_modulus, layer_modulus=factor * end.layer_modulus)
-
-    return replace(finger, base=changed(finger.base), tip=changed(finger.tip))
-
-
 def free_motion(layout: SensorLayout) -> FreeMotion:
-    q = np.array([resting_angles(layout.finger, pressure, GRAVITY) for pressure in PRESSURES])
+    q = resting_angles(layout.finger, PRESSURES, np.full(2, GRAVITY))
     return FreeMotion(layout.response.reading(extension_ratios(layout, q)), PRESSURES, GRAVITY)
 
 
@@ -37,7 +27,7 @@ def calibrated(calibrate: Callable[[SensorLayout, FreeMotion], Scale], true: Fin
 
 @pytest.mark.parametrize("factor", [0.8, 1.1])
 def test_a_wrong_stiffness_is_found(shipped_finger: Finger, factor: float) -> None:
-    scale = calibrated(trusting_chamber, shipped_finger, stiffer(shipped_finger, factor))
+    scale = calibrated(trusting_chamber, shipped_finger, softened(shipped_finger, 1 / factor))
     np.testing.assert_allclose(scale, (factor, factor, 1 / factor), rtol=1e-3)
 
 
@@ -76,8 +66,8 @@ def test_every_set_of_readings_is_calibrated_by_itself(shipped_finger: Finger) -
 def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
     """One across the finger in its middle, with a stiffness that is believed 10 % too high."""
     factor, pressure = 1.1, np.array(60e3)
-    true, believed = (SensorLayout(f, 4) for f in (shipped_finger, stiffer(shipped_finger, factor)))
-    q = resting_angles(shipped_finger, float(pressure), GRAVITY)
+    true, believed = (SensorLayout(f, 4) for f in (shipped_finger, softened(shipped_finger, 1 / factor)))
+    q = resting_angles(shipped_finger, pressure, np.array(GRAVITY))
     for _ in range(50):
         chain = np.exp(1j * q.cumsum())
         levers = np.array([(chain[i:8] * shipped_finger.segment_length).sum() for i in range(8)])  # to joint 8's link

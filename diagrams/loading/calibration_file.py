@@ -1,0 +1,86 @@
+"""Calibrations as YAML files, and what they make of a believed layout."""
+
+import math
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import yaml
+from pydrake.common.yaml import yaml_dump, yaml_load_data, yaml_load_typed
+
+from soft_gripper.diagrams.loading.model_files import model_path
+from soft_gripper.diagrams.schema.calibration import CalibrationConfig, FingerCalibrationConfig
+from soft_gripper.diagrams.schema.document_check import check_document
+from soft_gripper.errors import InputError
+from soft_gripper.estimation.calibration import Calibration
+from soft_gripper.files import atomic_file
+from soft_gripper.fingers.statics import softened
+from soft_gripper.sensors.calibrated_response import CalibratedResponse
+from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+
+def as_config(layout: SensorLayout, found: Calibration) -> FingerCalibrationConfig:
+    """What is kept of the calibration of a finger with that believed layout."""
+    numbers = float(found.bend_ratio), found.gains.tolist(), found.offsets.tolist(), found.residual
+    return FingerCalibrationConfig(*_identity(layout), *numbers)
+
+
+def calibrated(layout: SensorLayout, calibration: CalibrationConfig) -> SensorLayout:
+    """The believed layout with the gains, offsets and stiffness that were found for its finger.
+
+    Raises:
+        InputError: if the calibration is of other fingers or sensors.
+    """
+    name, finger, curve = layout.finger.name, layout.finger, layout.response
+    if name not in calibration.fingers:
+        raise InputError("believed.calibration", "fingers", list(calibration.fingers), f"has none for '{name}'")
+    config = calibration.fingers[name]
+    found, own = (config.length, config.sensor_spacing, config.one_sided, config.section_lengths), _identity(layout)
+    flat, expected = [*found[:3], *found[3]], [*own[:3], *own[3]]
+    if len(flat) != len(expected) or not np.allclose(flat, expected, rtol=1e-6):
+        of = "length, sensor spacing, one_sided and section lengths"
+        raise InputError("believed.calibration", name, found, f"{of} of the finger are {own}")
+    assert isinstance(curve, ResponseCurve)  # as a scenario gives it
+    response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets))
+    return replace(layout, finger=softened(finger, config.bend_ratio), response=response)
+
+
+def save_calibration(calibration: CalibrationConfig, path: Path) -> None:
+    """Writes a calibration."""
+    with atomic_file(path) as partial:
+        partial.write_text(yaml_dump(asdict(calibration)), encoding="utf-8")
+
+
+def load_calibration(file: str) -> CalibrationConfig:
+    """Reads what `save_calibration` wrote.
+
+    Raises:
+        InputError: if the file is missing, no calibration, or what is in it cannot be.
+    """
+    path = model_path(file)
+    try:
+        document = yaml_load_data(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(path, "file", path.name, f"cannot be read: {getattr(error, 'strerror', error)}") from None
+    except yaml.YAMLError as error:
+        raise InputError(path, "file", path.name, f"is not YAML: {' '.join(str(error).split())}") from None
+    check_document(path, document, CalibrationConfig)
+    config: CalibrationConfig = yaml_load_typed(schema=CalibrationConfig, data=yaml_dump(document))
+    for name, finger in config.fingers.items():
+        _check(path, f"fingers.{name}", finger)
+    return config
+
+
+def _identity(layout: SensorLayout) -> tuple[float, float, bool, list[float]]:
+    return layout.finger.length, layout.finger.sensor_spacing, layout.one_sided, layout.rest_lengths.tolist()
+
+
+def _check(path: Path, field: str, config: FingerCalibrationConfig) -> None:
+    if not 0 < config.bend_ratio < math.inf:
+        raise InputError(path, f"{field}.bend_ratio", config.bend_ratio, "give a finite number above 0")
+    if not all(0 < gain < math.inf for gain in config.gains):
+        raise InputError(path, f"{field}.gains", config.gains, "give finite numbers above 0")
+    fits = len(config.offsets) == len(config.gains) and all(map(math.isfinite, config.offsets))
+    if not fits:
+        raise InputError(path, f"{field}.offsets", config.offsets, "give a finite number for every gain")

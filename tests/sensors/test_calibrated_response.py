@@ -1,0 +1,23 @@
+"""CalibratedResponse: a gain and an offset for every sensor, and the inverse."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.sensors.calibrated_response import CalibratedResponse
+from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+
+def test_a_calibrated_response_and_its_inverse():
+    response = CalibratedResponse(ResponseCurve(((0.9, -0.3), (1.0, 0.0), (1.1, 0.2))), (1.1, 0.9), (0.01, -0.01))
+    reading = response.reading(np.array([[1.0, 1.1], [0.95, 1.0]]))
+    np.testing.assert_allclose(reading, [[0.02, 0.16], [-0.135, -0.03]], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(response.ratio(reading), [[1.0, 1.1], [0.95, 1.0]], rtol=0, atol=1e-14)
+
+
+def test_it_fits_a_layout_of_as_many_readings(shipped_finger):
+    response = CalibratedResponse(ResponseCurve(), (1.0,) * 4, (0.0,) * 4)
+    assert SensorLayout(shipped_finger, 2, response=response).readings == 4
+    with pytest.raises(InputError, match=r"calibration: gains = .*: the layout has 6 readings"):
+        SensorLayout(shipped_finger, 3, response=response)
