@@ -40,7 +40,9 @@ def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, force: float, a
     meshcat.SetProperty(path, "visible", visible, time)
     if visible:
         side, length = np.sign(force), max(LENGTH * abs(force) - _HEAD, 0.0)
-        face = point + 1j * np.exp(1j * heading) * float(face_offset(drawn.finger, arc_length, side))
+        face = point + 1j * np.exp(1j * heading) * float(
+            face_offset(drawn.finger, np.array(arc_length), np.array(side))
+        )
         put(meshcat, path, face, heading - side * np.pi / 2, time)
         meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, rounded(length)], time)
         meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, rounded(length)], time)

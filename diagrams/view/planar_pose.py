@@ -2,12 +2,10 @@
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.arrays import Planar
-
 _STEPS = 2.0**20  # in a metre and in a radian: numbers of few digits, which a replay keeps in little room
 
 
-def put(meshcat: Meshcat, path: str, position: Planar | complex, heading: float, time: float) -> None:
+def put(meshcat: Meshcat, path: str, position: complex, heading: float, time: float) -> None:
     """Poses an object in the frame above it, z + i x in m and rad from z to x.
 
     In a recording this takes less room than a transform.

@@ -50,6 +50,11 @@ class Errors(NamedTuple):
     force_within: NDArray[np.bool_]  # STATED standard deviations
     place_within: NDArray[np.bool_]
 
+    def of(self, chosen: NDArray[np.bool_]) -> "Errors":
+        """Those of some contacts, (M)."""
+        force, place = self.force[:, chosen], self.place[:, chosen]
+        return Errors(force, place, self.force_within[:, chosen], self.place_within[:, chosen])
+
     @property
     def found(self) -> NDArray[np.bool_]:
         """Where a contact is found."""
@@ -90,7 +95,7 @@ def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErro
                 float(contacts.friction[0]),
                 side,
                 int(chosen.sum()),
-                *_summary(Errors(*(part[:, chosen] for part in errors))),
+                *_summary(errors.of(chosen)),
             )
 
 

@@ -65,7 +65,7 @@ def _draw(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> None
     axes.axline((0, 0), slope=1, color="0.75", lw=1, zorder=1)
     for side, color in SIDE_COLORS.items():
         chosen = contacts.side == side
-        look = {"s": 13, "alpha": 0.75, "lw": 0.0, "zorder": 2}
+        look: dict[str, Any] = {"s": 13, "alpha": 0.75, "lw": 0.0, "zorder": 2}
         axes.scatter(true[chosen], estimated[chosen], color=color, label=f"{side} side", clip_on=False, **look)
 
 
