@@ -16,16 +16,20 @@ from soft_gripper.diagrams.view.estimate_shapes import arcs_of_table, point_at
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import Chain, as_planar, forward_kinematics
-from soft_gripper.pictures.contact_marks import (
+from soft_gripper.pictures.finger_shapes import (
     ESTIMATED_COLOR,
     TRUE_COLOR,
     Arrow,
     arrow_of_force,
+    draw_arcs,
     draw_band,
+    draw_base,
     draw_force,
+    draw_segments,
+    draw_tube,
+    in_mm,
     point_on_chain,
 )
-from soft_gripper.pictures.finger_shapes import draw_arcs, draw_base, draw_segments, draw_tube, in_mm
 from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.arcs import Arcs

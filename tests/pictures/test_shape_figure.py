@@ -147,5 +147,7 @@ def test_an_estimated_force_is_drawn_beside_the_true_one() -> None:
     assert "± 2 standard deviations" in [patch.get_label() for patch in axes[2].patches]
     pieces = [patch for patch in axes[2].patches if isinstance(patch, Polygon) and patch.get_fill()]
     assert len(pieces) == 12 + 1  # of the finger, and the band
+    tube, band = pieces[-2].get_xy(), pieces[-1].get_xy()
+    assert tube[:, 1].max() > band[:, 1].max() - 1, "the last piece of the finger is that of its tip"
     for patch in (estimated, beside):  # inside the panel
         assert patch.get_path().vertices[:-1, 0].min() > axes[2].get_xlim()[0]

@@ -1,4 +1,4 @@
-"""Arrows and bands of the figures: where they lie."""
+"""Arrows and bands of a drawn finger: where they lie."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from matplotlib.patches import Polygon
 
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.pictures.contact_marks import arrow_of_force, draw_band, point_on_chain
+from soft_gripper.pictures.finger_shapes import arrow_of_force, draw_band, point_on_chain
 from soft_gripper.shape.arcs import join_arcs
 
 
