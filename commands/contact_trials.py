@@ -29,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
     friction = "coefficient of friction of the peg's surface (default: %(default)s)"
     parser.add_argument("--friction", metavar="MU", default=f"{PEG_FRICTION:g}", help=friction)
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
-    contacts = f"an {ARRAYS} of before: score its contacts, and simulate none"
+    contacts = f"{ARRAYS} of an earlier run: score its contacts, and simulate none"
     parser.add_argument("--contacts", metavar="FILE", type=Path, help=contacts)
     folder = Path("results/contact_trials")
     parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
