@@ -32,6 +32,7 @@ LAYERS = (
     "evaluation/trials",
     "evaluation/recognition",
     "evaluation/contacts",
+    "evaluation/placement",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))
