@@ -1,17 +1,18 @@
 """soft-gripper place-sensors: where along a finger the sections of its sensors best end."""
 
 import argparse
-import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
 from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.placement import print_left_out, print_ranking, print_snippet
 from soft_gripper.diagrams.schema.scenario import SensorConfig, StrainErrorsConfig
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.diagrams.schema.sensor_presets import strain_errors
+from soft_gripper.diagrams.schema.sensor_presets import presets, strain_errors
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
@@ -25,15 +26,13 @@ from soft_gripper.evaluation.placement.checks import check_contacts, check_runs
 from soft_gripper.evaluation.placement.figure import placement_figure
 from soft_gripper.evaluation.placement.held_finger import HeldFinger, held_fingers
 from soft_gripper.evaluation.placement.place_sensors import PlacedSensors, place_sensors
-from soft_gripper.evaluation.placement.placements import as_borders
-from soft_gripper.evaluation.placement.tables import LeftOutRow, PlacementRow, left_out_rows, placement_rows, run_rows
+from soft_gripper.evaluation.placement.tables import left_out_rows, placement_rows, run_rows
 from soft_gripper.evaluation.recorded_run import RecordedRun, load_run
 from soft_gripper.files import writable_folder
 from soft_gripper.fingers.finger import Finger
 
 NAME, IDEAL = "place-sensors", "ideal"
 TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_out.csv", "placement"
-_PRINTED = 5  # of the best placements
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -75,37 +74,40 @@ def _run(options: argparse.Namespace) -> None:
         print("\nnothing is written before the last placement")
         raise
     files = _write(placed, out)
-    _print_ranking(placement_rows(placed), placed.equal)
-    _print_left_out(left_out_rows(placed))
-    _print_scenario(placed, assumptions)
+    print_ranking(placement_rows(placed), placed.equal)
+    print_left_out(left_out_rows(placed))
+    print_snippet(placed, assumptions)
     print(f"\nWritten to {out}: {', '.join(files)}")
 
 
 def _assumptions(options: argparse.Namespace) -> Assumptions:
+    if options.sensors != IDEAL and options.sensors not in presets():
+        raise InputError(NAME, "--sensors", options.sensors, f"known: {IDEAL}, {', '.join(presets())}")
     config = SensorConfig(errors=StrainErrorsConfig(preset=options.sensors))
     errors = None if options.sensors == IDEAL else strain_errors(config)
     try:
         belief = float(options.belief)
     except ValueError:
-        raise InputError(NAME, "--belief", options.belief, "give a percentage") from None
+        raise InputError(NAME, "--belief", options.belief, "give a percentage from 0 to below 100") from None
     return Assumptions(options.estimator, errors, belief, whole_number(NAME, "--seed", options.seed, 0))
 
 
 def _runs(options: argparse.Namespace, count: int, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:
     """The fingers of every run, read or simulated; `others` are to have as many segments."""
     if options.recordings is not None:
-        runs = {_name(file): load_run(file) for file in options.recordings}
+        runs = {name: load_run(file) for name, file in _named(options.recordings).items()}
         check_runs(count, runs, others)
     else:
         stations = {name: _station(name) for name in options.scenarios.split(",")}
         check_runs(count, stations, others)
-        runs = {Path(name).stem: _simulate(name, station) for name, station in stations.items()}
+        runs = {name: _simulate(name, station) for name, station in stations.items()}
     return {name: held_fingers(name, run) for name, run in runs.items()}
 
 
-def _name(file: Path) -> str:
-    """What the run of a recording is called: after its folder, as `soft-gripper run` writes it, or its file."""
-    return file.resolve().parent.name if file.name == "recording.nc" else file.stem
+def _named(files: Sequence[Path]) -> dict[str, Path]:
+    """Recordings by short names, after their folders as `soft-gripper run` names these; by their paths if two clash."""
+    short = {file.resolve().parent.name if file.name == "recording.nc" else file.stem: file for file in files}
+    return short if len(short) == len(files) else {str(file): file for file in files}
 
 
 def _station(name: str) -> Station:
@@ -125,45 +127,13 @@ def _simulate(name: str, station: Station) -> RecordedRun:
 
 def _write(placed: PlacedSensors, out: Path) -> list[str]:
     """Writes tables and figure; returns the files. Of a single run, none can be left out."""
-    tables = {TABLE: placement_rows(placed), RUN_TABLE: run_rows(placed), LEFT_OUT_TABLE: left_out_rows(placed)}
+    tables: dict[str, Sequence[Any]] = {
+        TABLE: placement_rows(placed),
+        RUN_TABLE: run_rows(placed),
+        LEFT_OUT_TABLE: left_out_rows(placed),
+    }
     written = {file: rows for file, rows in tables.items() if rows}
     for file, rows in written.items():
         write_csv(out / file, rows)
     save_figure(placement_figure(placed), out / FIGURE)
     return [*written, f"{FIGURE}.png", f"{FIGURE}.svg"]
-
-
-def _print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
-    """The best few, equal sections and the worst."""
-    shown = sorted({*range(min(_PRINTED, len(rows))), equal, len(rows) - 1})
-    with_contacts = not math.isnan(rows[0].force_error_n)
-    width = max(len(rows[i].borders) for i in shown)
-    heading = "   force [N]   place [mm]   missed" if with_contacts else ""
-    print(f"\n{'rank':>4}  {'borders':<{width}}   pose error [mm]{heading}")
-    for i in shown:
-        row = rows[i]
-        contact = f"{row.force_error_n:>12.3f} {row.place_error_mm:>12.1f} {row.missed_percent:>6.1f} %"
-        line = f"{row.rank:>4}  {row.borders:<{width}} {row.pose_error_mm:>17.3f}{contact if with_contacts else ''}"
-        print(line + ("   equal sections" if i == equal else ""))
-
-
-def _print_left_out(rows: Sequence[LeftOutRow]) -> None:
-    """What placed sensors gain where they were not placed."""
-    if not rows:
-        return
-    width, name = max(len(row.borders) for row in rows), max(len(row.run) for row in rows)
-    print("\nplaced without the run in which they are tried, mean pose error [mm]:")
-    print(f"{'':<{name}}  {'borders':<{width}}   equal   placed   better by")
-    for row in rows:
-        errors = f"{row.equal_mm:>7.3f} {row.placed_mm:>8.3f} {row.gain_percent:>9.1f} %"
-        print(f"{row.run:<{name}}  {row.borders:<{width}} {errors}")
-
-
-def _print_scenario(placed: PlacedSensors, assumptions: Assumptions) -> None:
-    """What a scenario takes, and what the estimator was made to believe."""
-    borders = ", ".join(map(str, as_borders(placed.placements[0], placed.finger.segments)))
-    believed = assumptions.uncertainty
-    print(f"\nsensor:\n  sections: {len(placed.placements[0]) + 1}")
-    print(f"  borders: [{borders}]")
-    print(f"estimator:\n  type: {assumptions.estimator}\n  uncertainty:")
-    print(f"    reading: {believed.reading:.2g}\n    bend_per_pressure: {believed.bend_per_pressure:.2g}")

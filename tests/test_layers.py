@@ -33,6 +33,7 @@ LAYERS = (
     "evaluation/recognition",
     "evaluation/contacts",
     "evaluation/placement",
+    "commands/terminal",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))

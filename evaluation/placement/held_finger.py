@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
-from soft_gripper.evaluation.paper.held_steps import held_samples
+from soft_gripper.evaluation.paper.held_steps import held_rows, held_samples
 from soft_gripper.evaluation.recorded_run import RecordedRun, read_signal
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -52,7 +52,7 @@ def _held_finger(name: str, run: RecordedRun, finger: PlantFinger) -> HeldFinger
         read_signal(name, recording, f"{finger.name}.{signal}")
         for signal in ("sampled_joint_angles", "sampled_pressure", "X_WB")
     )
-    steps = held_samples(scenario, recording, np.arange(len(q)))
+    steps = held_rows(scenario, recording)
     chosen = np.linspace(0, steps.shape[1] - 1, min(SAMPLES, steps.shape[1])).astype(int)
     held = steps[:, chosen].ravel()
     gravity = planar_gravity(X_WB[held], np.array(scenario.gravity))

@@ -33,7 +33,8 @@ class Samples:
         sections, borders = len(placement) + 1, as_borders(placement, self.layout.finger.segments)
         layout = replace(self.layout, sections=sections, borders=borders)
         readings = layout.response.reading(self.ratios.of(placement))
-        pressure, gravity = (np.broadcast_to(v[:, None], readings.shape[:-1]) for v in (self.pressure, self.gravity))
+        pressure = np.broadcast_to(self.pressure[:, None], readings.shape[:-1])
+        gravity = np.broadcast_to(self.gravity[:, None], readings.shape[:-1])
         for finger in self.believed:
             estimate = SHAPE_FUNCTIONS[assumptions.estimator](replace(layout, finger=finger), assumptions.uncertainty)
             yield estimate(readings, pressure, gravity)

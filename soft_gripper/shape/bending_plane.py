@@ -44,8 +44,8 @@ def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
         X_WB: base poses, (..., 3, 4).
         gravity: in the world, (3,) m/s^2.
     """
-    planar: Planar = (X_WB[..., :, 2] + 1j * X_WB[..., :, 0]) @ gravity
-    return planar
+    x, z = (X_WB[..., :, axis] @ gravity for axis in (0, 2))
+    return np.asarray(z + 1j * x, dtype=complex)
 
 
 def to_world(planar: Planar, plane: BendingPlane) -> Array:
