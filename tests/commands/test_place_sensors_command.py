@@ -1,4 +1,4 @@
-"""soft-gripper place-sensors: from a tiny scenario to a placement that a scenario takes, Ctrl-C, and what it refuses."""
+"""soft-gripper place-sensors: from tiny scenarios to a placement that a scenario takes, Ctrl-C, what is refused."""
 
 import csv
 import os
