@@ -12,7 +12,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.strain_errors import StrainErrors
 from soft_gripper.shape.uncertainty import Uncertainty
 
-SETS = 8
+SETS = 16  # of sensors that are drawn, where they have errors
 USUAL_STRAIN = 0.05  # at which errors that are a share of the strain are believed
 
 

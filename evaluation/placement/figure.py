@@ -20,7 +20,7 @@ _MEAN, _EQUAL = "#b2182b", "0.35"
 def placement_figure(placed: PlacedSensors) -> Figure:
     """Best, equal and worst sections along the finger, its base to the left; below, errors against the rank."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7, 6.2), layout="constrained")
+        figure = Figure(figsize=(7.5, 5.8), layout="constrained")
         *fingers, errors = figure.subplots(4, 1, gridspec_kw={"height_ratios": [1, 1, 1, 4.5]})
         drawn = {"best": 0, "equal": placed.equal, "worst": len(placed.placements) - 1}
         for axes, (name, i) in zip(fingers, drawn.items(), strict=True):
@@ -61,4 +61,4 @@ def _draw_errors(axes: Axes, placed: PlacedSensors) -> None:
     axes.plot(ranks, 1e3 * placed.mean_pose_errors, color=_MEAN, lw=2.2, marker=marker, ms=4, label="mean")
     axes.axvline(placed.equal + 1, color=_EQUAL, ls="--", lw=1, label="equal sections")
     axes.set(xlabel="rank of the placement", ylabel="mean pose error [mm]", ylim=(0, None))
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)

@@ -14,7 +14,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.bending_plane import planar_gravity
 from soft_gripper.truth.link_contact import touches
 
-SAMPLES = 3  # of every held step, spread evenly: the finger rests, and only noise differs
+SAMPLES = 2  # of every held step, spread evenly: the finger rests, and only noise differs
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.placement.assumptions import Assumptions
+from soft_gripper.evaluation.placement.assumptions import SETS, Assumptions
 from soft_gripper.evaluation.placement.errors import contact_errors, mean_pose_error
 from soft_gripper.evaluation.placement.samples import read_contacts, read_held
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -53,7 +53,7 @@ def test_each_finger_has_random_numbers_of_its_own_and_the_same_in_every_run(fre
     noisy = Assumptions(errors=StrainErrors(noise=0.005))
     first, again, other = (read_held(free_finger, noisy, number).ratios.ratios for number in (0, 0, 1))
     np.testing.assert_array_equal(first, again)
-    assert first.shape == (8, 8, 2, 78)
+    assert first.shape == (8, SETS, 2, 78)
     assert not np.any(first == other)
 
 
@@ -99,11 +99,12 @@ def test_errors_of_force_and_place(contacts, monkeypatch):
     assert found.missed == pytest.approx(0.25)
 
 
-def test_where_all_are_missed_there_is_no_place(contacts):
-    """The finger hangs free, and `contact` says so."""
+@pytest.mark.parametrize("placement", [(4,), ()])
+def test_where_all_are_missed_there_is_no_place(contacts, placement):
+    """The finger hangs free, and `contact` says so; with a single section it knows nothing."""
     assumptions = Assumptions("contact")
     samples = read_contacts(contacts, SensorLayout(contacts.finger, 4), assumptions, 0)
-    found = contact_errors(contacts, samples, (4,), assumptions)
+    found = contact_errors(contacts, samples, placement, assumptions)
     assert found.missed == 1
     assert np.isnan(found.place)
     assert found.force == pytest.approx(7 / 4)

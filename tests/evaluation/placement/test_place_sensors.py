@@ -8,6 +8,7 @@ import pytest
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.placement.assumptions import Assumptions
 from soft_gripper.evaluation.placement.figure import placement_figure
+from soft_gripper.evaluation.placement.leave_one_out import LeftOut
 from soft_gripper.evaluation.placement.place_sensors import place_sensors
 from soft_gripper.evaluation.placement.tables import left_out_rows, placement_rows, run_rows
 
@@ -59,10 +60,10 @@ def test_rows(placed):
 
 
 def test_left_out_rows_say_by_how_much_placed_sensors_are_better(placed):
-    kinked, free = left_out_rows(placed)
-    assert (kinked.run, free.run) == ("kinked", "free")
-    for row in (kinked, free):
-        assert row.gain_percent == pytest.approx(100 * (row.equal_mm - row.placed_mm) / row.equal_mm)
+    assert [row.run for row in left_out_rows(placed)] == ["kinked", "free"]
+    (row,) = left_out_rows(replace(placed, left_out=[LeftOut("other", (3,), 2e-3, 0.5e-3)]))
+    assert (row.run, row.borders) == ("other", "0.25")
+    assert (row.equal_mm, row.placed_mm, row.gain_percent) == pytest.approx((2, 0.5, 75))
 
 
 def test_the_figure_draws_sections_to_scale(placed):

@@ -33,20 +33,26 @@ def test_many_placements_are_exchanged_border_by_border(best):
     assert len(found) < 10 * EXHAUSTIVE < len(all_placements(60, 4))
 
 
-def test_no_exchange_of_one_border_is_better():
-    """Of an objective with many local minima."""
+def rugged(placement):
+    """Has many local minima."""
+    return float((7 * placement[0] * placement[1] + 13 * placement[2]) % 101)
 
-    def rugged(placement):
-        return float((7 * placement[0] * placement[1] + 13 * placement[2]) % 101)
 
-    best = ranked(rugged, 40, (10, 20, 30))[0]
+def coupled(placement):
+    """A valley along which borders move together, a little at a time."""
+    return float((placement[1] - placement[0] - 20) ** 2 + (placement[0] - 5) ** 2 + (placement[2] - 50) ** 2)
+
+
+@pytest.mark.parametrize("objective", [rugged, coupled])
+def test_no_exchange_of_one_border_is_better(objective):
+    best = ranked(objective, 60, (15, 30, 45))[0]
     around = [
         moved
         for i in range(3)
-        for end in range(1, 40)
+        for end in range(1, 60)
         if (moved := (*best[:i], end, *best[i + 1 :])) and list(moved) == sorted(set(moved))
     ]
-    assert rugged(best) == min(map(rugged, around))
+    assert objective(best) == min(map(objective, around))
 
 
 @pytest.mark.parametrize("segments", [12, 60])
