@@ -42,8 +42,8 @@ def _draw_finger(axes: Axes, finger: Finger, placement: Placement) -> None:
     for s in np.arange(1, finger.segments) * 1e3 * finger.segment_length:
         axes.plot([s, s], [-2, 2], color="0.5", lw=0.6)
     most = 1.05 * max(_half_thickness(finger, s) for s in (0.0, 1e3 * finger.length))
-    axes.set(xlim=(-2, 1e3 * finger.length + 2), ylim=(-most, most), aspect="equal", xticks=ends, yticks=[])
-    axes.set_xticks(ends, [f"{end:.0f}" for end in ends])
+    axes.set(xlim=(-2, 1e3 * finger.length + 2), ylim=(-most, most), aspect="equal", yticks=[])
+    axes.set_xticks(ends, [f"{end:.0f}" for end in ends], fontsize=7)
     axes.grid(visible=False)
     axes.spines["left"].set_visible(False)
 
