@@ -18,6 +18,7 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.arcs import Arcs
+from soft_gripper.shape.bending_plane import planar_gravity
 from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.shape.uncertainty import Uncertainty
 
@@ -65,7 +66,7 @@ def read_again(
     believed = believed_layout(finger.finger, scenario.sensor, scenario.believed)
     readings = simulated.response.reading(extension_ratios(simulated, q))
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
-    gravity = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ _gravity(station)
+    gravity = planar_gravity(X_WB, _gravity(station))
     layout = with_sections(believed, sections, borders)
     return ReadAgain(layout, scenario.estimator.uncertainty, readings, pressure, gravity, scenario.sensor.period)
 
