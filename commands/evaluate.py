@@ -12,7 +12,7 @@ from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.evaluation.paper.evaluate import RUNS, SCENARIOS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.report.evaluate import RUNS, SCENARIOS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.files import writable_folder

@@ -20,9 +20,9 @@ from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scena
 from soft_gripper.evaluation.csv_table import read_csv
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
-from soft_gripper.evaluation.paper.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
+from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.report import Evaluation
+from soft_gripper.evaluation.report.report import Evaluation
 
 SECTIONS = (1, 2, 3, 4)
 OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}

@@ -19,7 +19,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.paper.contact_table import ContactRow
-from soft_gripper.evaluation.paper.evaluate import (
+from soft_gripper.evaluation.report.evaluate import (
     CAPTIONS,
     CONTACT,
     FREE,
@@ -197,7 +197,7 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
     (tmp_path / TASK / "phases.png").touch()
     Recording(xr.Dataset({"task.outcome": ("time", [0.0, float(Outcome.DONE)])})).save(tmp_path / TASK / "recording.nc")
     figures, shapes = {}, []
-    where = "soft_gripper.evaluation.paper.evaluate."
+    where = "soft_gripper.evaluation.report.evaluate."
     monkeypatch.setattr(where + "save_figure", lambda figure, stem: (figures.update({stem.name: figure}), save(stem)))
     monkeypatch.setattr(where + "shape_figure", lambda *given: shapes.append(given))
     for drawn in ("scenes_figure", "read_regimes", "regimes_figure"):

@@ -24,7 +24,7 @@ from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_f
 from soft_gripper.evaluation.paper.force_figure import force_figure
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.report import Evaluation, write_report
+from soft_gripper.evaluation.report.report import Evaluation, write_report
 from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
 from soft_gripper.evaluation.phase_table import PhaseRow, outcome
 from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes

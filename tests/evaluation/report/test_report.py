@@ -9,9 +9,9 @@ import pytest
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.differences import Difference
-from soft_gripper.evaluation.paper.evaluate import CAPTIONS
+from soft_gripper.evaluation.report.evaluate import CAPTIONS
 from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.report import TEMPLATE, Evaluation, write_report
+from soft_gripper.evaluation.report.report import TEMPLATE, Evaluation, write_report
 from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 
