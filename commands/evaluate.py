@@ -12,9 +12,9 @@ from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.evaluation.report.evaluate import RUNS, SCENARIOS, run_scenarios, summarize, unfinished
-from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors
+from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
+from soft_gripper.evaluation.report.evaluate import RUNS, SCENARIOS, run_scenarios, summarize, unfinished
 from soft_gripper.files import writable_folder
 
 
@@ -40,7 +40,8 @@ def _run(options: argparse.Namespace) -> int:
         print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")
         raise
     evaluation = summarize(out)
-    _print_errors(evaluation.poses)
+    _print_errors(of_estimator(evaluation.poses, "arcs"))
+    _print_estimators(evaluation.poses)
     _print_claims(evaluation.claims)
     print(
         f"\nWritten to {out}: report.html, metrics.csv, forces.csv, contact.csv, the figures, and a folder a scenario"
@@ -52,8 +53,21 @@ def _print_errors(rows: Sequence[PoseRow]) -> None:
     print(f"\n{'':<20}{'mean pose error [mm]':^32}{'mean fingertip error [mm]':^32}")
     print(f"{'sensors a side':<20}" + 2 * "".join(f"{n:>8}" for n in SECTIONS))
     for scenario in SCENARIOS:
-        means = [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
-        print(f"{scenario:<20}" + "".join(f"{mean:>8.2f}" for mean in means))
+        print(f"{scenario:<20}{_means(rows, scenario, '>8.2f')}")
+
+
+def _print_estimators(rows: Sequence[PoseRow]) -> None:
+    print()
+    for scenario in SCENARIOS:
+        print(f"estimators, {scenario}")
+        for name in dict.fromkeys(row.estimator for row in rows):
+            print(f"  {name:<18}{_means(of_estimator(rows, name), scenario, '>8.3f')}")
+
+
+def _means(rows: Sequence[PoseRow], scenario: str, form: str) -> str:
+    """Pose and fingertip error with 1 to 4 sensors a side."""
+    means = [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
+    return "".join(f"{mean:{form}}" for mean in means)
 
 
 def _print_claims(claims: Sequence[Claim]) -> None:

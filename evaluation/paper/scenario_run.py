@@ -13,6 +13,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.paper.contact_table import contact_table
 from soft_gripper.evaluation.paper.force_table import force_table
@@ -38,7 +39,7 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
     with atomic_folder(folder) as partial:
         recording.save(partial / "recording.nc")
         _picture(scenario, recording).save(partial / "scene.png")
-        write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS))
+        write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS, tuple(SHAPE_FUNCTIONS)))
         write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
         write_csv(partial / "contact.csv", contact_table(name, station, recording))
         write_replay(meshcat, partial / "replay.html")

@@ -17,11 +17,12 @@ from PIL import Image
 
 from soft_gripper.commands import main
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.csv_table import read_csv
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
+from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
 from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
-from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.evaluation.report.report import Evaluation
 
 SECTIONS = (1, 2, 3, 4)
@@ -59,7 +60,7 @@ class Evaluated(NamedTuple):
         contact = read_csv(self.folder / "contact.csv", ContactRow)
         bent = {(row.scenario, row.finger) for row in contact if row.touching_links or row.scenario == FREE}
         rows = [row for row in self.rows if row.sections == sections and row.scenario in scenarios]
-        return [row.pose_error_mm for row in rows if (row.scenario, row.finger) in bent]
+        return [row.pose_error_mm for row in of_estimator(rows, "arcs") if (row.scenario, row.finger) in bent]
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +116,11 @@ def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evalu
             fingers = [str(signal).removesuffix(".strain") for signal in recording if str(signal).endswith(".strain")]
         steps = load_scenario(name).pressure.steps["all"]
         expected += [
-            (name, f, "arcs", "as simulated", str(n), p / 1e3) for f in fingers for n in SECTIONS for p in steps
+            (name, f, estimator, "as simulated", str(n), p / 1e3)
+            for estimator in SHAPE_FUNCTIONS
+            for f in fingers
+            for n in SECTIONS
+            for p in steps
         ]
     assert [(*record[:5], float(record[5])) for record in records] == expected
 
@@ -148,8 +153,8 @@ def test_one_sensor_is_not_enough_in_contact(evaluated: Evaluated) -> None:
 
 
 POSES = [
-    PoseRow(scenario, "finger", "arcs", "as simulated", n, pressure, 0.0, scale / n, 2 * scale / n + 3)
-    for scenario, n in product(SCENARIOS, SECTIONS)
+    PoseRow(scenario, "finger", name, "as simulated", n, pressure, 0.0, part * scale / n, 2 * part * scale / n + 3)
+    for (name, part), scenario, n in product((("arcs", 1.0), ("gaussian", 0.1)), SCENARIOS, SECTIONS)
     for pressure, scale in ((0.0, 0.0), (50.0, 1.0), (100.0, 5.0))
 ]
 HOLDS = Claim("paper", "one sensor is within 3 mm", True, "2.42 mm")
@@ -198,6 +203,16 @@ def test_prints_means_over_the_steps(tmp_path: Path, monkeypatch: pytest.MonkeyP
     for scenario in SCENARIOS:
         (line,) = (line for line in out.getvalue().splitlines() if line.startswith(scenario))
         assert line.split()[1:] == ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
+
+
+def test_prints_means_of_every_estimator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = io.StringIO()
+    summarized([HOLDS], tmp_path, monkeypatch, out)
+    lines = [line.split() for line in out.getvalue().splitlines()]
+    for scenario in SCENARIOS:
+        begin = lines.index(["estimators,", scenario])
+        assert lines[begin + 1][:2] == ["arcs", "2.000"]
+        assert lines[begin + 2] == ["gaussian", "0.200", "0.100", "0.067", "0.050", "3.400", "3.200", "3.133", "3.100"]
 
 
 @pytest.fixture
