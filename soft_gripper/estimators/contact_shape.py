@@ -39,9 +39,9 @@ class ContactShape:
 
     def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, their covariance and the contact force; see ShapeFunction."""
-        layout, finger = self.layout, self.layout.finger
+        layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
         gaussian = self._gaussian(readings, pressure, gravity)
-        theta, variance = section_bends(layout, readings, self.uncertainty.reading)
+        theta, variance = section_bends(layout, readings, believed.reading).uncertain_by(believed.strain_share)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
         known = pressure[..., None] * finger.pressure_gain + weight
         of_model = self._gaussian.of_model(gaussian.q, pressure)

@@ -16,10 +16,11 @@ class Uncertainty:
     """
 
     reading: float = 1e-4  # of the extension ratios that sensors read
+    strain_share: float = 0.0  # of the same, as a share of the strain: gains, hysteresis
     angle: float = 2e-4  # rad, of a joint's angle where the finger is not as it is believed to be
     bend_per_pressure: float = 0.005  # share of the bend that a pressure leads to
     pressure: float = 0.0  # Pa, of the pressure's measurement
-    load_pressure: float = 1.5e5  # Pa, whose torque at the base is that of a usual load
+    load_pressure: float = 1.0e5  # Pa, whose torque at the base is that of a usual load
 
     def __post_init__(self) -> None:
         for field in fields(self):
