@@ -24,6 +24,8 @@ from pydrake.systems.framework import System
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.recursive_estimator import RecursiveEstimator
+from soft_gripper.estimators.recursive_shape import RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -66,7 +68,10 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
     """A block around an estimator that is a function of arrays."""
 
     def make(layout: SensorLayout, gravity: Array, period: float) -> System:
-        return ShapeEstimator(SHAPE_FUNCTIONS[kind](layout, uncertainty), layout, gravity)
+        function = SHAPE_FUNCTIONS[kind](layout, uncertainty, period)
+        if isinstance(function, RecursiveShape):
+            return RecursiveEstimator(function, gravity)
+        return ShapeEstimator(function, layout, gravity)
 
     return make
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.sensor_presets import uncertainty
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
@@ -31,6 +32,7 @@ class ReadAgain:
     readings: Array  # (T, paths * S)
     pressure: Array  # (T) Pa
     gravity: Planar  # (T) m/s^2, in the bending plane; 0 where it is not compensated
+    period: float  # s, between samples
 
     @property
     def arcs(self) -> Arcs:
@@ -39,7 +41,10 @@ class ReadAgain:
 
     def shape(self, estimator: str = "arcs") -> ShapeEstimate:
         """What an estimator of this project makes of the readings."""
-        return SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty)(self.readings, self.pressure, self.gravity)
+        function = SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty, self.period)
+        found = function(self.readings[1:], self.pressure[1:], self.gravity[1:])
+        # The first sample is recorded twice: a log at a time still shows the sample before.
+        return found.at(np.maximum(np.arange(len(self.readings)) - 1, 0))
 
 
 def read_again(station: Station, recording: Recording, finger: PlantFinger, sections: int) -> ReadAgain:
@@ -50,7 +55,8 @@ def read_again(station: Station, recording: Recording, finger: PlantFinger, sect
     readings = simulated.response.reading(extension_ratios(simulated, q))
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
     gravity = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ _gravity(station)
-    return ReadAgain(believed, scenario.estimator.uncertainty, readings, pressure, gravity)
+    uncertain = uncertainty(scenario.estimator, scenario.sensor)
+    return ReadAgain(believed, uncertain, readings, pressure, gravity, scenario.sensor.period)
 
 
 def with_sections(layout: SensorLayout, sections: int) -> SensorLayout:

@@ -41,45 +41,64 @@ class ContactShape:
         """Joint angles, their covariance and the contact force; see ShapeFunction."""
         layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
         gaussian = self._gaussian(readings, pressure, gravity)
-        theta, variance = section_bends(layout, readings, believed.reading).uncertain_by(believed.strain_share)
+        theta, variance = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
         known = pressure[..., None] * finger.pressure_gain + weight
         of_model = self._gaussian.of_model(gaussian.q, pressure)
         uncertain = sections_of(layout, of_model) + variance[..., None] * np.eye(layout.sections)
         bends = Bends(theta - layout.sums(finger.angle(known)), uncertain, self._gaussian.compliance(gaussian.q))
-        fit = self._explain(*_flat(gaussian.q, bends, (variance < UNKNOWN / 2).sum(axis=-1)))
-        q = finger.angle(known + fit.torque.reshape(known.shape))
+        fit = explain(layout, self.uncertainty, gaussian.q, bends)
+        q = finger.angle(known + fit.torque)
         gain, _ = condition(layout, self._gaussian.prior(gaussian.q, pressure), variance)
         q = q + (gain @ (theta - layout.sums(q))[..., None])[..., 0]
-        contact = ContactForce(*(values.reshape(pressure.shape) for values in fit.contact))
-        return ShapeEstimate(q, gaussian.covariance, contact)
-
-    def _explain(self, q: Array, bends: Bends, sections: Array) -> Fit:
-        """The contact at joint angles (K, N) that explains bends best; `sections`, (K), are those that are read."""
-        noise, tip = _quantiles(self.layout.sections), self.layout.finger.length
-        fit = fit_single_force(self.layout, q, bends, self._usual_force)
-        several = (sections > 2) & (fit.misfit > noise[np.maximum(sections - 2, 0)]) & (fit.contact.arc_length < tip)
-        if several.any():
-            part, side = Bends(*(values[several] for values in bends)), np.sign(fit.contact.force[several])
-            fit = put(several, fit_several_forces(self.layout, q[several], part, side, self._usual_force), fit)
-        remaining = misfit(bends.theta, np.linalg.inv(bends.covariance))
-        free, unknown = remaining < noise[sections], sections < 2
-        nothing = ContactForce(
-            np.zeros(len(q)), np.full(len(q), np.nan), fit.contact.force_std, np.full(len(q), np.nan)
-        )
-        fit = choose(free, Fit(nothing, np.zeros_like(q), remaining), fit)
-        nan = np.full(len(q), np.nan)
-        return choose(unknown, Fit(ContactForce(nan, nan, nan, nan), np.zeros_like(q), remaining), fit)
+        return ShapeEstimate(q, gaussian.covariance, fit.contact)
 
     @cached_property
     def _gaussian(self) -> GaussianShape:
         return GaussianShape(self.layout, self.uncertainty)
 
-    @cached_property
-    def _usual_force(self) -> float:
-        """N; in the middle of the finger it has the torque of a usual load at the base."""
-        finger = self.layout.finger
-        return float(self.uncertainty.load_pressure * finger.pressure_gain[0] / (finger.length / 2))
+
+def explain(layout: SensorLayout, uncertainty: Uncertainty, q: Array, bends: Bends) -> Fit:
+    """The contact that explains best what pressure and weight do not bend; NaN where fewer than two sections are read.
+
+    Args:
+        layout: sensors and finger as they are believed to be.
+        uncertainty: says how large loads usually are.
+        q: joint angles, rad, about as they are, (..., N).
+        bends: what is to be explained.
+    """
+    shape, finger = q.shape[:-1], layout.finger
+    usual = float(uncertainty.load_pressure * finger.pressure_gain[0] / (finger.length / 2))
+    fit = _explain(layout, *_flat(q, bends), usual)
+    contact = ContactForce(*(values.reshape(shape) for values in fit.contact))
+    return Fit(contact, fit.torque.reshape(q.shape), fit.misfit.reshape(shape))
+
+
+def _explain(layout: SensorLayout, q: Array, bends: Bends, usual: float) -> Fit:
+    """The same of K samples; `usual` is the size of a usual force, N."""
+    sections = (np.diagonal(bends.covariance, axis1=-2, axis2=-1) < UNKNOWN / 2).sum(axis=-1)
+    noise = _quantiles(layout.sections)
+    remaining = misfit(bends.theta, np.linalg.inv(bends.covariance))
+    nan = np.full(len(q), np.nan)
+    unknown = Fit(ContactForce(nan, nan, nan, nan), np.zeros_like(q), remaining)
+    if (sections < 2).all():
+        return unknown
+    fit = fit_single_force(layout, q, bends, usual)
+    several = (sections > 2) & (fit.misfit > noise[np.maximum(sections - 2, 0)])
+    several &= fit.contact.arc_length < layout.finger.length
+    if several.any():
+        part, side = Bends(*(values[several] for values in bends)), np.sign(fit.contact.force[several])
+        fit = put(several, fit_several_forces(layout, q[several], part, side, usual), fit)
+    free = Fit(ContactForce(np.zeros(len(q)), nan, fit.contact.force_std, nan), np.zeros_like(q), remaining)
+    return choose(sections < 2, unknown, choose(remaining < noise[sections], free, fit))
+
+
+def _flat(q: Array, bends: Bends) -> tuple[Array, Bends]:
+    """The same with a single leading axis."""
+    joints, count = q.shape[-1], bends.theta.shape[-1]
+    compliance = np.broadcast_to(bends.compliance, q.shape).reshape(-1, joints)
+    covariance = np.broadcast_to(bends.covariance, (*q.shape[:-1], count, count)).reshape(-1, count, count)
+    return q.reshape(-1, joints), Bends(bends.theta.reshape(-1, count), covariance, compliance)
 
 
 @cache
@@ -87,11 +106,3 @@ def _quantiles(most: int) -> Array:
     """The misfits that noise does not exceed, by the number of what is free, from 0 to `most`; of none, that of one."""
     quantiles: Array = chi2.ppf(_CONFIDENCE, np.maximum(np.arange(most + 1), 1))
     return quantiles
-
-
-def _flat(q: Array, bends: Bends, sections: Array) -> tuple[Array, Bends, Array]:
-    """The same with a single leading axis."""
-    joints, count = q.shape[-1], bends.theta.shape[-1]
-    compliance = np.broadcast_to(bends.compliance, q.shape).reshape(-1, joints)
-    flat = Bends(bends.theta.reshape(-1, count), bends.covariance.reshape(-1, count, count), compliance)
-    return q.reshape(-1, joints), flat, np.reshape(sections, -1)

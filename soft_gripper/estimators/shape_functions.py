@@ -1,18 +1,27 @@
 """The estimators of this project by name."""
 
-from collections.abc import Callable
+from typing import Protocol
 
 from soft_gripper.estimators.arc_shape import ArcShape
 from soft_gripper.estimators.contact_shape import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.recursive_shape import RecursiveShape
 from soft_gripper.estimators.spline import SplineShape
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.estimate import ShapeFunction
 from soft_gripper.shape.uncertainty import Uncertainty
 
-SHAPE_FUNCTIONS: dict[str, Callable[[SensorLayout, Uncertainty], ShapeFunction]] = {
-    "arcs": lambda layout, uncertainty: ArcShape(layout),
-    "spline": lambda layout, uncertainty: SplineShape(layout),
-    "gaussian": GaussianShape,
-    "contact": ContactShape,
+
+class MakeShapeFunction(Protocol):
+    """Makes an estimator of sensors and finger as they are believed to be, for samples `period` s apart."""
+
+    def __call__(self, layout: SensorLayout, uncertainty: Uncertainty, period: float = 0.01) -> ShapeFunction: ...
+
+
+SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
+    "arcs": lambda layout, uncertainty, period=0.01: ArcShape(layout),
+    "spline": lambda layout, uncertainty, period=0.01: SplineShape(layout),
+    "gaussian": lambda layout, uncertainty, period=0.01: GaussianShape(layout, uncertainty),
+    "contact": lambda layout, uncertainty, period=0.01: ContactShape(layout, uncertainty),
+    "recursive": RecursiveShape,
 }

@@ -7,6 +7,7 @@ sample and an evaluation once for a whole recording, or for many of them.
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.finger import Finger
@@ -29,6 +30,13 @@ class ShapeEstimate(NamedTuple):
     covariance: Array | None = None  # (..., N, N) rad^2, of the joint angles
     contact: ContactForce | None = None
     curve: Planar | None = None  # (..., N + 1) m in B, joints and tip where they do not follow from the joint angles
+
+    def at(self, rows: NDArray[np.int_]) -> "ShapeEstimate":
+        """The estimates of some samples, by their numbers along the first axis."""
+        contact = None if self.contact is None else ContactForce(*(values[rows] for values in self.contact))
+        covariance = None if self.covariance is None else self.covariance[rows]
+        curve = None if self.curve is None else self.curve[rows]
+        return ShapeEstimate(self.q[rows], covariance, contact, curve)
 
     def points(self, finger: Finger) -> Planar:
         """Joints and tip, (..., N + 1) m in B."""

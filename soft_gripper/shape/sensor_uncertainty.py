@@ -1,13 +1,13 @@
 """What is uncertain to an estimator whose sensors have errors, and who knows the finger to some accuracy only.
 
-All that disturbs a reading counts as one standard deviation, as if it were drawn anew for every sample: white noise
-is, gain and offset stay as they are drawn. Of a drift it is what a minute brings.
+Hysteresis and creep count as a share of the strain, as a gain does. A drift, which is steady, counts as a random walk
+that comes as far in a minute.
 """
 
 import math
 
 from soft_gripper.sensors.pressure_errors import PressureErrors
-from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
 from soft_gripper.shape.uncertainty import Uncertainty
 
 
@@ -20,10 +20,11 @@ def uncertainty_of(
     """
     ideal, strain, pressure = Uncertainty(), strain or StrainErrors(), pressure or PressureErrors()
     rounding = (strain.quantization or 0.0) / math.sqrt(12)
-    of_ratio = strain.offset, strain.drift, strain.low_frequency_noise, strain.noise, rounding
     return Uncertainty(
-        reading=math.hypot(ideal.reading, *of_ratio),
-        strain_share=math.hypot(strain.gain_error, strain.hysteresis, strain.creep),
+        reading=math.hypot(ideal.reading, strain.low_frequency_noise, strain.noise, rounding),
+        gain=math.hypot(strain.gain_error, strain.hysteresis, strain.creep),
+        offset=strain.offset,
+        drift=strain.drift / math.sqrt(MINUTE),
         bend_per_pressure=math.hypot(ideal.bend_per_pressure, pressure.gain_error, finger),
         pressure=math.hypot(ideal.pressure, pressure.offset, pressure.noise),
     )

@@ -1,10 +1,13 @@
 """What is believed to be uncertain about a finger, its sensors and its load."""
 
+import math
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from soft_gripper.errors import InputError
+
+MINUTE = 60.0  # s
 
 
 @dataclass
@@ -16,10 +19,12 @@ class Uncertainty:
     """
 
     reading: float = 1e-4  # of the extension ratios that sensors read
-    strain_share: float = 0.0  # of the same, as a share of the strain: gains, hysteresis
     angle: float = 2e-4  # rad, of a joint's angle where the finger is not as it is believed to be
     bend_per_pressure: float = 0.005  # share of the bend that a pressure leads to
     pressure: float = 0.0  # Pa, of the pressure's measurement
+    gain: float = 0.0  # share of the strain, of each sensor; learnt by `recursive`
+    offset: float = 0.0  # of the extension ratio, of each sensor; learnt by `recursive`
+    drift: float = 0.0  # 1/sqrt(s), random walk of the offsets; followed by `recursive`
     load_pressure: float = 1.0e5  # Pa, whose torque at the base is that of a usual load
 
     def __post_init__(self) -> None:
@@ -28,3 +33,8 @@ class Uncertainty:
             if not np.isfinite(value) or value < 0 or (field.name == "reading" and value == 0):
                 least = "above 0" if field.name == "reading" else "of at least 0"
                 raise InputError("uncertainty", field.name, value, f"give a finite number {least}")
+
+    @property
+    def any_reading(self) -> float:
+        """Of an extension ratio that is read at any time within a minute, to whoever does not learn what is lasting."""
+        return math.hypot(self.reading, self.offset, self.drift * math.sqrt(MINUTE))

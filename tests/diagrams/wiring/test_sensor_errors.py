@@ -38,7 +38,7 @@ def test_the_truth_stays_recorded(ideal, disturbed):
     np.testing.assert_array_equal(disturbed["left_finger.ideal_pressure"], ideal["left_finger.sampled_pressure"])
     np.testing.assert_array_equal(disturbed["left_finger.pressure"], ideal["left_finger.pressure"])
     assert not [name for name in ideal.data if "ideal" in name]
-    assert not [name for name in disturbed.data if "random" in name or "normal" in name]
+    assert not [name for name in disturbed.data if "random" in name or "standard_normal" in name]
 
 
 def test_what_is_measured_is_disturbed_as_much_as_is_asked_for(disturbed):

@@ -1,0 +1,238 @@
+"""The shape from sample to sample, with what is wrong with sensors and finger learnt on the way.
+
+A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of the sensors, whose state x is
+
+    z     the load, as its strongest modes:  tau = V z ; forgotten with a time constant, so that it follows readings
+    r, d  how much more the finger bends under pressure than is believed:  k q = g (p (1 + r) + d) + w + tau
+    c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
+
+All but the load are slow: next to constant, the offsets drift. They are learnt in free motion alone. Whether the
+finger is free is seen from what the readings differ from those of the free finger, averaged over some samples: as
+long as it is no more than noise and the uncertainty of the slow states explain, the slow states are corrected, and
+cautiously, for errors of sensors are not white. While the finger is loaded they are kept as they are, with their
+uncertainty counted (Schmidt 1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an
+offset. What cannot be seen is a load that begins before anything is learnt and looks like a finger that bends less
+than believed: let the finger move freely first, or give a smaller `bend_per_pressure`.
+
+A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
+
+Leading axes are free; R readings, N joints, n states.
+"""
+
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.contact_shape import explain
+from soft_gripper.estimators.gaussian import sections_of
+from soft_gripper.estimators.load_prior import torque_covariance
+from soft_gripper.estimators.single_force import Bends
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.estimate import ShapeEstimate
+from soft_gripper.shape.uncertainty import Uncertainty
+
+_MODES = 5  # of the load
+_LOAD_TIME = 0.1  # s, in which a load is forgotten
+_AVERAGE = 0.1  # weight of the newest sample in what is compared with the free finger
+_CAUTION = 30.0  # times the variance of the noise, with which slow states are corrected
+_SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
+_OUTLIER = 6.0  # standard deviations
+_MISSING = 1e6  # variance of a reading that is left out
+
+
+class Filter(NamedTuple):
+    """What is known after a sample."""
+
+    mean: Array  # (..., n)
+    covariance: Array  # (..., n, n)
+    difference: Array  # (..., R) averaged, of the readings from those of the free finger
+    loaded: NDArray[np.bool_]  # (...)
+    q: Array  # (..., N) rad
+
+
+@dataclass(frozen=True)
+class RecursiveShape:
+    """The estimator `recursive` of one finger; a ShapeFunction of recordings, whose first axis is time."""
+
+    layout: SensorLayout
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    period: float = 0.01  # s, between samples
+
+    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """Joint angles, covariance and contact of samples (T, ...) that follow each other; see ShapeFunction."""
+        gravity, known = np.broadcast_to(gravity, pressure.shape), self.begin(pressure.shape[1:])
+        passed = []
+        for sample in zip(readings, pressure, gravity, strict=True):
+            known = self.step(known, *sample)
+            passed.append(known)
+        return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), pressure)
+
+    def begin(self, shape: tuple[int, ...] = ()) -> Filter:
+        """What is known of a straight finger before the first sample, with leading axes."""
+        states, joints = self._states, self.layout.finger.segments
+        covariance = np.broadcast_to(np.diag(self._before), (*shape, states, states))
+        nothing = np.zeros((*shape, self.layout.readings))
+        return Filter(
+            np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool), np.zeros((*shape, joints))
+        )
+
+    def step(self, before: Filter, readings: Array, pressure: Array, gravity: Planar | complex) -> Filter:
+        """What is known after one more sample."""
+        layout, finger = self.layout, self.layout.finger
+        mean, covariance = self._predict(before)
+        weight = gravity_torque(finger, before.q, np.asarray(gravity)[..., None])
+        torque = self.effective_pressure(mean, pressure)[..., None] * finger.pressure_gain + weight
+        free = finger.angle(torque)
+        strain, gain = extension_ratios(layout, free) - 1, 1 + self._gains(mean)
+        by_state = self._by_state(free, strain, gain, pressure)
+        difference: Array = layout.response.ratio(readings) - 1 - gain * strain - self._offsets(mean)
+        difference, noise = self._without_outliers(difference, mean, covariance, by_state)
+        average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
+        loaded = self._is_loaded(before.loaded, average, covariance, by_state, noise)
+        mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded)
+        torque = self.effective_pressure(mean, pressure)[..., None] * finger.pressure_gain + weight
+        q = finger.angle(torque + mean[..., :_MODES] @ self._modes.T)
+        return Filter(mean, covariance, average, loaded, q)
+
+    def estimate(self, known: Filter, pressure: Array) -> ShapeEstimate:
+        """The shape after a sample at a pressure, Pa, (...)."""
+        by_joint = self._joints_by_state(known.q, pressure)
+        covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
+        covariance = covariance + self.uncertainty.angle**2 * np.eye(known.q.shape[-1])
+        load = by_joint[..., :_MODES]
+        of_load = load @ known.covariance[..., :_MODES, :_MODES] @ np.swapaxes(load, -1, -2)
+        bends = Bends(
+            self.layout.sums((load @ known.mean[..., :_MODES, None])[..., 0]),
+            sections_of(self.layout, of_load) + self.uncertainty.angle**2 * np.eye(self.layout.sections),
+            self._compliance(known.q),
+        )
+        return ShapeEstimate(known.q, covariance, explain(self.layout, self.uncertainty, known.q, bends).contact)
+
+    def effective_pressure(self, mean: Array, pressure: Array) -> Array:
+        """The pressure that bends the finger, as it is believed to be, as far as this one does, Pa, (...)."""
+        return pressure * (1 + mean[..., _MODES]) + mean[..., _MODES + 1]
+
+    def _gains(self, mean: Array) -> Array:
+        return mean[..., _MODES + 2 : _MODES + 2 + self.layout.readings]
+
+    def _offsets(self, mean: Array) -> Array:
+        return mean[..., _MODES + 2 + self.layout.readings :]
+
+    @property
+    def _states(self) -> int:
+        return _MODES + 2 + 2 * self.layout.readings
+
+    @cached_property
+    def _is_slow(self) -> NDArray[np.bool_]:
+        return np.arange(self._states) >= _MODES
+
+    @cached_property
+    def _strongest(self) -> tuple[Array, Array]:
+        """Variances of the modes of the load, (n_z), and the modes V, (N, n_z)."""
+        values, vectors = np.linalg.eigh(torque_covariance(self.layout.finger, self.uncertainty.load_pressure))
+        return values[::-1][:_MODES], vectors[:, ::-1][:, :_MODES]
+
+    @property
+    def _modes(self) -> Array:
+        return self._strongest[1]
+
+    @cached_property
+    def _before(self) -> Array:
+        """Variances of the states before the first sample, (n,)."""
+        believed, readings = self.uncertainty, self.layout.readings
+        slow = [believed.bend_per_pressure, believed.pressure]
+        slow += [believed.gain] * readings + [believed.offset] * readings
+        variances: Array = np.concatenate([self._strongest[0], np.square(slow)])
+        return variances
+
+    @cached_property
+    def _walks(self) -> Array:
+        """Variances that a period adds, (n,)."""
+        readings, kept = self.layout.readings, np.exp(-2 * self.period / _LOAD_TIME)
+        slow = [_SLOW_BEND, 0.0] + [_SLOW_GAIN] * readings + [self.uncertainty.drift] * readings
+        variances: Array = np.concatenate([(1 - kept) * self._strongest[0], np.square(slow) * self.period])
+        return variances
+
+    def _predict(self, before: Filter) -> tuple[Array, Array]:
+        kept = np.where(self._is_slow, 1.0, np.exp(-self.period / _LOAD_TIME))
+        return before.mean * kept, before.covariance * kept[:, None] * kept + np.diag(self._walks)
+
+    def _compliance(self, q: Array) -> Array:
+        finger = self.layout.finger
+        return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
+
+    def _joints_by_state(self, q: Array, pressure: Array) -> Array:
+        """By how much the joint angles move with the states, (..., N, n)."""
+        compliance, finger = self._compliance(q), self.layout.finger
+        moved = np.zeros((*q.shape, self._states))
+        moved[..., :_MODES] = compliance[..., None] * self._modes
+        moved[..., _MODES + 1] = compliance * finger.pressure_gain
+        moved[..., _MODES] = moved[..., _MODES + 1] * pressure[..., None]
+        return moved
+
+    def _by_state(self, q: Array, strain: Array, gain: Array, pressure: Array) -> Array:
+        """By how much the readings' strains move with the states, (..., R, n)."""
+        layout, readings = self.layout, np.arange(self.layout.readings)
+        sums = np.add.reduceat(self._joints_by_state(q, pressure), layout.section_ends[:-1], axis=-2)
+        bend = -(layout.offsets[:, None] / layout.rest_lengths).ravel()
+        moved = (gain * bend)[..., None] * np.concatenate([sums] * layout.paths, axis=-2)
+        moved[..., readings, _MODES + 2 + readings] = strain
+        moved[..., readings, _MODES + 2 + layout.readings + readings] = 1.0
+        return moved
+
+    def _without_outliers(
+        self, difference: Array, mean: Array, covariance: Array, by_state: Array
+    ) -> tuple[Array, Array]:
+        """The differences, 0 where one is missing or far from what any load would make of it, and their variances."""
+        expected = (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
+        variance = ((by_state @ covariance) * by_state).sum(axis=-1) + self.uncertainty.reading**2
+        fine = np.abs(difference - expected) < _OUTLIER * np.sqrt(variance)  # False where it is NaN
+        return np.where(fine, difference, 0.0), np.where(fine, self.uncertainty.reading**2, _MISSING)
+
+    def _is_loaded(
+        self, before: NDArray[np.bool_], average: Array, covariance: Array, by_state: Array, noise: Array
+    ) -> NDArray[np.bool_]:
+        """Whether more than noise and slow states is needed to explain the readings."""
+        slow = by_state * self._is_slow
+        spread = slow @ covariance @ np.swapaxes(slow, -1, -2)
+        spread = spread + _AVERAGE / (2 - _AVERAGE) * noise[..., None] * np.eye(noise.shape[-1])
+        size = (average * np.linalg.solve(spread, average[..., None])[..., 0]).sum(axis=-1)
+        begin, end = _limits(noise.shape[-1])
+        return np.where(before, size > end, size > begin)
+
+    def _update(
+        self,
+        mean: Array,
+        covariance: Array,
+        difference: Array,
+        by_state: Array,
+        noise: Array,
+        loaded: NDArray[np.bool_],
+    ) -> tuple[Array, Array]:
+        """Free: no load, and the slow states corrected. Loaded: the load corrected, the slow states as they are."""
+        loads = loaded[..., None] | self._is_slow
+        mean = mean * loads
+        covariance = covariance * (loads[..., :, None] & loads[..., None, :])
+        noise = np.where(loaded[..., None], noise, _CAUTION * noise)
+        crossed = covariance @ np.swapaxes(by_state, -1, -2)
+        spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
+        gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
+        gain = gain * (~loaded[..., None] | ~self._is_slow)[..., None]
+        left = difference - (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
+        keep = np.eye(self._states) - gain @ by_state
+        covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
+        covariance = covariance + (gain * noise[..., None, :]) @ np.swapaxes(gain, -1, -2)
+        return mean + (gain @ left[..., None])[..., 0], covariance
+
+
+@cache
+def _limits(readings: int) -> tuple[float, float]:
+    """Of the averaged differences, in variances: above the first a load begins, below the second it has ended."""
+    begin, end = chi2.ppf([0.99, 0.9], readings)
+    return float(begin), float(end)
