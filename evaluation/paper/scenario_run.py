@@ -23,6 +23,9 @@ from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure
 from soft_gripper.pictures.torque_bar import recorded_limit
 
+FREE = "free_bending"
+CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
+SCENARIOS = (FREE, *CONTACT)
 SECTIONS = (1, 2, 3, 4)
 
 

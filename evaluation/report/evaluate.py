@@ -26,7 +26,7 @@ from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_f
 from soft_gripper.evaluation.paper.force_figure import force_figure
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
-from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
+from soft_gripper.evaluation.paper.scenario_run import CONTACT, FREE, SCENARIOS, is_finished, run_scenario
 from soft_gripper.evaluation.phase_table import PhaseRow, outcome
 from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
 from soft_gripper.evaluation.processes import call_in_processes, report
@@ -38,9 +38,6 @@ from soft_gripper.pictures.scenes_figure import scenes_figure
 from soft_gripper.pictures.section_figure import section_figure
 from soft_gripper.pictures.shape_figure import shape_figure
 
-FREE = "free_bending"
-CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
-SCENARIOS = (FREE, *CONTACT)
 GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
 RUNS = (*SCENARIOS, GRIP, TASK)
 CAPTIONS = {

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.paper.contact_table import contact_table, of_touched_fingers
 from soft_gripper.evaluation.paper.held_steps import held_samples
-from soft_gripper.evaluation.paper.readings_again import read_again
+from soft_gripper.evaluation.paper.readings_again import ReadAgain, read_again
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -22,7 +23,10 @@ EVERY = 10  # of the held samples, so many apart: they hardly differ but for whi
 
 @dataclass(frozen=True)
 class HeldFinger:
-    """A finger of a recording of T samples, of which K at its held steps are looked at."""
+    """A finger of a recording of T samples, of which K at its held steps are looked at.
+
+    The first sample of a recording is left out: it is there twice, a log at a time still shows the sample before.
+    """
 
     station: Station
     recording: Recording
@@ -34,38 +38,40 @@ class HeldFinger:
         return self.finger.finger
 
     @property
+    def period(self) -> float:
+        """Between samples, s."""
+        return self.station.scenario.sensor.period
+
+    @cached_property
     def samples(self) -> NDArray[np.int_]:
-        """The K samples."""
-        every = np.arange(len(self.recording["time"]))
+        """The K of the T samples."""
+        every = np.arange(len(self.recording["time"])) - 1
         return held_samples(self.station.scenario, self.recording, every)[:, ::EVERY].ravel()
 
     @property
     def pressure(self) -> Array:
-        """(K) Pa."""
-        return read_again(self.station, self.recording, self.finger, 1).pressure[self.samples]
+        """(T) Pa."""
+        return self._again(1).pressure[1:]
 
     @property
     def gravity(self) -> Planar:
-        """In the bending plane, (K) m/s^2."""
-        return read_again(self.station, self.recording, self.finger, 1).gravity[self.samples]
+        """In the bending plane, (T) m/s^2."""
+        return self._again(1).gravity[1:]
 
     def readings(self, sections: int, errors: StrainErrors | None, seeds: int) -> Array:
-        """What the sensors of `seeds` runs read, (K, seeds, paths * sections); without errors they are all the same.
-
-        The errors go through the whole recording, since sensors remember.
-        """
-        again = read_again(self.station, self.recording, self.finger, sections)
-        if errors is None:
-            return np.repeat(again.readings[self.samples, None], seeds, axis=1)
+        """What the sensors of `seeds` runs read, (T, seeds, paths * sections)."""
+        again = self._again(sections)
         response = again.layout.response
-        ratios = np.repeat(response.ratio(again.readings)[:, None], seeds, axis=1)
+        ratios = np.repeat(response.ratio(again.readings[1:])[:, None], seeds, axis=1)
         rng = np.random.default_rng(sections)
-        disturbed = disturb(errors, ratios, self.station.scenario.sensor.period, rng)
-        return response.reading(disturbed[self.samples])
+        return response.reading(ratios if errors is None else disturb(errors, ratios, self.period, rng))
+
+    def _again(self, sections: int) -> ReadAgain:
+        return read_again(self.station, self.recording, self.finger, sections)
 
     def points(self, s: Array) -> Planar:
         """The true points of the finger at arc lengths (M) m from the base, (K, M) m in B."""
-        q = self.recording[f"{self.finger.name}.sampled_joint_angles"].values[self.samples]
+        q = self.recording[f"{self.finger.name}.sampled_joint_angles"].values[1:][self.samples]
         return points_along(self.simulated, q, s)
 
 

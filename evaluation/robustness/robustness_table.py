@@ -4,13 +4,12 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.readings_again import with_sections
-from soft_gripper.evaluation.robustness.cases import BELIEFS, SECTIONS, Belief, errors_at
-from soft_gripper.evaluation.robustness.errors import Errors, errors_of, in_mm, together
+from soft_gripper.evaluation.paper.scenario_run import SECTIONS
+from soft_gripper.evaluation.robustness.cases import BELIEFS, Belief, errors_at
+from soft_gripper.evaluation.robustness.errors import Errors, estimated, in_mm, together
 from soft_gripper.evaluation.robustness.held_finger import HeldFinger
 from soft_gripper.shape.sensor_uncertainty import uncertainty_of
 
@@ -30,6 +29,7 @@ class RobustnessRow:
     p95_mm: float  # 95th percentile
     worst_mm: float
     coverage: float  # share of places in their 95 % bands; NaN for an estimator that gives no covariance
+    seeds: int
 
 
 def robustness_table(
@@ -44,24 +44,19 @@ def robustness_table(
         for key, errors in _errors(finger, noise, seeds if noise else 1, beliefs):
             found[key].append(errors)
     return [
-        RobustnessRow(name, estimator, belief, noise, sections, *in_mm(together(parts)))
+        RobustnessRow(name, estimator, belief, noise, sections, *in_mm(together(parts)), seeds)
         for (estimator, belief, sections), parts in found.items()
     ]
 
 
 def _errors(held: HeldFinger, noise: float, seeds: int, beliefs: Sequence[Belief]) -> Iterator[tuple[Key, Errors]]:
     errors, sensor = errors_at(noise), held.station.scenario.sensor
-    pressure, gravity = (np.repeat(values[:, None], seeds, axis=1) for values in (held.pressure, held.gravity))
     readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
     for belief in beliefs:
-        believed, uncertainty = (
-            believed_layout(held.simulated, sensor, belief.config),
-            uncertainty_of(errors, None, belief.size),
-        )
-        finger = believed.finger
-        truth = held.points(np.append(finger.joint_arc_lengths, finger.length))[:, None]
+        believed = believed_layout(held.simulated, sensor, belief.config)
+        uncertainty = uncertainty_of(errors, None, belief.size)
         for sections in SECTIONS:
             layout = with_sections(believed, sections)
-            for estimator, make in SHAPE_FUNCTIONS.items():
-                estimate = make(layout, uncertainty)(readings[sections], (1 + belief.pressure) * pressure, gravity)
-                yield (estimator, belief.name, sections), errors_of(finger, estimate, truth)
+            for estimator in SHAPE_FUNCTIONS:
+                found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + belief.pressure)
+                yield (estimator, belief.name, sections), found

@@ -16,7 +16,7 @@ def uncertainty_of(
 ) -> Uncertainty:
     """What follows from the errors of the sensors, None for ideal ones; see `Uncertainty` for what is known without.
 
-    `finger` is the standard deviation of what is believed of the bend per pressure, as a share: of Young's modulus, say.
+    `finger` is the standard deviation of the bend per pressure that is believed, as a share: of Young's modulus, say.
     """
     ideal, strain, pressure = Uncertainty(), strain or StrainErrors(), pressure or PressureErrors()
     rounding = (strain.quantization or 0.0) / math.sqrt(12)
