@@ -1,4 +1,4 @@
-"""The maps of robustness, run: a case is a scenario at a noise; each leaves a file of rows, so that none is run twice."""
+"""The maps of robustness, run case by case: a scenario at a noise, which leaves a file of rows."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -11,7 +11,6 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.processes import call_in_processes
-from soft_gripper.evaluation.robustness.cases import NOISES
 from soft_gripper.evaluation.robustness.held_finger import touched_fingers
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow, robustness_table
 
