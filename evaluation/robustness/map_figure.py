@@ -42,10 +42,11 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
 
 def _largest(rows: Sequence[RobustnessRow], estimators: Sequence[str], noises: Sequence[float]) -> Array:
     """Of all scenarios, mm, (estimators, noises)."""
-    cells = [
-        [[row.mean_mm for row in rows if (row.estimator, row.noise) == (e, n)] for n in noises] for e in estimators
-    ]
-    return np.array([[np.max(cell) for cell in line] for line in cells])
+
+    def largest(estimator: str, noise: float) -> float:
+        return float(np.max([row.mean_mm for row in rows if (row.estimator, row.noise) == (estimator, noise)]))
+
+    return np.array([[largest(estimator, noise) for noise in noises] for estimator in estimators])
 
 
 def _draw(axes: Axes, errors: Array) -> AxesImage:

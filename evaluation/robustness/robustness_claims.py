@@ -61,13 +61,9 @@ def _covered(rows: Sequence[RobustnessRow]) -> Claim:
 
 
 def _bar(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
-    within = [
-        row
-        for row in rows
-        if row.estimator == BEST and row.sections in bar.sections and row.scenario in (bar.scenarios or (row.scenario,))
-    ]
-    mean, worst, tip = (
-        float(np.max([getattr(row, name) for row in within])) for name in ("mean_mm", "worst_mm", "tip_mm")
-    )
+    best = [row for row in rows if (row.plant, row.estimator) == (plant, BEST) and row.sections in bar.sections]
+    within = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
+    columns = ("mean_mm", "worst_mm", "tip_mm")
+    mean, worst, tip = (float(np.max([getattr(row, column) for row in within])) for column in columns)
     holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or worst <= bar.worst)
     return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {worst:.2f} mm; tip {tip:.2f} mm")
