@@ -13,8 +13,8 @@ from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
-from soft_gripper.evaluation.paper.scenario_run import SECTIONS
-from soft_gripper.evaluation.report.evaluate import RUNS, SCENARIOS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
+from soft_gripper.evaluation.report.evaluate import RUNS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.robustness.maps import CASES, FOLDER, run_cases, unfinished_cases
 from soft_gripper.evaluation.robustness.plant_runs import RUNS as PLANT_RUNS
 from soft_gripper.evaluation.robustness.plant_runs import run_plants, unfinished_runs

@@ -45,8 +45,8 @@ class HeldFinger:
     @cached_property
     def samples(self) -> NDArray[np.int_]:
         """The K of the T samples."""
-        every = np.arange(len(self.recording["time"])) - 1
-        return held_samples(self.station.scenario, self.recording, every)[:, ::EVERY].ravel()
+        numbers = np.arange(-1.0, len(self.recording["time"]) - 1)
+        return held_samples(self.station.scenario, self.recording, numbers)[:, ::EVERY].ravel().astype(int)
 
     @property
     def pressure(self) -> Array:

@@ -26,4 +26,4 @@ def test_every_cell_is_the_worst_scenario() -> None:
         expected = [[error("box_grasp", e, belief, noise, sections) for noise in NOISES] for e in ESTIMATORS]
         np.testing.assert_allclose(axes.images[0].get_array(), expected)
         assert [text.get_text() for text in axes.texts] == [f"{value:.2f}" for value in np.ravel(expected)]
-        assert [label.get_text() for label in axes.get_yticklabels()] == list(ESTIMATORS)
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == list(ESTIMATORS)
