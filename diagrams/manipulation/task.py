@@ -34,7 +34,7 @@ def add_task(
     Raises:
         InputError: if a phase leads where the arm cannot go.
     """
-    rules = Rules(plan_phases(task, models, arm), task.grip_threshold, task.timeout)
+    rules = Rules(plan_phases(task, models, arm), task.grip_threshold, task.timeout, task.quiet_band)
     machine = builder.AddNamedSystem("task", TaskMachine(rules, period))
     builder.Connect(machine.GetOutputPort("desired_state"), desired_state)
     signals = {f"task.{name}": machine.GetOutputPort(name) for name in ("phase", "outcome", "desired_state")}

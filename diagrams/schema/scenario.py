@@ -62,6 +62,8 @@ class ControlConfig:
     gains: PidGains = field(default_factory=PidGains)  # from the opening, m, to the pressure, Pa
     torque_limit: float | None = None  # N m, at the base of the fingers, that a grip does not exceed
     torque_gains: PidGains = field(default_factory=PidGains)  # from that torque to the pressure, Pa
+    force_limit: float | None = None  # N, estimated contact force of the fingers (mean), in the place of a torque_limit
+    force_gains: PidGains = field(default_factory=PidGains)  # from that force to the pressure, Pa
 
 
 @dataclass
@@ -109,6 +111,7 @@ class TaskConfig:
     X_WGoal: Transform = field(default_factory=Transform)  # where the object is put down, its first link in the world
     phases: list[PhaseConfig] = field(default_factory=list)
     grip_threshold: float = 0.02  # N m, torque at the base of the fingers that counts as a grip
+    quiet_band: float = 5e-4  # m, within which the estimated opening of a gripper at rest stays; more for noisy sensors
     timeout: float = 4.0  # s, that a phase waits at most for what is to end it
     time_limit: float = 60.0  # s, for all of it
     force_limit: float | None = None  # N, normal force of a finger that the object bears; what trials are judged by

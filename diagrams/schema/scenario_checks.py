@@ -101,14 +101,16 @@ def _check_control(where: Path | str, scenario: Scenario) -> None:
         require(not repeated, where, f"control.set_points[{i}]", point, "is no step; give another than the one before")
     lasting = positive(control.hold) and control.hold >= scenario.sensor.period
     require(lasting, where, "control.hold", control.hold, "give a time above 0 s, of a sensor period at least")
-    limit = control.torque_limit
-    require(limit is None or positive(limit), where, "control.torque_limit", limit, "give a torque above 0, N m")
     _check_gains(where, "control.gains", gains)
-    _check_gains(where, "control.torque_gains", control.torque_gains)
-    integrates = limit is None or control.torque_gains.ki > 0
-    require(
-        integrates, where, "control.torque_gains.ki", control.torque_gains.ki, "give a gain above 0 to hold the limit"
-    )
+    for kind, unit in (("torque", "N m"), ("force", "N")):
+        limit, of_limit = getattr(control, f"{kind}_limit"), getattr(control, f"{kind}_gains")
+        fine = limit is None or positive(limit)
+        require(fine, where, f"control.{kind}_limit", limit, f"give a {kind} above 0, {unit}")
+        _check_gains(where, f"control.{kind}_gains", of_limit)
+        integrates = limit is None or of_limit.ki > 0
+        require(integrates, where, f"control.{kind}_gains.ki", of_limit.ki, "give a gain above 0 to hold the limit")
+    both = control.torque_limit is not None and control.force_limit is not None
+    require(not both, where, "control.force_limit", control.force_limit, "leave it out beside a torque_limit")
 
 
 def _check_gains(where: Path | str, field: str, gains: PidGains) -> None:

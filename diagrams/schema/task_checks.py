@@ -26,7 +26,7 @@ def check_task(where: Path | str, scenario: Scenario) -> None:
         return
     require(scenario.arm is not None, where, "arm", None, "a task moves an arm: give arm: { model, home }")
     require(bool(task.phases), where, "task.phases", [], "give at least one phase")
-    for name in ("grip_threshold", "timeout", "time_limit"):
+    for name in ("grip_threshold", "quiet_band", "timeout", "time_limit"):
         value = getattr(task, name)
         require(positive(value), where, f"task.{name}", value, "give a finite number above 0")
     lasting = task.time_limit > scenario.sensor.period

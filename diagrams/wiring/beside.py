@@ -8,11 +8,11 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario import EstimatorConfig
 from soft_gripper.diagrams.wiring.choices import find_estimator, make_block
-from soft_gripper.diagrams.wiring.estimation import check_shape, estimation_inputs
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
+from soft_gripper.diagrams.wiring.named_wires import Ports, connect_known, vector_outputs
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.finger_shape import FingerShape
 from soft_gripper.truth.metrics import PoseError
 
 
@@ -28,18 +28,13 @@ class ShapeBeside(Diagram):
     FingerShape is there if the estimator does not put the pose out by itself.
     """
 
-    def __init__(self, estimator: System, layout: SensorLayout):
+    def __init__(self, estimator: System, finger: Finger):
         """
         Raises:
             InputError: if the estimator does not estimate the joint angles of the finger.
         """
         super().__init__()
-        shape, wires = FingerShape(layout.finger), NamedWires()
-        check_shape(estimator, layout.finger.segments, shape)
-        wires.add("estimator", estimator)
-        if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
-            wires.add("shape", shape)
-        wires.build_into(self)
+        shape_wires(estimator, finger).build_into(self)
 
 
 def add_beside(
@@ -69,8 +64,9 @@ def add_beside(
     gravity: Array = np.array(finger.plant.gravity_field().gravity_vector()) * config.compensate_gravity
     signals: Ports = {}
     for kind in config.beside:
-        estimator = make_block("estimator.beside", find_estimator(kind, config.uncertainty), layout, gravity, period)
-        estimation = builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", ShapeBeside(estimator, layout))
+        make = find_estimator(kind, config.uncertainty, "estimator.beside")
+        estimator = make_block("estimator.beside", make, layout, gravity, period)
+        estimation = builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", ShapeBeside(estimator, layout.finger))
         connect_known(builder, estimation, estimation_inputs(known), "estimator")
         scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger))
         found = vector_outputs(estimation)

@@ -48,19 +48,20 @@ def find_sensor(name: str) -> MakeSensor:
     return found
 
 
-def find_estimator(name: str, uncertainty: Uncertainty | None = None) -> MakeEstimator:
-    """The estimator that `estimator.type` names.
+def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str = "estimator.type") -> MakeEstimator:
+    """The estimator of a name.
 
     Args:
         name: of one of this project, or "module:function".
         uncertainty: for those of this project that weigh what they know; None: the defaults.
+        field: of a scenario, that names it.
 
     Raises:
         InputError: if there is none.
     """
     own: dict[str, MakeEstimator] = {kind: _of_function(kind, uncertainty or Uncertainty()) for kind in SHAPE_FUNCTIONS}
     own["arcs"] = lambda layout, gravity, period: ArcPoseEstimator(layout, gravity)
-    found: MakeEstimator = _find("estimator.type", name, own)
+    found: MakeEstimator = _find(field, name, own)
     return found
 
 

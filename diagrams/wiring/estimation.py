@@ -13,6 +13,7 @@ from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.contact_detector import ContactDetector
 from soft_gripper.estimation.force_estimator import ForceEstimator
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.finger_shape import ANGLES, FingerShape
 
@@ -52,16 +53,14 @@ class FingerEstimation(Diagram):
             InputError: if the estimator does not estimate the joint angles of the finger.
         """
         super().__init__()
-        joints = layout.finger.segments
-        shape = FingerShape(layout.finger)
-        check_shape(estimator, joints, shape)
-        wires = NamedWires()
-        wires.add("estimator", estimator)
-        if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
-            wires.add("shape", shape)
-        wires.add("force_estimator", ForceEstimator(layout.finger, gravity, period))
+        wires = shape_wires(estimator, layout.finger)
+        learnt = "effective_pressure" in vector_outputs(estimator)
+        force = ForceEstimator(layout.finger, gravity, period, learnt)
+        wires.add("force_estimator", force, {"pressure": "effective_pressure"} if learnt else {})
         if contact_threshold is not None:
-            detector = ContactDetector(joints, int(layout.joints_per_section[0]), period, contact_threshold)
+            detector = ContactDetector(
+                layout.finger.segments, int(layout.joints_per_section[0]), period, contact_threshold
+            )
             wires.add("contact_detector", detector)
         else:
             del wires.outputs["torque_tolerance"]  # which only the detector asks for
@@ -71,8 +70,21 @@ class FingerEstimation(Diagram):
 _LATER = {"free_bending_angles", "external_torque", "torque_tolerance", "contact", "contact_residual", "contact_time"}
 
 
-def check_shape(estimator: System, joints: int, shape: FingerShape) -> None:
-    """Raises an InputError unless an estimator puts out the joint angles, and nothing that FingerShape would not."""
+def shape_wires(estimator: System, finger: Finger) -> NamedWires:
+    """An estimator, and FingerShape behind it unless the estimator puts the pose out by itself.
+
+    Raises:
+        InputError: if the estimator does not estimate the joint angles of the finger.
+    """
+    shape, wires = FingerShape(finger), NamedWires()
+    _check(estimator, finger.segments, shape)
+    wires.add("estimator", estimator)
+    if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
+        wires.add("shape", shape)
+    return wires
+
+
+def _check(estimator: System, joints: int, shape: FingerShape) -> None:
     found = vector_outputs(estimator)
     if found.keys() & _LATER:
         taken = ", ".join(sorted(found.keys() & _LATER))

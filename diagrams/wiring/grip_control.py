@@ -1,21 +1,24 @@
 """Grip control, applied: the opening of a gripper, held through the common pressure of its fingers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 
+from soft_gripper.control.grip_force import GripForce
 from soft_gripper.control.grip_torque import GripTorque
 from soft_gripper.control.low_selector import LowSelector
 from soft_gripper.control.pid_controller import PidGains, SampledPidController
 from soft_gripper.control.sampled_steps import SampledSteps
 from soft_gripper.diagrams.schema.scenario import ControlConfig, PressureConfig
-from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
+from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.gripper_opening import Gripper, GripperOpening
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.signals import describe
+
+UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of what is measured of a grip
 
 
 @dataclass(frozen=True)
@@ -28,16 +31,18 @@ class Supply:
 
 
 class GripControl(Diagram):
-    """Set point -> PID on the estimated opening -> pressure; a second PID may limit the torque on the fingers.
+    """Set point -> PID on the estimated opening -> pressure; a second PID may limit torque or force on the fingers.
 
     ::
 
         set_point (1) m -----------------------> +-------------+ ---> pressure  (1) Pa, for all fingers
         {finger}.tip_pose (3) -----------------> | GripControl | ---> opening   (1) m, of the estimated tips
-        {finger}.external_torque (N) N m ------> +-------------+ ---> torque    (1) N m, that opens the fingers
+        {finger}.external_torque (N) N m ------> |             | ---> torque    (1) N m, that opens the fingers
+        {finger}.contact_force (1) N ----------> +-------------+ ---> force     (1) N, of the contacts
 
-    `torque` is the mean over the fingers at their base joints. With a torque limit the lower of the pressures that
-    the two PIDs ask for is applied, and both PIDs receive what was applied.
+    `torque` is the mean over the fingers at their base joints; `force`, there with a force limit, that of their contact
+    forces. With a limit the lower of the pressures that the two PIDs ask for is applied, and both PIDs receive what was
+    applied.
     """
 
     def __init__(self, gripper: Gripper, joints: Mapping[str, int], config: ControlConfig, supply: Supply):
@@ -54,14 +59,24 @@ class GripControl(Diagram):
             for name, port in inputs(block).items():
                 builder.ExportInput(port, name)
         pressure = pid.GetOutputPort("output")
+        outputs = {"opening": opening.get_output_port(), "torque": torque}
         if config.torque_limit is not None:
-            pressure = _add_torque_limit(builder, config.torque_limit, config.torque_gains, pid, torque, supply)
-        outputs = {"pressure": pressure, "opening": opening.get_output_port(), "torque": torque}
-        for name, port in outputs.items():
+            pressure = _add_limit(builder, "torque", config.torque_limit, config.torque_gains, pid, torque, supply)
+        if config.force_limit is not None:
+            force = outputs["force"] = self._add_force(builder, joints)
+            pressure = _add_limit(builder, "force", config.force_limit, config.force_gains, pid, force, supply)
+        for name, port in {"pressure": pressure, **outputs}.items():
             builder.ExportOutput(port, name)
         builder.BuildInto(self)
-        for name, unit in (("pressure", "Pa"), ("opening", "m"), ("torque", "N m")):
-            describe(self.GetOutputPort(name), unit)
+        for name in outputs:
+            describe(self.GetOutputPort(name), UNITS[name])
+        describe(self.GetOutputPort("pressure"), "Pa")
+
+    def _add_force(self, builder: DiagramBuilder, fingers: Iterable[str]) -> OutputPort:
+        grip = builder.AddNamedSystem("grip_force", GripForce(fingers))
+        for name, port in inputs(grip).items():
+            builder.ExportInput(port, name)
+        return grip.get_output_port()
 
 
 def _reversed(gains: PidGains) -> PidGains:
@@ -76,21 +91,22 @@ def _add_pid(
     return builder.AddNamedSystem(name, pid)
 
 
-def _add_torque_limit(
+def _add_limit(
     builder: DiagramBuilder,
+    kind: str,
     limit: float,
     gains: PidGains,
     pid: SampledPidController,
-    torque: OutputPort,
+    measured: OutputPort,
     supply: Supply,
 ) -> OutputPort:
-    """A PID on the torque beside that on the opening, and the selector of the lower pressure."""
-    # Until the first torque is estimated, it limits nothing.
-    limiter = _add_pid(builder, "torque_pid", gains, supply, supply.maximum)
-    source = builder.AddNamedSystem("torque_limit", SampledSteps([limit], np.inf, supply.period))
+    """A PID on a torque or a force beside that on the opening, and the selector of the lower pressure."""
+    # Until the first torque or force is estimated, it limits nothing.
+    limiter = _add_pid(builder, f"{kind}_pid", gains, supply, supply.maximum)
+    source = builder.AddNamedSystem(f"{kind}_limit", SampledSteps([limit], np.inf, supply.period))
     selector = builder.AddNamedSystem("selector", LowSelector())
     builder.Connect(source.get_output_port(), limiter.GetInputPort("set_point"))
-    builder.Connect(torque, limiter.GetInputPort("measurement"))
+    builder.Connect(measured, limiter.GetInputPort("measurement"))
     for controller, name in ((pid, "first"), (limiter, "second")):
         builder.Connect(controller.get_output_port(), selector.GetInputPort(name))
         builder.Connect(selector.get_output_port(), controller.GetInputPort("applied"))
@@ -134,25 +150,28 @@ def add_grip_control(
         config: the `control` part of a scenario.
         pressure: the `pressure` part; of it the limits.
         period: of the samples, s.
-        signals: has `{finger}.tip_pose` and `{finger}.external_torque`.
+        signals: has `{finger}.tip_pose`, `{finger}.external_torque` and, if it is limited, `{finger}.contact_force`.
         commands: where the pressures go in, by the names of the fingers.
 
     Returns:
         where the set point goes in, (1) m, and the signals.
 
     Raises:
-        InputError: unless the fingers form a gripper.
+        InputError: unless the fingers form a gripper, and their contact force is estimated where it is limited.
     """
     gripper, joints = find_gripper(fingers, "control"), {finger.name: finger.finger.segments for finger in fingers}
     supply = Supply(pressure.minimum, pressure.maximum, period)
     control = builder.AddNamedSystem("grip_control", GripControl(gripper, joints, config, supply))
     for name, port in inputs(control).items():
+        if name.endswith(".contact_force") and name not in signals:
+            expected = "needs an estimator of contact force: estimator.type contact or recursive"
+            raise InputError("control", "force_limit", config.force_limit, expected)
         if name != "set_point":
             builder.Connect(signals[name], port)
     common = control.GetOutputPort("pressure")
     for name in joints:
         builder.Connect(common, commands[name])
-    own = {f"grip.{name}": control.GetOutputPort(name) for name in ("opening", "torque")}
+    own = {f"grip.{name}": port for name, port in vector_outputs(control).items() if name in UNITS}
     return control.GetInputPort("set_point"), {**own, **{f"{name}.pressure_command": common for name in joints}}
 
 

@@ -7,7 +7,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimation.torque_balance import SAMPLES, ExternalTorque, Motion, TorqueBalance
+from soft_gripper.estimation.torque_balance import DELAY, SAMPLES, ExternalTorque, Motion, TorqueBalance
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.shape.finger_shape import ANGLES
@@ -38,11 +38,11 @@ class ForceEstimator(LeafSystem):
     Give it inputs that are sampled together every `period` s, from time 0, in discrete state.
     """
 
-    def __init__(self, finger: Finger, gravity: Array, period: float):
+    def __init__(self, finger: Finger, gravity: Array, period: float, noisy: bool = False):
         """A finger as it is believed to be; `gravity` in the world, (3,) m/s^2, or zero for no compensation."""
         super().__init__()
         self._finger, self._balance = finger, TorqueBalance(finger)
-        self._gravity, self._period = gravity, period
+        self._gravity, self._period, self._noisy = gravity, period, noisy
         joints = finger.segments
         self._angles = self.DeclareVectorInputPort(ANGLES, joints)
         self._pressure = self.DeclareVectorInputPort("pressure", 1)
@@ -75,7 +75,15 @@ class ForceEstimator(LeafSystem):
     def _calc(self, context: Context, value: AbstractValue) -> None:
         samples, joints = self._read_samples(context), self._finger.segments
         motion = Motion(samples[:, :joints], samples[:, joints], samples[:, joints + 1 :].reshape(SAMPLES, 3, 4))
-        value.set_value(Estimate(samples, self._balance.external_torque(motion, self._gravity, self._period)))
+        external = self._balance.external_torque(motion, self._gravity, self._period, self._moving(motion))
+        value.set_value(Estimate(samples, external))
+
+    def _moving(self, motion: Motion) -> Array | None:
+        """The present shape, moved as the pressure moves a free finger."""
+        if not self._noisy:
+            return None
+        free = free_bending_angles(self._finger, motion.pressure)
+        return motion.q[DELAY] + free - free[DELAY]
 
     def _calc_free(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(free_bending_angles(self._finger, self._pressure.Eval(context)[0]))

@@ -82,13 +82,24 @@ class TorqueBalance:
 
     finger: Finger
 
-    def external_torque(self, motion: Motion, gravity: Array, period: float) -> ExternalTorque:
-        """What acts from outside, for samples `period` s apart; `gravity` in the world, (3,) m/s^2."""
-        finger, filtered = self.finger, _FILTERS @ motion.q
-        inertia, weight = self._inertia_and_weight(motion, gravity, period)
+    def external_torque(
+        self, motion: Motion, gravity: Array, period: float, moving: Array | None = None
+    ) -> ExternalTorque:
+        """What acts from outside.
+
+        Args:
+            motion: samples `period` s apart.
+            gravity: in the world, (3,) m/s^2.
+            period: s.
+            moving: joint angles, rad, (..., 5, N), whose motion stands for the finger's; None: that of `motion` itself,
+                whose noise accelerations multiply.
+        """
+        finger, moving = self.finger, motion.q if moving is None else moving
+        filtered = _FILTERS @ moving
+        inertia, weight = self._inertia_and_weight(motion._replace(q=moving), gravity, period)
         pressure = (motion.pressure @ _VALUE)[..., None] * finger.pressure_gain
         damping = filtered[..., 1:, :] * (finger.damping / period)
-        elastic = finger.elastic_torque(filtered[..., 0, :])
+        elastic = finger.elastic_torque(_VALUE @ motion.q)
         torque = elastic + damping[..., 0, :] - pressure + inertia - weight
         return ExternalTorque(torque, inertia, damping[..., 1, :], motion.pressure, finger)
 

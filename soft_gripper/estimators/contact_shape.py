@@ -8,14 +8,14 @@ measured bend is met. With fewer than two sections that read anything, the shape
 is unknown.
 
 Force and place of a single contact from a curved shape: Rucker and Webster (2011, doi 10.1109/IROS.2011.6094526) for
-continuum robots; what is told from sparse readings: arXiv 2109.12469.
+continuum robots; from sparse readings: arXiv 2109.12469.
 """
 
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
@@ -27,7 +27,8 @@ from soft_gripper.shape.estimate import ContactForce, ShapeEstimate
 from soft_gripper.shape.section_bends import UNKNOWN, section_bends
 from soft_gripper.shape.uncertainty import Uncertainty
 
-_CONFIDENCE = 0.999  # that what remains is no noise
+_PASSES = 2  # under an elastic law, whose slope is first taken where the most probable shape is
+_CHANCE = 1e-3  # that noise alone leaves more than what counts as noise
 
 
 @dataclass(frozen=True)
@@ -43,15 +44,20 @@ class ContactShape:
         gaussian = self._gaussian(readings, pressure, gravity)
         theta, variance = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
-        known = pressure[..., None] * finger.pressure_gain + weight
-        of_model = self._gaussian.of_model(gaussian.q, pressure)
-        uncertain = sections_of(layout, of_model) + variance[..., None] * np.eye(layout.sections)
-        bends = Bends(theta - layout.sums(finger.angle(known)), uncertain, self._gaussian.compliance(gaussian.q))
-        fit = explain(layout, self.uncertainty, gaussian.q, bends)
-        q = finger.angle(known + fit.torque)
+        known, q = pressure[..., None] * finger.pressure_gain + weight, gaussian.q
+        for _ in range(1 if finger.elastic_law is None else _PASSES):
+            fit = explain(layout, self.uncertainty, q, self._unexplained(q, theta, variance, known, pressure))
+            q = finger.angle(known + fit.torque)
         gain, _ = condition(layout, self._gaussian.prior(gaussian.q, pressure), variance)
         q = q + (gain @ (theta - layout.sums(q))[..., None])[..., 0]
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
+
+    def _unexplained(self, q: Array, theta: Array, variance: Array, known: Array, pressure: Array) -> Bends:
+        """What known torques, (..., N) N m, leave of the bends of the sections, about the shape q."""
+        layout, compliance = self.layout, self._gaussian.compliance(q)
+        free = q + compliance * (known - layout.finger.elastic_torque(q))
+        of_model = sections_of(layout, self._gaussian.of_model(q, pressure))
+        return Bends(theta - layout.sums(free), of_model + variance[..., None] * np.eye(layout.sections), compliance)
 
     @cached_property
     def _gaussian(self) -> GaussianShape:
@@ -104,5 +110,5 @@ def _flat(q: Array, bends: Bends) -> tuple[Array, Bends]:
 @cache
 def _quantiles(most: int) -> Array:
     """The misfits that noise does not exceed, by the number of what is free, from 0 to `most`; of none, that of one."""
-    quantiles: Array = chi2.ppf(_CONFIDENCE, np.maximum(np.arange(most + 1), 1))
+    quantiles: Array = chdtri(np.maximum(np.arange(most + 1), 1), _CHANCE)
     return quantiles

@@ -2,7 +2,7 @@
 
 A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of the sensors, whose state x is
 
-    z     the load, as its strongest modes:  tau = V z ; forgotten with a time constant, so that it follows readings
+    z     the load, as its strongest modes:  tau = V z ; it changes slowly, or jumps
     r, d  how much more the finger bends under pressure than is believed:  k q = g (p (1 + r) + d) + w + tau
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
 
@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.contact_shape import explain
@@ -38,7 +38,7 @@ from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.shape.uncertainty import Uncertainty
 
 _MODES = 5  # of the load
-_LOAD_TIME = 0.1  # s, in which a load is forgotten
+_LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
 _AVERAGE = 0.1  # weight of the newest sample in what is compared with the free finger
 _CAUTION = 30.0  # times the variance of the noise, with which slow states are corrected
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
@@ -90,16 +90,17 @@ class RecursiveShape:
     def step(self, before: Filter, readings: Array, pressure: Array, gravity: Planar | complex) -> Filter:
         """What is known after one more sample."""
         layout, finger = self.layout, self.layout.finger
-        mean, covariance = self._predict(before)
+        mean, covariance = before.mean, before.covariance + np.diag(self._walks)
         weight = gravity_torque(finger, before.q, np.asarray(gravity)[..., None])
         torque = self.effective_pressure(mean, pressure)[..., None] * finger.pressure_gain + weight
         free = finger.angle(torque)
         strain, gain = extension_ratios(layout, free) - 1, 1 + self._gains(mean)
         by_state = self._by_state(free, strain, gain, pressure)
         difference: Array = layout.response.ratio(readings) - 1 - gain * strain - self._offsets(mean)
+        covariance = self._after_jump(difference, mean, covariance, by_state)
         difference, noise = self._without_outliers(difference, mean, covariance, by_state)
         average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
-        loaded = self._is_loaded(before.loaded, average, covariance, by_state, noise)
+        loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
         mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded)
         torque = self.effective_pressure(mean, pressure)[..., None] * finger.pressure_gain + weight
         q = finger.angle(torque + mean[..., :_MODES] @ self._modes.T)
@@ -159,14 +160,10 @@ class RecursiveShape:
     @cached_property
     def _walks(self) -> Array:
         """Variances that a period adds, (n,)."""
-        readings, kept = self.layout.readings, np.exp(-2 * self.period / _LOAD_TIME)
+        readings = self.layout.readings
         slow = [_SLOW_BEND, 0.0] + [_SLOW_GAIN] * readings + [self.uncertainty.drift] * readings
-        variances: Array = np.concatenate([(1 - kept) * self._strongest[0], np.square(slow) * self.period])
-        return variances
-
-    def _predict(self, before: Filter) -> tuple[Array, Array]:
-        kept = np.where(self._is_slow, 1.0, np.exp(-self.period / _LOAD_TIME))
-        return before.mean * kept, before.covariance * kept[:, None] * kept + np.diag(self._walks)
+        variances = np.concatenate([_LOAD_CHANGE**2 * self._strongest[0], np.square(slow)])
+        return variances * self.period
 
     def _compliance(self, q: Array) -> Array:
         finger = self.layout.finger
@@ -191,6 +188,14 @@ class RecursiveShape:
         moved[..., readings, _MODES + 2 + layout.readings + readings] = 1.0
         return moved
 
+    def _after_jump(self, difference: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
+        """The covariance, with the load unknown again where the readings are far from what was expected."""
+        left = np.nan_to_num(difference - (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0])
+        spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2)
+        spread = spread + self.uncertainty.reading**2 * np.eye(left.shape[-1])
+        jumped = _size(left, spread) > _limits(left.shape[-1])[0]
+        return covariance + jumped[..., None, None] * np.diag(self._before * ~self._is_slow)
+
     def _without_outliers(
         self, difference: Array, mean: Array, covariance: Array, by_state: Array
     ) -> tuple[Array, Array]:
@@ -201,15 +206,16 @@ class RecursiveShape:
         return np.where(fine, difference, 0.0), np.where(fine, self.uncertainty.reading**2, _MISSING)
 
     def _is_loaded(
-        self, before: NDArray[np.bool_], average: Array, covariance: Array, by_state: Array, noise: Array
+        self, before: Filter, average: Array, difference: Array, covariance: Array, by_state: Array, noise: Array
     ) -> NDArray[np.bool_]:
-        """Whether more than noise and slow states is needed to explain the readings."""
-        slow = by_state * self._is_slow
+        """Whether more than noise and slow states is needed to explain the readings, of late or all at once."""
+        slow, identity = by_state * self._is_slow, np.eye(noise.shape[-1])
         spread = slow @ covariance @ np.swapaxes(slow, -1, -2)
-        spread = spread + _AVERAGE / (2 - _AVERAGE) * noise[..., None] * np.eye(noise.shape[-1])
-        size = (average * np.linalg.solve(spread, average[..., None])[..., 0]).sum(axis=-1)
-        begin, end = _limits(noise.shape[-1])
-        return np.where(before, size > end, size > begin)
+        noises = noise[..., None] * identity
+        of_late = _size(average, spread + _AVERAGE / (2 - _AVERAGE) * noises)
+        begin, end, at_once = _limits(noise.shape[-1])
+        loaded = np.where(before.loaded, of_late > end, of_late > begin)
+        return loaded | (_size(difference, spread + noises) > at_once)
 
     def _update(
         self,
@@ -236,8 +242,14 @@ class RecursiveShape:
         return mean + (gain @ left[..., None])[..., 0], covariance
 
 
+def _size(difference: Array, spread: Array) -> Array:
+    """How large a difference is, in variances, (...)."""
+    size: Array = (difference * np.linalg.solve(spread, difference[..., None])[..., 0]).sum(axis=-1)
+    return size
+
+
 @cache
-def _limits(readings: int) -> tuple[float, float]:
-    """Of the averaged differences, in variances: above the first a load begins, below the second it has ended."""
-    begin, end = chi2.ppf([0.99, 0.9], readings)
-    return float(begin), float(end)
+def _limits(readings: int) -> Array:
+    """Of differences, in variances: a load begins above the first, ends below the second, is there above the third."""
+    limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
+    return limits

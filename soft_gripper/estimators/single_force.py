@@ -11,7 +11,8 @@ first is bent cannot tell a large force near by from a small one far out. The pl
 scanning, with ever smaller steps. Its uncertainty and that of the force follow from  d(F a) = a dF + F a' ds , with the
 friction along the finger as a further unknown: it is anything up to the coefficient times the force, and acts on the
 face, off the axis. A force that seems to press close to the tip most likely presses on the edge of the tip, where the
-object's surface, not the finger's, says in which direction: it is fitted with both components, at the tip.
+object's surface, not the finger's, says in which direction: it is fitted with both components, at the tip; that it
+may press a little before the tip is one more unknown.
 
 Leading axes are free; S sections, N joints.
 """
@@ -71,7 +72,9 @@ def fit_single_force(layout: SensorLayout, q: Array, bends: Bends, usual: float)
         step /= _FINER
     at_tip = place[..., 0] > (1 - TIP_ZONE) * length
     aside = _fit_aside(layout, chain, bends, weights, usual, place)
-    return choose(at_tip, _fit_tip(layout, chain, bends, weights, usual), aside) if at_tip.any() else aside
+    if not at_tip.any():
+        return aside
+    return choose(at_tip, _fit_tip(layout, chain, bends, usual, aside.contact.force), aside)
 
 
 def choose(first: NDArray[np.bool_], one: Fit, other: Fit) -> Fit:
@@ -120,19 +123,21 @@ def _fit_aside(layout: SensorLayout, chain: Chain, bends: Bends, weights: Array,
     return Fit(contact, force[..., None] * unit, misfit(bends.theta - force[..., None] * a, weights))
 
 
-def _fit_tip(layout: SensorLayout, chain: Chain, bends: Bends, weights: Array, usual: float) -> Fit:
-    """The force on the tip's edge, in any direction."""
-    finger = layout.finger
-    s = np.full((*chain.tip.shape, 1), finger.length)
-    unit = unit_torques(finger, chain, s)[..., 0, :]
-    units = np.stack([unit.real, unit.imag - face_offset(finger, s, np.ones_like(s))], axis=-1)
+def _fit_tip(layout: SensorLayout, chain: Chain, bends: Bends, usual: float, across: Array) -> Fit:
+    """The force on the tip's edge, in any direction; `across`, (...) N, is about what it is across the finger."""
+    finger, across = layout.finger, across[..., None]
+    s = np.broadcast_to([finger.length - _DS, finger.length], (*chain.tip.shape, 2))
+    before, unit = np.moveaxis(unit_torques(finger, chain, s), -2, 0)
+    units = np.stack([unit.real, unit.imag - face_offset(finger, s[..., 1:], across)], axis=-1)
     by_both = np.swapaxes(layout.sums(np.swapaxes(units * bends.compliance[..., None], -1, -2)), -1, -2)
+    place_std = TIP_ZONE * finger.length / 2
+    moved = layout.sums(across * (unit - before).real / _DS * bends.compliance) * place_std
+    weights = np.linalg.inv(bends.covariance + moved[..., :, None] * moved[..., None, :])
     weighted = np.swapaxes(by_both, -1, -2) @ weights
     prior = np.diag([usual**-2.0, usual**-2.0])
     both = np.linalg.solve(weighted @ by_both + prior, weighted @ bends.theta[..., None])
-    force_variance = _variance(by_both, weights, np.array([usual, usual]))[..., 0]
-    place_std = np.full_like(force_variance, TIP_ZONE * finger.length / 2)
-    contact = ContactForce(both[..., 0, 0], s[..., 0], np.sqrt(force_variance), place_std)
+    force_std = np.sqrt(_variance(by_both, weights, np.array([usual, usual]))[..., 0])
+    contact = ContactForce(both[..., 0, 0], s[..., 1], force_std, np.full_like(force_std, place_std))
     return Fit(contact, (units @ both)[..., 0], misfit(bends.theta - (by_both @ both)[..., 0], weights))
 
 

@@ -18,7 +18,7 @@ from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.shape.section_bends import section_bends
 
 _NOISE = 1e-5  # of extension ratios: a bend is met as exactly as it is read
-_BEGIN, _STEP = 1e2, 1.0  # rad, of the random walk: nothing is known, and much may change from joint to joint
+_BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: nothing is known, and much may change from joint to joint
 
 
 @dataclass(frozen=True)

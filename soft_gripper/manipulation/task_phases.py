@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.trajectories import Trajectory
 
-QUIET_BAND = 5e-4  # m, within which the opening stays ...
+QUIET_BAND = 5e-4  # m, within which the opening stays, unless it is said otherwise ...
 QUIET_TIME = 0.2  # s, ... for so long, when the fingers are at rest
 OPENED_BAND = 2e-3  # m, about the commanded opening, within which a gripper at rest is opened
 GRIP_GAP = 0.1  # s, for which a grip may be missed
@@ -83,6 +83,7 @@ class Rules:
     phases: tuple[Phase, ...]
     threshold: float  # N m, torque of a grip
     timeout: float  # s, after the motion, that an end is awaited for
+    quiet_band: float = QUIET_BAND  # m
 
     def step(self, progress: Progress, observed: GripObservation) -> Progress:
         """The progress after one more sample."""
@@ -109,7 +110,7 @@ class Rules:
 
     def _noted(self, progress: Progress, observed: GripObservation) -> Progress:
         """Notes unrest and grip; what is not finite is unrest, and no grip."""
-        if not abs(observed.opening - progress.around) <= QUIET_BAND:
+        if not abs(observed.opening - progress.around) <= self.quiet_band:
             progress = progress._replace(around=observed.opening, since=observed.time)
         held = observed.torque > self.threshold and observed.opening > progress.grasped - CLOSING_ALLOWANCE
         return progress._replace(gripped=observed.time) if held else progress

@@ -74,8 +74,9 @@ class SensorLayout:
     @cached_property
     def section_ends(self) -> NDArray[np.int_]:
         """Segments covered up to the end of each section, from 0 to N, (S + 1,)."""
+        equal = self.finger.section_ends(self.sections)
         if self.borders is None:
-            return self.finger.section_ends(self.sections)
+            return equal
         if not np.isfinite(self.borders).all():
             raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
         return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)

@@ -1,12 +1,16 @@
 """From the readings of a finger to the bend of its sections, with what is missing left out.
 
-A path at offset o from the neutral axis, which keeps its length l, reads the extension ratio  1 - o theta / l  of a
-section that bends by theta. Readings of equal noise make of it the weighted mean
+If the n joints of a section bend alike, a path at the offset o from the neutral axis reads of it the extension ratio
+L / (2 a), with a half a segment and L the length of the path over one segment (`segment_path_lengths`),
 
-    theta = - l sum o (ratio - 1) / sum o^2 ,    variance = noise^2 l^2 / sum o^2 ,
+    (L / 2)^2 = a^2 + 2 o^2 - 2 o |a + i o| sin(u + arg(a + i o)) ,   u = theta / (2 n) ,
 
-over the paths of the section that read anything. A chain of N segments is a polygon, of which this holds to a
-thousandth; one step of Newton's method, with joints that share the bend equally, takes the rest away.
+so that every path gives the bend theta by itself. Where a section of length l is straight, its ratio changes by
+- o / l with the bend. Readings of equal noise are therefore weighted as
+
+    theta = sum o^2 theta_path / sum o^2 ,   variance = noise^2 l^2 / sum o^2 ,
+
+over the paths of the section that read anything.
 
 Leading axes are free; S sections.
 """
@@ -16,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.fingers.kinematics import segment_path_lengths
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 UNKNOWN = 1e6  # rad^2, variance of a bend of which nothing is read
@@ -41,19 +44,17 @@ def section_bends(layout: SensorLayout, readings: Array, noise: float) -> Sectio
     """
     ratios = layout.response.ratio(readings).reshape(*readings.shape[:-1], layout.paths, layout.sections)
     read = np.isfinite(ratios)
-    levers = read * layout.offsets[:, None] / layout.rest_lengths
-    information = (levers**2).sum(axis=-2)
-    weights = -levers / np.where(information == 0, 1.0, information)[..., None, :]
-    strain = np.where(read, ratios, 1.0) - 1
-    theta = (weights * strain).sum(axis=-2)
-    theta = theta + (weights * (strain - _strain_of_equal_joints(layout, theta))).sum(axis=-2)
-    variance = noise**2 / np.maximum(information, noise**2 / UNKNOWN)
-    return SectionBends(theta, variance)
+    weights = read * (layout.offsets[:, None] / layout.rest_lengths) ** 2
+    information = weights.sum(axis=-2)
+    bends = _bends_of_paths(layout, np.where(read, ratios, 1.0))
+    theta = (weights * bends).sum(axis=-2) / np.where(information == 0, 1.0, information)
+    return SectionBends(theta, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
 
-def _strain_of_equal_joints(layout: SensorLayout, theta: Array) -> Array:
-    """Strain of every path, (..., paths, S), if all joints of a section are bent alike."""
-    segment = layout.finger.segment_length
-    angle = (theta / layout.joints_per_section)[..., None, :]
-    strain: Array = segment_path_lengths(angle, segment, layout.offsets[:, None]) / segment - 1
-    return strain
+def _bends_of_paths(layout: SensorLayout, ratios: Array) -> Array:
+    """The bends, (..., paths, S), that extension ratios say of their sections if all joints of one bend alike."""
+    half, offset = layout.finger.segment_length / 2, layout.offsets[:, None]
+    offset = np.where(offset == 0, half, offset)  # a path on the neutral axis reads nothing, and has no weight
+    sine = (half**2 * (1 - ratios**2) + 2 * offset**2) / (2 * offset * np.hypot(half, offset))
+    bends: Array = 2 * layout.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - np.arctan2(offset, half))
+    return bends

@@ -15,7 +15,7 @@ class Uncertainty:
     """Standard deviations, as an estimator believes them.
 
     Raises:
-        InputError: unless all are finite, `reading` is above 0 and the others are not below.
+        InputError: unless all are finite, `reading` and `load_pressure` are above 0 and the others are not below.
     """
 
     reading: float = 1e-4  # of the extension ratios that sensors read
@@ -30,8 +30,9 @@ class Uncertainty:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not np.isfinite(value) or value < 0 or (field.name == "reading" and value == 0):
-                least = "above 0" if field.name == "reading" else "of at least 0"
+            never_zero = field.name in ("reading", "load_pressure")
+            if not np.isfinite(value) or value < 0 or (never_zero and value == 0):
+                least = "above 0" if never_zero else "of at least 0"
                 raise InputError("uncertainty", field.name, value, f"give a finite number {least}")
 
     @property

@@ -59,3 +59,63 @@ def test_batch_is_the_loop(layout, bent):
     ratios = extension_ratios(layout, q)
     for index in np.ndindex(2, 3):
         np.testing.assert_array_equal(ratios[index], extension_ratios(layout, q[index]))
+
+
+@pytest.mark.parametrize(
+    ("borders", "ends"),
+    [((0.25, 0.5), [0, 3, 6, 12]), ((0.3, 0.95), [0, 4, 11, 12]), ((1 / 3, 2 / 3), [0, 4, 8, 12])],
+)
+def test_borders_are_taken_to_the_nearest_end_of_a_segment(shipped_finger, borders, ends):
+    layout = SensorLayout(shipped_finger, 3, borders=borders)
+    assert layout.section_ends.tolist() == ends
+    assert layout.joints_per_section.tolist() == np.diff(ends).tolist()
+    np.testing.assert_allclose(layout.rest_lengths, 0.01 * np.diff(ends), rtol=1e-14)
+
+
+def test_equal_borders_are_no_borders(shipped_finger, bent):
+    equal, same = (SensorLayout(shipped_finger, 4, borders=borders) for borders in (None, (0.25, 0.5, 0.75)))
+    np.testing.assert_array_equal(extension_ratios(equal, bent(12)), extension_ratios(same, bent(12)))
+
+
+def test_one_section_has_no_borders(shipped_finger):
+    assert SensorLayout(shipped_finger, 1, borders=()).section_ends.tolist() == [0, 12]
+
+
+@pytest.mark.parametrize(
+    ("borders", "expected"),
+    [
+        ((0.5,), "give 2 increasing shares of the length"),
+        ((0.2, 0.5, 0.7), "give 2 increasing shares"),
+        ((0.5, 0.25), "give 2 increasing shares"),
+        ((0.5, 0.51), "each at another end of 12 segments"),
+        ((0.0, 0.5), "give 2 increasing shares"),
+        ((0.5, 0.99), "give 2 increasing shares"),
+        ((0.5, 1.5), "give 2 increasing shares"),
+        ((-0.2, 0.5), "give 2 increasing shares"),
+        ((0.5, np.nan), "give finite shares of the length"),
+        ((0.5, np.inf), "give finite shares of the length"),
+    ],
+)
+def test_impossible_borders(shipped_finger, borders, expected):
+    with pytest.raises(InputError) as caught:
+        SensorLayout(shipped_finger, 3, borders=borders)
+    assert expected in caught.value.expected
+    assert (caught.value.where, caught.value.field, caught.value.value) == ("sensor", "borders", borders)
+
+
+@pytest.mark.parametrize("sections", [0, 13])
+def test_impossible_sections_with_borders(shipped_finger, sections):
+    with pytest.raises(InputError, match=f"finger 'finger': sections = {sections}: give 1 to 12"):
+        SensorLayout(shipped_finger, sections, borders=tuple(np.linspace(0, 1, sections + 1)[1:-1]))
+
+
+@pytest.mark.parametrize("borders", [None, (0.25, 0.6)])
+def test_sums_and_equal_shares_are_of_each_section(shipped_finger, bent, borders):
+    layout, q = SensorLayout(shipped_finger, 3, borders=borders), bent(2, 5, 12)
+    sums = layout.sums(q)
+    for section, (begin, end) in enumerate(pairwise(layout.section_ends)):
+        np.testing.assert_allclose(sums[..., section], q[..., begin:end].sum(axis=-1), atol=1e-15)
+    shared = layout.shared_equally(sums)
+    np.testing.assert_allclose(layout.sums(shared), sums, atol=1e-15)
+    for begin, end in pairwise(layout.section_ends):
+        assert (np.ptp(shared[..., begin:end], axis=-1) == 0).all()

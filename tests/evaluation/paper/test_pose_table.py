@@ -12,7 +12,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.paper.held_steps import held_samples
-from soft_gripper.evaluation.paper.pose_table import PoseRow, pose_table
+from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator, pose_table, recorded_pose_table
 
 SHORT = ["pressure.steps.all=[-40e3, 200e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
 ERRORS = {"pose_error_mm": "pose_error", "tip_error_mm": "fingertip_error"}
@@ -76,6 +76,26 @@ def test_agrees_with_the_blocks_of_a_run_with_as_many_sensors(
             by_table = [getattr(row, column) for row in rows if row.finger == finger]
             by_blocks = held_samples(other.scenario, run, f"{finger}.{signal}").reshape(2, -1).mean(axis=1)
             np.testing.assert_allclose(by_table, 1e3 * by_blocks, rtol=1e-9)
+
+
+def test_estimators_have_their_rows_one_after_the_other(station: Station, recording: Recording) -> None:
+    kinds = ("spline", "arcs", "contact", "gaussian")
+    rows = pose_table("free", station, recording, [2, 4], kinds)
+    assert [row.estimator for row in rows] == [kind for kind in kinds for _ in range(8)]
+    for kind in kinds:
+        assert of_estimator(rows, kind) == pose_table("free", station, recording, [2, 4], [kind])
+    assert of_estimator(rows, "arcs") == pose_table("free", station, recording, [2, 4])
+
+
+@pytest.mark.parametrize("kind", ["arcs", "spline", "gaussian", "contact"])
+def test_each_estimator_agrees_with_a_run_with_it(station: Station, recording: Recording, kind: str) -> None:
+    other = make_station(load_scenario("free_bending", [*SHORT, f"estimator.type={kind}"]))
+    expected = recorded_pose_table("free", other, run_station(other))
+    rows = pose_table("free", station, recording, [4], [kind])
+    assert [(row.estimator, row.finger) for row in rows] == [(row.estimator, row.finger) for row in expected]
+    for column in ERRORS:
+        found, run = ([getattr(row, column) for row in table] for table in (rows, expected))
+        np.testing.assert_allclose(found, run, rtol=1e-6, atol=1e-9)
 
 
 def test_a_straight_finger_has_no_error(bent: Bent) -> None:

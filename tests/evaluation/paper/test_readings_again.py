@@ -8,7 +8,8 @@ from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.paper.readings_again import external_torque_again, read_again
+from soft_gripper.evaluation.paper.readings_again import external_torque_again, read_again, with_sections
+from soft_gripper.sensors.sensor_layout import SensorLayout
 
 SHORT = ["pressure.steps.all=[60e3, 150e3, -30e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
 CURVE = [[0.8, -0.5], [1.0, 0.0], [1.3, 0.2]]
@@ -16,6 +17,7 @@ RUNS = {
     "as simulated": ("free_bending", SHORT),
     "in motion": ("arm_motion", ["task.time_limit=0.5"]),
     "one side": ("free_bending", [*SHORT, "sensor.one_sided=true", "sensor.sections=3"]),
+    "unequal sections": ("free_bending", [*SHORT, "sensor.sections=3", "sensor.borders=[0.2, 0.5]"]),
     "with the weight": ("obstructed_inside", [*SHORT, "estimator.compensate_gravity=false"]),
     "believed": ("free_bending", [*SHORT, "believed.youngs_modulus='+10 %'", "believed.sensor_spacing='-5 %'"]),
     "other response": ("free_bending", [*SHORT, f"sensor.response={CURVE}"]),
@@ -70,6 +72,49 @@ def test_other_sensors_read_what_a_run_with_them_does(sections: int) -> None:
         torque = external_torque_again(station, recording, finger, again)
         expected = other[f"{finger.name}.external_torque"].values
         np.testing.assert_allclose(torque, expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["unequal sections", "one side", "with the weight", "believed", "other response"])
+def test_shapes_are_those_of_the_estimators_of_the_run(name: str) -> None:
+    """Of all of this project, beside each other, with an uncertainty that is not the usual one."""
+    scenario, overrides = RUNS[name]
+    kinds = ["spline", "gaussian", "contact"]
+    overrides = [*overrides, f"estimator.beside={kinds}", "estimator.uncertainty={reading: 5.0e-4, angle: 1.0e-3}"]
+    station, recording = run_of(scenario, overrides)
+    for finger in station.fingers:
+        again = read_again(station, recording, finger, station.scenario.sensor.sections)
+        for kind in ("arcs", *kinds):
+            begin = f"{finger.name}." if kind == "arcs" else f"{finger.name}.{kind}."
+            recorded = recording[f"{begin}estimated_joint_angles"].values
+            np.testing.assert_allclose(again.shape(kind).q, recorded, rtol=1e-6, atol=1e-9)
+        contact = again.shape("contact").contact
+        assert contact is not None
+        recorded = recording[f"{finger.name}.contact.contact_force"].values
+        np.testing.assert_allclose(contact.force, recorded, rtol=1e-6, atol=1e-9)
+
+
+def test_torque_of_another_estimator_is_that_of_a_run_with_it() -> None:
+    station, recording = run_of("free_bending", SHORT)
+    _, other = run_of("free_bending", [*SHORT, "estimator.type=gaussian"])
+    for finger in station.fingers:
+        again = read_again(station, recording, finger, 4)
+        torque = external_torque_again(station, recording, finger, again, "gaussian")
+        expected = other[f"{finger.name}.external_torque"].values
+        np.testing.assert_allclose(torque, expected, rtol=1e-6, atol=1e-9)
+
+
+def test_borders_belong_to_the_number_of_sections_of_the_scenario() -> None:
+    """Of the sensors as of those that are believed in; others are equally long."""
+    station = make_station(load_scenario(*RUNS["unequal sections"]))
+    layout = SensorLayout(station.fingers[0].finger, 3, borders=(0.2, 0.5))
+    assert with_sections(layout, 3) is layout
+    for sections in (1, 2, 4):
+        other = with_sections(layout, sections)
+        assert other.section_ends.tolist() == SensorLayout(layout.finger, sections).section_ends.tolist()
+        assert (other.response, other.one_sided) == (layout.response, layout.one_sided)
+    recording = run_station(station)
+    ends = [read_again(station, recording, station.fingers[0], n).layout.section_ends.tolist() for n in (3, 2)]
+    assert ends == [[0, 2, 6, 12], [0, 6, 12]]
 
 
 def test_the_belief_is_that_of_the_scenario_and_the_sensors_are_not_believed() -> None:

@@ -1,0 +1,114 @@
+"""Estimators beside another: what they estimate is what they would as the estimator of the run, and nothing else."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
+from soft_gripper.truth.metrics import fingertip_error, pose_error
+
+SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
+SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "believed.youngs_modulus='+5 %'"]
+KINDS = ["gaussian", "spline", "contact", "own_blocks:mean_bend"]
+OF_CONTACT = ("contact_force", "contact_arc_length", "contact_force_std", "contact_arc_length_std")
+
+
+def run_of(*overrides):
+    return run_station(make_station(load_scenario("obstructed_inside", [*SHORT, *overrides])))
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """With the estimator of the scenario, `arcs`, alone."""
+    return run_of()
+
+
+@pytest.fixture(scope="module")
+def recording():
+    """With four more."""
+    return run_of(f"estimator.beside={KINDS}")
+
+
+def signals_of(recording, finger, kind):
+    """The signals of a finger by one of the estimators beside, by their names alone."""
+    begin = f"{finger}.{kind}."
+    return {name.removeprefix(begin): recording[name] for name in recording.data if name.startswith(begin)}
+
+
+def test_each_has_its_shape_and_its_errors_and_no_truth(recording):
+    for kind in KINDS:
+        found = signals_of(recording, "left_finger", kind)
+        shape = {"estimated_joint_angles", "joint_positions", "joint_positions_world", "tip_pose", "arcs"}
+        weighed = {"joint_angle_covariance", "position_std"} if kind in ("gaussian", "contact") else set()
+        contact = set(OF_CONTACT) if kind == "contact" else set()
+        assert found.keys() == shape | weighed | contact | {"pose_error", "fingertip_error"}
+    assert recording["left_finger.contact.contact_force"].attrs["units"] == "N"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_estimates_what_it_would_as_the_estimator_of_the_run(recording, kind):
+    run = run_of(f"estimator.type={kind}")
+    for finger in ("left_finger", "right_finger"):
+        for name, values in signals_of(recording, finger, kind).items():
+            np.testing.assert_array_equal(values.values, run[f"{finger}.{name}"].values)
+
+
+def test_the_run_stays_as_it_is_without_them(recording, alone):
+    kinds = tuple(f".{kind}." for kind in KINDS)
+    own = {name for name in recording.data if not any(kind in name for kind in kinds)}
+    assert own == set(alone.data)
+    for name in own:
+        np.testing.assert_array_equal(recording[name].values, alone[name].values)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_errors_are_those_of_its_shape(recording, kind):
+    found = {name: values.values for name, values in signals_of(recording, "left_finger", kind).items()}
+    truth = forward_kinematics(recording["left_finger.sampled_joint_angles"].values, 0.01)
+    joints, tip = as_planar(found["joint_positions"]), as_planar(found["tip_pose"][:, :2])
+    np.testing.assert_allclose(found["pose_error"], pose_error(truth.joints, joints), atol=1e-15)
+    np.testing.assert_allclose(found["fingertip_error"], fingertip_error(truth.tip, tip), atol=1e-15)
+    assert found["pose_error"].max() > 1e-4
+
+
+def test_arcs_may_stand_beside_too(alone):
+    beside = run_of("estimator.type=spline", "estimator.beside=[arcs]")
+    for name in ("theta", "kappa", "pose_error", "estimated_joint_angles"):
+        found, expected = beside[f"left_finger.arcs.{name}"].values, alone[f"left_finger.{name}"].values
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
+    """Whatever characters the name of a user's function has."""
+    recording.save(tmp_path / "run.nc")
+    again = Recording.load(tmp_path / "run.nc")
+    assert set(again.data) == set(recording.data)
+    name = "left_finger.own_blocks:mean_bend.pose_error"
+    np.testing.assert_array_equal(again[name].values, recording[name].values)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "complaint"),
+    [
+        (
+            ["estimator.beside=[gauss]"],
+            "estimator.beside = 'gauss': known: arcs, spline, gaussian, contact, recursive; ",
+        ),
+        (["estimator.beside=['nosuch:make']"], "estimator.beside = 'nosuch:make': cannot be imported"),
+        (["estimator.beside=['own_blocks:warm_sensor']"], "estimator.beside = 'own_blocks:warm_sensor': failed: "),
+        (["estimator.beside=[spline, spline]"], "estimator.beside[0] = 'spline': is an estimator of this scenario al"),
+        (
+            ["estimator.beside=[gaussian, arcs]"],
+            "estimator.beside[1] = 'arcs': is an estimator of this scenario already",
+        ),
+        (["estimator.beside=spline"], "estimator.beside = 'spline': give a list"),
+    ],
+)
+def test_what_cannot_stand_beside(overrides, complaint):
+    with pytest.raises(InputError) as caught:
+        make_station(load_scenario("free_bending", overrides))
+    assert complaint in str(caught.value)

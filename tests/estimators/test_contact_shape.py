@@ -1,0 +1,222 @@
+"""Force and place from fingers in static balance with known forces, and as uncertain as noise and friction have it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from loaded_fingers import Push, in_balance
+
+from soft_gripper.estimators.contact_shape import ContactShape
+from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.single_force import FRICTION
+from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.uncertainty import Uncertainty
+
+TWO, FOUR = {"sections": 2, "borders": (1 / 3,)}, {"sections": 4}
+PLACES = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0]  # of the length
+SOFTENING = ElasticLaw((-30.0, -8.0, 8.0, 30.0), (-0.23, -0.1, 0.1, 0.23), (-0.2, -0.088, 0.088, 0.2))
+BOTH = pytest.mark.parametrize("sections", [TWO, FOUR], ids=["two", "four"])
+SIDES = pytest.mark.parametrize("side", [1, -1], ids=["inner", "outer"])
+
+
+def readings(layout, q, noise=0.0, rng=None):
+    ratios = extension_ratios(layout, q)
+    return layout.response.reading(ratios if rng is None else ratios + noise * rng.standard_normal(ratios.shape))
+
+
+def estimated(layout, q, pressure, gravity=0j, **noise):
+    return ContactShape(layout)(readings(layout, q, **noise), np.array(pressure), gravity)
+
+
+def face(finger, s, side):
+    section = finger.section(s)
+    return float(section.inner_face if side > 0 else section.outer_face)
+
+
+@BOTH
+@SIDES
+@pytest.mark.parametrize("place", PLACES)
+def test_a_single_force_is_found(shipped_finger, sections, side, place):
+    """Whatever the pressure, however gravity pulls."""
+    layout, rng = SensorLayout(shipped_finger, **sections), np.random.default_rng(3)
+    s = place * shipped_finger.length
+    for _ in range(3):
+        pressure, gravity = rng.uniform(0, 150e3), 9.81 * np.exp(1j * rng.uniform(-np.pi, np.pi))
+        force = side * rng.uniform(0.3, 1.5)
+        q = in_balance(shipped_finger, pressure, gravity, [Push(s, force)])
+        found = estimated(layout, q, pressure, gravity)
+        # Two sections can hardly distinguish a force on the tip from one in another direction a little before it.
+        error = 0.05 if (place, layout.sections) == (1.0, 2) else 0.01
+        assert found.contact.force == pytest.approx(force, rel=error)
+        assert found.contact.arc_length == pytest.approx(s, abs=0.005 * shipped_finger.length)
+        tips = [forward_kinematics(angles, shipped_finger.segment_length).tip for angles in (q, found.q)]
+        assert abs(tips[0] - tips[1]) < 0.2e-3
+
+
+@BOTH
+@pytest.mark.parametrize("pressure", [-40e3, 0.0, 100e3, 200e3])
+def test_where_nothing_presses_nothing_is_found(shipped_finger, sections, pressure):
+    layout, gravity = SensorLayout(shipped_finger, **sections), 9.81 * np.exp(2j)
+    q = in_balance(shipped_finger, pressure, gravity)
+    found = estimated(layout, q, pressure, gravity)
+    assert found.contact.force == 0
+    assert np.isnan(found.contact.arc_length)
+    assert 0 < found.contact.force_std < 0.05
+    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)
+
+
+def test_noise_is_rarely_taken_for_a_force(shipped_finger):
+    """A thousandth of the time, as it is chosen: of 2000 readings, less than 8."""
+    layout, rng = SensorLayout(shipped_finger, **TWO), np.random.default_rng(5)
+    free = in_balance(shipped_finger, 80e3, 0j)
+    q = free * (1 + 0.005 * rng.standard_normal((2000, 1))) + 2e-4 * rng.standard_normal((2000, 12))
+    read = readings(layout, q, 1e-4, rng)
+    found = ContactShape(layout)(read, np.full(2000, 80e3), np.zeros(2000)).contact.force
+    assert np.count_nonzero(found) < 8
+
+
+@pytest.mark.parametrize("lost", [None, 0, 1])
+def test_with_one_section_the_force_is_unknown_and_the_shape_the_most_probable(shipped_finger, lost):
+    """With one on the finger, or one of two that reads anything."""
+    layout = SensorLayout(shipped_finger, 1 if lost is None else 2)
+    q = in_balance(shipped_finger, 80e3, 9.81, [Push(0.1, 0.5)])
+    read = readings(layout, q)
+    if lost is not None:
+        read[[lost, lost + 2]] = np.nan
+    found, shape = (make(layout)(read, np.array(80e3), 9.81) for make in (ContactShape, GaussianShape))
+    assert np.isnan(found.contact).all()
+    np.testing.assert_allclose(found.q, shape.q, rtol=0, atol=1e-4)
+    np.testing.assert_array_equal(found.covariance, shape.covariance)
+
+
+def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
+    layout = SensorLayout(shipped_finger, **FOUR)
+    read = readings(layout, in_balance(shipped_finger, 80e3, 9.81, [Push(0.09, 0.8)]))
+    for lost in range(4):
+        spoiled = read.copy()
+        spoiled[[lost, lost + 4]] = np.nan
+        contact = ContactShape(layout)(spoiled, np.array(80e3), 9.81).contact
+        assert contact.force == pytest.approx(0.8, rel=0.02)
+        assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
+
+
+@SIDES
+@pytest.mark.parametrize("along", [-0.4, 0.4])
+def test_a_force_on_the_edge_of_the_tip_may_have_any_direction(shipped_finger, side, along):
+    """From either side."""
+    layout, tip = SensorLayout(shipped_finger, **FOUR), shipped_finger.length
+    push = Push(tip, side * 1.0, along, face(shipped_finger, tip, side))
+    contact = estimated(layout, in_balance(shipped_finger, 40e3, 9.81, [push]), 40e3, 9.81).contact
+    assert contact.force == pytest.approx(side, rel=1e-3)
+    assert contact.arc_length == tip
+
+
+@BOTH
+@SIDES
+@pytest.mark.parametrize("place", [0.965, 0.98, 0.99])
+def test_a_force_close_to_the_tip_lies_within_what_is_said_of_it(shipped_finger, sections, side, place):
+    layout, s = SensorLayout(shipped_finger, **sections), place * shipped_finger.length
+    for pressure in (0.0, 60e3, 120e3):
+        contact = estimated(layout, in_balance(shipped_finger, pressure, 0j, [Push(s, side * 0.8)]), pressure).contact
+        assert abs(contact.force - side * 0.8) < 2 * contact.force_std
+        assert abs(contact.arc_length - s) < 2 * contact.arc_length_std
+
+
+@SIDES
+@pytest.mark.parametrize("places", [(0.4, 0.8), (0.5, 0.9), (0.45, 1.0), (0.6, 0.85)])
+def test_two_forces_are_found_as_their_sum_and_centre(shipped_finger, side, places):
+    """Within 6 % and 3 % of the length, with four sections."""
+    layout, s = SensorLayout(shipped_finger, **FOUR), np.array(places) * shipped_finger.length
+    q = in_balance(shipped_finger, 80e3, 9.81, [Push(s[0], side * 0.8), Push(s[1], side * 0.6)])
+    contact = estimated(layout, q, 80e3, 9.81).contact
+    assert contact.force == pytest.approx(side * 1.4, rel=0.06)
+    assert contact.arc_length == pytest.approx(s @ [0.8, 0.6] / 1.4, abs=0.03 * shipped_finger.length)
+    assert abs(contact.force - side * 1.4) < 2 * contact.force_std
+
+
+@BOTH
+@SIDES
+@pytest.mark.parametrize("place", [0.5, 0.8, 1.0])
+def test_a_single_force_is_found_under_an_elastic_law(shipped_finger, sections, side, place):
+    """Where it bends the finger out of one piece of the law into another."""
+    finger = replace(shipped_finger, elastic_law=SOFTENING)
+    q = in_balance(finger, 60e3, 9.81, [Push(place * finger.length, side * 0.5)])
+    contact = estimated(SensorLayout(finger, **sections), q, 60e3, 9.81).contact
+    assert contact.force == pytest.approx(side * 0.5, rel=0.035)
+    assert contact.arc_length == pytest.approx(place * finger.length, abs=0.005 * finger.length)
+
+
+def scores(layout, rubs, samples=120):
+    """Errors of force and place over their standard deviations, (2, samples), of forces drawn at random."""
+    finger, rng = layout.finger, np.random.default_rng(9)
+    true, q, pressures = [], [], rng.uniform(0, 150e3, samples)
+    for pressure in pressures:
+        side, s = rng.choice([-1, 1]), rng.uniform(0.4, 0.93) * finger.length
+        force = side * rng.uniform(0.3, 1.5)
+        push = Push(s, force, rubs * FRICTION * force * rng.standard_normal(), face(finger, s, side))
+        bent = in_balance(finger, pressure * (1 + 0.005 * rng.standard_normal()), 0j, [push])
+        q.append(bent + 2e-4 * rng.standard_normal(finger.segments))
+        true.append((force, s))
+    read = readings(layout, np.array(q), 1e-4, rng)
+    found = ContactShape(layout)(read, pressures, np.zeros(samples)).contact
+    force, s = np.transpose(true)
+    return np.abs([(found.force - force) / found.force_std, (found.arc_length - s) / found.arc_length_std])
+
+
+@BOTH
+def test_errors_lie_within_two_standard_deviations(shipped_finger, sections):
+    """As often as 95 % of the time, or more: friction, of which there is none, is reckoned with."""
+    z = scores(SensorLayout(shipped_finger, **sections), 0.0)
+    assert ((z < 2).mean(axis=1) >= 0.95).all()
+    assert (np.median(z, axis=1) > 0.05).all()
+
+
+@pytest.mark.parametrize(("sections", "least"), [(TWO, 0.88), (FOUR, 0.75)], ids=["two", "four"])
+def test_errors_under_friction_mostly_lie_within_two_standard_deviations(shipped_finger, sections, least):
+    """Less often with four sections, where friction may look like a second force."""
+    layout = SensorLayout(shipped_finger, **sections)
+    z = scores(layout, 1.0)
+    assert ((z < 2).mean(axis=1) > least).all()
+    assert (np.median(z, axis=1) > 1.5 * np.median(scores(layout, 0.0), axis=1)).all()
+
+
+@BOTH
+def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
+    layout = SensorLayout(shipped_finger, **sections)
+    read = readings(layout, in_balance(shipped_finger, 80e3, 0j, [Push(0.084, 0.8)]))
+    found = [
+        ContactShape(layout, Uncertainty(reading=noise))(read, np.array(80e3), 0j).contact
+        for noise in (1e-3, 3e-4, 1e-4, 3e-5)
+    ]
+    for name in ("force_std", "arc_length_std"):
+        stds = [float(getattr(contact, name)) for contact in found]
+        assert sorted(stds, reverse=True) == stds
+        assert stds[0] > 1.2 * stds[-1]
+
+
+def test_every_measured_bend_is_met(shipped_finger, bent):
+    """Of shapes that no few forces explain, as closely as by the most probable shape."""
+    layout, believed = SensorLayout(shipped_finger, **FOUR), Uncertainty(reading=1e-6)
+    q = np.repeat(bent(5, 4) / 4, 3, axis=-1)
+    found = ContactShape(layout, believed)(readings(layout, q), np.full(5, 5e4), np.zeros(5))
+    np.testing.assert_allclose(layout.sums(found.q), layout.sums(q), rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("law", [None, SOFTENING], ids=["linear", "softening"])
+def test_a_batch_is_its_samples(shipped_finger, law):
+    """One force, the tip, two forces, none, a missing section, nothing that is read."""
+    finger = replace(shipped_finger, elastic_law=law)
+    layout, gravity = SensorLayout(finger, **FOUR), 9.81 * np.exp(1j * np.arange(6)).reshape(3, 2)
+    pushes = [[Push(0.09, 0.8)], [Push(0.12, 0.6, 0.3)], [Push(0.05, 0.6), Push(0.1, 0.5)], [], [Push(0.08, -0.5)], []]
+    q = [in_balance(finger, 40e3, g, p) for g, p in zip(gravity.reshape(-1), pushes, strict=True)]
+    read = readings(layout, np.array(q)).reshape(3, 2, 8)
+    read[2, 0, [1, 5]], read[2, 1] = np.nan, np.nan
+    pressure, contact = np.full((3, 2), 40e3), ContactShape(layout)
+    found = contact(read, pressure, gravity)
+    assert np.count_nonzero(found.contact.force > 0) == 3
+    for index in np.ndindex(3, 2):
+        alone = contact(read[index], pressure[index], complex(gravity[index]))
+        for whole, part in zip((found.q, *found.contact), (alone.q, *alone.contact), strict=True):
+            np.testing.assert_allclose(whole[index], part, rtol=1e-6, atol=1e-9)

@@ -1,0 +1,32 @@
+"""The prior of the load: the covariance of the torques that random forces along a finger have."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.load_prior import TIP_SHARE, torque_covariance
+
+LOAD_PRESSURE = 1.5e5  # Pa
+
+
+def test_covariance_is_that_of_forces_drawn_along_the_finger_and_on_the_tip(shipped_finger):
+    """White noise of forces is added up by quadrature, not drawn: a force a cell, in 12 000 cells."""
+    s, length, cells = shipped_finger.joint_arc_lengths, shipped_finger.length, 12_000
+    x = (np.arange(cells) + 0.5) * length / cells
+    levers = np.maximum(x - s[:, None], 0)
+    along = levers @ levers.T
+    along /= (x**2).sum()  # 1 at the base
+    tip = np.outer(length - s, length - s) / length**2
+    usual = LOAD_PRESSURE * shipped_finger.pressure_gain[0]
+    expected = usual**2 * (TIP_SHARE * tip + (1 - TIP_SHARE) * along)
+    np.testing.assert_allclose(torque_covariance(shipped_finger, LOAD_PRESSURE), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["shipped_finger", "tapered_finger"])
+def test_it_is_a_covariance(request, name):
+    covariance = torque_covariance(request.getfixturevalue(name), LOAD_PRESSURE)
+    np.testing.assert_array_equal(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance).min() > 0
+
+
+def test_no_load_is_certain(shipped_finger):
+    assert not torque_covariance(shipped_finger, 0.0).any()

@@ -1,0 +1,135 @@
+"""ShapeEstimator: a function of arrays as a block, with a port for everything that the function estimates."""
+
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+from loaded_fingers import Push, in_balance
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
+
+from soft_gripper.diagrams.wiring.named_wires import vector_outputs
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.shape.bending_plane import bending_plane, pose_entries
+from soft_gripper.shape.position_band import position_std
+from soft_gripper.shape.uncertainty import Uncertainty
+from soft_gripper.signals import signal_of
+
+GRAVITY, PRESSURE = np.array([0.5, -1.0, -9.0]), 80e3  # m/s^2, Pa
+X_WB = RigidTransform(RollPitchYaw(2.0, 0.3, -0.4), [0.1, 0.2, 0.3])
+IN_PLANE = bending_plane(pose_entries(X_WB)).planar(GRAVITY)
+UNITS = {
+    "estimated_joint_angles": "rad",
+    "joint_angle_covariance": "rad^2",
+    "position_std": "m",
+    "contact_force": "N",
+    "contact_arc_length": "m",
+    "contact_force_std": "N",
+    "contact_arc_length_std": "m",
+}
+SIZES = dict(zip(UNITS, (12, 144, 13, 1, 1, 1, 1), strict=True))
+PORTS = {"arcs": 1, "spline": 1, "gaussian": 3, "contact": 7}  # how many of these
+
+
+@pytest.fixture(params=PORTS)
+def kind(request):
+    return request.param
+
+
+@pytest.fixture
+def layout(shipped_finger):
+    return SensorLayout(shipped_finger, 3, borders=(0.25, 0.6))
+
+
+@pytest.fixture
+def strain(layout):
+    q = in_balance(layout.finger, PRESSURE, IN_PLANE, [Push(0.09, 0.8)])
+    return layout.response.reading(extension_ratios(layout, q))
+
+
+def block_of(kind, layout):
+    return ShapeEstimator(SHAPE_FUNCTIONS[kind](layout, Uncertainty()), layout, GRAVITY)
+
+
+def fixed(block, strain):
+    context = block.CreateDefaultContext()
+    for name, value in (("strain", strain), ("pressure", [PRESSURE]), ("X_WB", pose_entries(X_WB))):
+        block.GetInputPort(name).FixValue(context, value)
+    return context
+
+
+def test_there_is_a_port_for_all_that_is_estimated(kind, layout):
+    ports = vector_outputs(block_of(kind, layout))
+    names = list(UNITS)[: PORTS[kind]]
+    assert {name: port.size() for name, port in ports.items()} == {name: SIZES[name] for name in names}
+    assert {name: signal_of(port).unit for name, port in ports.items()} == {name: UNITS[name] for name in names}
+
+
+def test_ports_have_what_the_function_gives(kind, layout, strain):
+    block = block_of(kind, layout)
+    context = fixed(block, strain)
+    found = {name: port.Eval(context) for name, port in vector_outputs(block).items()}
+    shape = SHAPE_FUNCTIONS[kind](layout, Uncertainty())(strain, np.array(PRESSURE), IN_PLANE)
+    expected = {"estimated_joint_angles": shape.q}
+    if shape.covariance is not None:
+        expected["joint_angle_covariance"] = shape.covariance.ravel()
+        expected["position_std"] = position_std(layout.finger, shape.q, shape.covariance)
+    if shape.contact is not None:
+        expected |= {f"contact_{name}": [value] for name, value in shape.contact._asdict().items()}
+        assert found["contact_force"] == pytest.approx(0.8, rel=0.01)
+    assert found.keys() == expected.keys()
+    for name, value in expected.items():
+        np.testing.assert_allclose(found[name], value, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("lost", [[0], [1, 4], list(range(6))])
+def test_what_is_not_read_lasts_no_longer_than_it_is_not(kind, layout, strain, lost):
+    """The arcs have no shape then; the others do without."""
+    block = block_of(kind, layout)
+    angles = block.GetOutputPort("estimated_joint_angles")
+    context = fixed(block, strain)
+    before = angles.Eval(context).copy()
+    spoiled = strain.copy()
+    spoiled[lost] = np.nan
+    block.GetInputPort("strain").FixValue(context, spoiled)
+    assert np.isfinite(angles.Eval(context)).all() == (kind != "arcs")
+    block.GetInputPort("strain").FixValue(context, strain)
+    np.testing.assert_array_equal(angles.Eval(context), before)
+
+
+def test_each_sample_is_estimated_once_for_all_ports(layout):
+    """Of a block whose ports are all logged, ten steps of the simulator a sample."""
+    function = Mock(wraps=SHAPE_FUNCTIONS["contact"](layout, Uncertainty()))
+    builder = DiagramBuilder()
+    sensor = builder.AddSystem(StrainSensor(layout, 0.01))
+    block = builder.AddSystem(ShapeEstimator(function, layout, GRAVITY))
+    for port in (sensor.GetInputPort("joint_angles"), block.GetInputPort("pressure"), block.GetInputPort("X_WB")):
+        builder.ExportInput(port, port.get_name())
+    builder.Connect(sensor.GetOutputPort("strain"), block.GetInputPort("strain"))
+    for port in vector_outputs(block).values():
+        LogVectorOutput(port, builder, 0.001)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    for name, value in (("joint_angles", np.full(12, 0.05)), ("pressure", [PRESSURE]), ("X_WB", pose_entries(X_WB))):
+        diagram.GetInputPort(name).FixValue(context, value)
+    simulator.Initialize()
+    function.reset_mock()
+    simulator.AdvanceTo(0.0955)
+    assert function.call_count == 10
+
+
+def test_the_base_turns_gravity(layout, strain):
+    block = block_of("gaussian", layout)
+    context = fixed(block, strain)
+    angles = block.GetOutputPort("estimated_joint_angles")
+    askew = angles.Eval(context).copy()
+    block.GetInputPort("X_WB").FixValue(context, pose_entries(RigidTransform()))
+    upright = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())(strain, np.array(PRESSURE), -9.0 + 0.5j).q
+    np.testing.assert_allclose(angles.Eval(context), upright, atol=1e-15)
+    assert np.abs(askew - upright).max() > 1e-6

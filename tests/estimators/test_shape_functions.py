@@ -1,0 +1,37 @@
+"""The estimators by name: each is a function of arrays as the others."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.uncertainty import Uncertainty
+
+
+def test_names():
+    assert list(SHAPE_FUNCTIONS) == ["arcs", "spline", "gaussian", "contact", "recursive"]
+
+
+@pytest.mark.parametrize("sections", [{"sections": 1}, {"sections": 4}, {"sections": 2, "borders": (1 / 3,)}])
+@pytest.mark.parametrize("one_sided", [False, True])
+@pytest.mark.parametrize("name", SHAPE_FUNCTIONS)
+def test_free_bending_is_estimated_by_all(shipped_finger, name, sections, one_sided):
+    """Within a hundredth of a radian at every joint, of a finger that bends 100 degrees; scalars or batches."""
+    layout = SensorLayout(shipped_finger, **sections, one_sided=one_sided)
+    pressure = np.array([[0.0, 50e3, 150e3]])
+    q = free_bending_angles(shipped_finger, pressure)
+    strain = layout.response.reading(extension_ratios(layout, q))
+    shape = SHAPE_FUNCTIONS[name](layout, Uncertainty())(strain, pressure, np.zeros((1, 3)))
+    np.testing.assert_allclose(shape.q, q, rtol=0, atol=1e-2)
+    assert shape.points(shipped_finger).shape == (1, 3, 13)
+
+
+def test_uncertainty_is_taken_from_what_is_believed(shipped_finger):
+    layout = SensorLayout(shipped_finger, 2)
+    for name in ("gaussian", "contact"):
+        little, much = (
+            SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(np.zeros(4), np.zeros(()), 0j).covariance
+            for noise in (1e-5, 1e-2)
+        )
+        assert (np.diagonal(much) > np.diagonal(little)).all()

@@ -1,0 +1,103 @@
+"""The spline: of all shapes with the measured bends the smoothest."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.spline import SplineShape
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.shape.section_bends import section_bends
+
+LAYOUTS = {
+    "two": {"sections": 2},
+    "four": {"sections": 4},
+    "unequal": {"sections": 3, "borders": (0.25, 0.6)},
+    "one-sided": {"sections": 3, "one_sided": True},
+    "a section a joint": {"sections": 12},
+}
+NOTHING = np.zeros(())
+
+
+@pytest.fixture(params=LAYOUTS.values(), ids=LAYOUTS)
+def layout(request, shipped_finger):
+    return SensorLayout(shipped_finger, **request.param)
+
+
+def readings(layout, q):
+    return layout.response.reading(extension_ratios(layout, q))
+
+
+def estimated(layout, read):
+    return SplineShape(layout)(read, np.zeros(read.shape[:-1]), 0j).q
+
+
+def smoothest(layout, theta, known):
+    """By Lagrange's multipliers: the least sum of squared differences with the sums of the known sections."""
+    joints = layout.finger.segments
+    sums = np.array([layout.joint_sections == section for section in np.flatnonzero(known)], dtype=float)
+    differences = np.diff(np.eye(joints), axis=0)
+    zero = np.zeros((len(sums), len(sums)))
+    system = np.block([[2 * differences.T @ differences, sums.T], [sums, zero]])
+    return np.linalg.lstsq(system, np.concatenate([np.zeros(joints), theta[known]]), rcond=None)[0][:joints]
+
+
+@pytest.mark.parametrize("bend", [-0.2, 0.0, 0.1, 0.2])
+def test_constant_curvature_is_found(layout, bend):
+    q = np.full(12, bend)
+    np.testing.assert_allclose(estimated(layout, readings(layout, q)), q, atol=1e-6)
+
+
+def test_sums_are_those_that_are_read_and_nothing_is_smoother(layout, bent):
+    read = readings(layout, bent(20, 12))
+    theta = section_bends(layout, read, 1e-5).theta
+    q = estimated(layout, read)
+    np.testing.assert_allclose(layout.sums(q), theta, atol=1e-6)
+    known = np.full(layout.sections, True)
+    np.testing.assert_allclose(q, [smoothest(layout, bends, known) for bends in theta], atol=1e-6)
+
+
+def test_linear_curvature_is_found_where_it_is_the_smoothest(shipped_finger):
+    """With a section a joint exactly; with fewer it bends less at the ends, which no reading forbids."""
+    q = np.linspace(-0.05, 0.15, 12)
+    for sections, error in ((12, 1e-6), (6, 6e-3), (3, 15e-3)):
+        layout = SensorLayout(shipped_finger, sections)
+        assert np.abs(estimated(layout, readings(layout, q)) - q).max() < error
+    inside = slice(3, 9)
+    layout = SensorLayout(shipped_finger, 4)
+    np.testing.assert_allclose(estimated(layout, readings(layout, q))[inside], q[inside], atol=2e-3)
+
+
+@pytest.mark.parametrize("missing", range(4))
+def test_a_missing_section_is_bridged(shipped_finger, missing):
+    layout, q = SensorLayout(shipped_finger, 4), np.linspace(0.0, 0.2, 12)
+    read = readings(layout, q)
+    theta = section_bends(layout, read, 1e-5).theta
+    read[[missing, missing + 4]] = np.nan
+    found, known = estimated(layout, read), np.arange(4) != missing
+    np.testing.assert_allclose(found, smoothest(layout, theta, known), atol=1e-5)
+    if missing in (1, 2):
+        np.testing.assert_allclose(found, q, atol=1e-2)
+
+
+def test_one_path_that_is_missing_changes_nothing(shipped_finger):
+    layout, q = SensorLayout(shipped_finger, 4), np.full(12, 0.1)
+    read = readings(layout, q)
+    read[1] = np.nan
+    np.testing.assert_allclose(estimated(layout, read), q, atol=1e-6)
+
+
+def test_a_finger_that_reads_nothing_is_straight(shipped_finger):
+    assert not estimated(SensorLayout(shipped_finger, 4), np.full(8, np.nan)).any()
+
+
+def test_neither_pressure_nor_gravity_matters(shipped_finger, bent):
+    layout = SensorLayout(shipped_finger, 4)
+    spline, read = SplineShape(layout), readings(layout, bent(12))
+    np.testing.assert_array_equal(spline(read, np.array(1e5), 9.81).q, spline(read, NOTHING, 0j).q)
+
+
+def test_a_batch_is_its_samples(layout, bent):
+    read = readings(layout, bent(3, 2, 12))
+    read[1, 0, 0] = np.nan
+    found = estimated(layout, read)
+    for index in np.ndindex(3, 2):
+        np.testing.assert_allclose(found[index], estimated(layout, read[index]), atol=1e-12)
