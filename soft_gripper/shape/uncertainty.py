@@ -25,7 +25,7 @@ class Uncertainty:
     gain: float = 0.0  # share of the strain, of each sensor; learnt by `recursive`
     offset: float = 0.0  # of the extension ratio, of each sensor; learnt by `recursive`
     drift: float = 0.0  # 1/sqrt(s), random walk of the offsets; followed by `recursive`
-    load_pressure: float = 1.0e5  # Pa, whose torque at the base is that of a usual load
+    load_pressure: float = 1.5e5  # Pa, whose torque at the base is that of a usual load
 
     def __post_init__(self) -> None:
         for field in fields(self):
