@@ -12,9 +12,16 @@ from soft_gripper.commands.options import Subparsers, whole_number
 from soft_gripper.commands.progress import BAR
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.evaluation.paper.evaluate import RUNS, SCENARIOS, run_scenarios, summarize, unfinished
-from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors
-from soft_gripper.evaluation.paper.scenario_run import SECTIONS
+from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
+from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
+from soft_gripper.evaluation.report.evaluate import RUNS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.robustness.maps import CASES, FOLDER, run_cases, unfinished_cases
+from soft_gripper.evaluation.robustness.plant_runs import RUNS as PLANT_RUNS
+from soft_gripper.evaluation.robustness.plant_runs import run_plants, unfinished_runs
+from soft_gripper.evaluation.robustness.plant_table import PlantRow
+from soft_gripper.evaluation.robustness.robustness import summarize_robustness
+from soft_gripper.evaluation.robustness.robustness_claims import realistic
+from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
 from soft_gripper.files import writable_folder
 
 
@@ -25,11 +32,16 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
     parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
     parser.add_argument("--resume", action="store_true", help="run only what an interrupted evaluation left")
+    parser.add_argument(
+        "--robustness", action="store_true", help="also with sensors that err, wrong beliefs, and other plants"
+    )
+    parser.add_argument("--seeds", metavar="N", default="20", help="of --robustness (default: %(default)s)")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     jobs = whole_number("evaluate", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
     out = writable_folder(options.out)
     names = unfinished(out) if options.resume else list(RUNS)
     duration = sum(load_scenario(name).duration for name in names)
@@ -40,20 +52,74 @@ def _run(options: argparse.Namespace) -> int:
         print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")
         raise
     evaluation = summarize(out)
-    _print_errors(evaluation.poses)
+    _print_errors(of_estimator(evaluation.poses, "arcs"))
+    _print_estimators(evaluation.poses)
     _print_claims(evaluation.claims)
     print(
         f"\nWritten to {out}: report.html, metrics.csv, forces.csv, contact.csv, the figures, and a folder a scenario"
     )
-    return 0 if all(claim.holds for claim in evaluation.claims) else 1
+    held = all(claim.holds for claim in evaluation.claims)
+    return 0 if (_robustness(out, seeds, jobs, options.resume) if options.robustness else True) and held else 1
+
+
+def _robustness(out: Path, seeds: int, jobs: int, resume: bool) -> bool:
+    """Runs what there is on robustness; whether all its claims hold."""
+    cases = unfinished_cases(out, seeds) if resume else CASES
+    runs = unfinished_runs(out, seeds) if resume else PLANT_RUNS
+    try:
+        with tqdm(total=len(cases) + len(runs), desc="robustness", dynamic_ncols=True, disable=None) as bar:
+            run_cases(cases, out, seeds, jobs, bar.update)
+            run_plants(runs, out, seeds, jobs, bar.update)
+    except KeyboardInterrupt:
+        print(f"\n`soft-gripper evaluate --out {out} --robustness --seeds {seeds} --resume` goes on")
+        raise
+    found = summarize_robustness(out)
+    _print_robustness(found.rows)
+    _print_plants(found.plants)
+    _print_claims(found.claims)
+    print(f"\nWritten to {out / FOLDER}: robustness.csv, plants.csv, robustness.png, and a folder a scenario and plant")
+    return all(claim.holds for claim in found.claims)
+
+
+def _print_robustness(rows: Sequence[RobustnessRow]) -> None:
+    """The belief that is worst for each number of sensors."""
+    print(f"\n{'realistic sensors':<20}{'mean pose error [mm]':^32}{'95th percentile [mm]':^32}")
+    for scenario in SCENARIOS:
+        print(f"estimators, {scenario}")
+        for name in dict.fromkeys(row.estimator for row in rows):
+            cells = [[row for row in realistic(rows, name, n) if row.scenario == scenario] for n in SECTIONS]
+            means, p95s = ([max(getattr(r, key) for r in cell) for cell in cells] for key in ("mean_mm", "p95_mm"))
+            print(f"  {name:<18}" + "".join(f"{error:>8.2f}" for error in (*means, *p95s)))
+
+
+def _print_plants(rows: Sequence[PlantRow]) -> None:
+    """The scenario that is worst for each number of sensors."""
+    print(f"\n{'other plants':<20}{'mean pose error [mm]':^32}{'95th percentile [mm]':^32}")
+    for plant, name in dict.fromkeys((row.plant, row.estimator) for row in rows):
+        cells = [[r for r in rows if (r.plant, r.estimator, r.sections) == (plant, name, n)] for n in SECTIONS]
+        means, p95s = ([max(getattr(r, key) for r in cell) for cell in cells] for key in ("mean_mm", "p95_mm"))
+        print(f"{plant + ', ' + name:<22}" + "".join(f"{error:>8.2f}" for error in (*means, *p95s)))
 
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:
     print(f"\n{'':<20}{'mean pose error [mm]':^32}{'mean fingertip error [mm]':^32}")
     print(f"{'sensors a side':<20}" + 2 * "".join(f"{n:>8}" for n in SECTIONS))
     for scenario in SCENARIOS:
-        means = [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
-        print(f"{scenario:<20}" + "".join(f"{mean:>8.2f}" for mean in means))
+        print(f"{scenario:<20}{_means(rows, scenario, '>8.2f')}")
+
+
+def _print_estimators(rows: Sequence[PoseRow]) -> None:
+    print()
+    for scenario in SCENARIOS:
+        print(f"estimators, {scenario}")
+        for name in dict.fromkeys(row.estimator for row in rows):
+            print(f"  {name:<18}{_means(of_estimator(rows, name), scenario, '>8.3f')}")
+
+
+def _means(rows: Sequence[PoseRow], scenario: str, form: str) -> str:
+    """Pose and fingertip error with 1 to 4 sensors a side."""
+    means = [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
+    return "".join(f"{mean:{form}}" for mean in means)
 
 
 def _print_claims(claims: Sequence[Claim]) -> None:

@@ -20,7 +20,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.evaluation.contacts.dataset import load_contacts
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.figure_style import save_figure
-from soft_gripper.evaluation.paper.evaluate import SCENARIOS
+from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.placement.assumptions import Assumptions
 from soft_gripper.evaluation.placement.checks import check_contacts, check_runs
 from soft_gripper.evaluation.placement.figure import placement_figure

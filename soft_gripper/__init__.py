@@ -52,6 +52,7 @@ _MODULES = {
     # Estimation.
     "shape.estimate": "ShapeEstimate ShapeFunction ContactForce",
     "shape.uncertainty": "Uncertainty",
+    "shape.sensor_uncertainty": "uncertainty_of",
     "shape.section_bends": "section_bends",
     "shape.position_band": "position_std",
     "estimators.shape_functions": "SHAPE_FUNCTIONS",

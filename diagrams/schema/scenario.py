@@ -187,7 +187,8 @@ class EstimatorConfig:
 
     type: str = "arcs"  # of the shape: see docs/estimators.md; or "module:function" of your own
     beside: list[str] = field(default_factory=list)  # other types, whose shapes are recorded too and used by nothing
-    uncertainty: Uncertainty = field(default_factory=Uncertainty)  # for estimators that weigh what they know
+    # For estimators that weigh what they know; None: as it follows from the errors of the sensors.
+    uncertainty: Uncertainty | None = None
     compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
     contact_threshold: float | None = None  # N m, of the torque that means contact; None: contact is not looked for
 

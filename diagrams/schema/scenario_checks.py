@@ -150,7 +150,8 @@ def _check_estimator(where: Path | str, scenario: Scenario) -> None:
         once = kind != estimator.type and estimator.beside.count(kind) == 1
         require(once, where, f"estimator.beside[{i}]", kind, "is an estimator of this scenario already")
     try:
-        replace(estimator.uncertainty)
+        if estimator.uncertainty is not None:
+            replace(estimator.uncertainty)
     except InputError as error:
         raise InputError(where, f"estimator.uncertainty.{error.field}", error.value, error.expected) from None
 

@@ -1,4 +1,4 @@
-"""The errors of sensors that a scenario asks for, presets and all."""
+"""The errors of sensors that a scenario asks for, presets and all, and what is uncertain because of them."""
 
 from dataclasses import asdict, fields
 from functools import cache
@@ -7,11 +7,13 @@ from typing import Any
 
 from pydrake.common.yaml import yaml_load_file
 
-from soft_gripper.diagrams.schema.scenario import DeadSensorConfig, SensorConfig
+from soft_gripper.diagrams.schema.scenario import DeadSensorConfig, EstimatorConfig, SensorConfig
 from soft_gripper.errors import InputError
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.sensor_layout import path_names
 from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.shape.sensor_uncertainty import uncertainty_of
+from soft_gripper.shape.uncertainty import Uncertainty
 
 PRESETS = Path(__file__).with_name("sensor_presets.yaml")
 
@@ -40,6 +42,16 @@ def pressure_errors(sensor: SensorConfig) -> PressureErrors | None:
         InputError: for a number out of range.
     """
     return None if sensor.pressure_errors is None else PressureErrors(**asdict(sensor.pressure_errors))
+
+
+def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
+    """What an estimator believes to be uncertain: what is given, or what follows from the errors of the sensors.
+
+    Raises:
+        InputError: as `strain_errors` and `pressure_errors`.
+    """
+    given = estimator.uncertainty
+    return uncertainty_of(strain_errors(sensor), pressure_errors(sensor)) if given is None else given
 
 
 @cache

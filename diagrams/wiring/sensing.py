@@ -1,12 +1,13 @@
 """Sensing, applied: sensors, estimation and, where it is wanted, scoring of the fingers of a plant."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper.diagrams.schema.scenario import BelievedConfig, EstimatorConfig, SensorConfig
+from soft_gripper.diagrams.schema.sensor_presets import uncertainty
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.beside import add_beside
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
@@ -71,14 +72,15 @@ def _truth_of_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -
 
 def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, config: SensingConfig) -> Ports:
     sensor, make = config.sensor, config.make_estimator
+    estimator = replace(config.estimator, uncertainty=uncertainty(config.estimator, sensor))
     gravity = np.array(finger.plant.gravity_field().gravity_vector())
     layout = believed_layout(finger.finger, sensor, config.believed)
     measured = add_sensors(builder, finger, sensor, pressure, config.make_sensor)
-    estimated = add_estimation(builder, finger.name, layout, config.estimator, sensor.period, gravity, measured, make)
+    estimated = add_estimation(builder, finger.name, layout, estimator, sensor.period, gravity, measured, make)
     known = {**measured, **estimated}
     scores = add_scoring(builder, finger, sensor.period, known)
     sampled = {**measured, "sampled_joint_angles": scores["sampled_joint_angles"]}
-    beside = add_beside(builder, finger, layout, config.estimator, sensor.period, sampled)
+    beside = add_beside(builder, finger, layout, estimator, sensor.period, sampled)
     twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, "pressure"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")

@@ -9,6 +9,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.sensor_presets import uncertainty
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
@@ -67,8 +68,8 @@ def read_again(
     readings = simulated.response.reading(extension_ratios(simulated, q))
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
     gravity = planar_gravity(X_WB, _gravity(station))
-    layout = with_sections(believed, sections, borders)
-    return ReadAgain(layout, scenario.estimator.uncertainty, readings, pressure, gravity, scenario.sensor.period)
+    layout, uncertain = with_sections(believed, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
+    return ReadAgain(layout, uncertain, readings, pressure, gravity, scenario.sensor.period)
 
 
 def with_sections(layout: SensorLayout, sections: int, borders: tuple[float, ...] | None = None) -> SensorLayout:

@@ -13,6 +13,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contact_sensors import LAYOUTS
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.paper.contact_force_table import contact_force_table
@@ -24,6 +25,9 @@ from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure
 from soft_gripper.pictures.torque_bar import recorded_limit
 
+FREE = "free_bending"
+CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
+SCENARIOS = (FREE, *CONTACT)
 SECTIONS = (1, 2, 3, 4)
 
 
@@ -41,7 +45,7 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
     with atomic_folder(folder) as partial:
         recording.save(partial / "recording.nc")
         _picture(scenario, recording).save(partial / "scene.png")
-        write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS))
+        write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS, tuple(SHAPE_FUNCTIONS)))
         write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
         write_csv(partial / "contact.csv", contact_table(name, station, recording))
         write_csv(partial / "contact_forces.csv", contact_force_table(name, station, recording, LAYOUTS))

@@ -40,9 +40,9 @@ class ContactShape:
 
     def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, their covariance and the contact force; see ShapeFunction."""
-        layout, finger = self.layout, self.layout.finger
+        layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
         gaussian = self._gaussian(readings, pressure, gravity)
-        theta, variance = section_bends(layout, readings, self.uncertainty.reading)
+        theta, variance = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
         known, q = pressure[..., None] * finger.pressure_gain + weight, gaussian.q
         for _ in range(1 if finger.elastic_law is None else _PASSES):

@@ -43,8 +43,8 @@ class GaussianShape:
 
     def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
         """The joint angles and their covariance; see ShapeFunction."""
-        layout, finger = self.layout, self.layout.finger
-        bends = section_bends(layout, readings, self.uncertainty.reading)
+        layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
+        bends = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
         driven, gravity = pressure[..., None] * finger.pressure_gain, np.asarray(gravity)[..., None]
         q = layout.shared_equally(bends.theta)
         gain, covariance = condition(layout, self.prior(q, pressure), bends.variance)

@@ -67,12 +67,17 @@ class RecursiveShape:
 
     def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, covariance and contact of samples (T, ...) that follow each other; see ShapeFunction."""
+        return self.at(np.arange(len(readings)), readings, pressure, gravity)
+
+    def at(self, rows: NDArray[np.int_], readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """The same at some of the samples, by their numbers, which increase; all are gone through."""
         gravity, known = np.broadcast_to(gravity, pressure.shape), self.begin(pressure.shape[1:])
-        passed = []
-        for sample in zip(readings, pressure, gravity, strict=True):
+        wanted, passed = set(rows.tolist()), []
+        for i, sample in enumerate(zip(readings, pressure, gravity, strict=True)):
             known = self.step(known, *sample)
-            passed.append(known)
-        return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), pressure)
+            if i in wanted:
+                passed.append(known)
+        return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), pressure[rows])
 
     def begin(self, shape: tuple[int, ...] = ()) -> Filter:
         """What is known of a straight finger before the first sample, with leading axes."""

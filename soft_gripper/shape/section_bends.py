@@ -31,6 +31,10 @@ class SectionBends(NamedTuple):
     theta: Array  # rad
     variance: Array  # rad^2
 
+    def uncertain_by(self, share: float) -> "SectionBends":
+        """The same with a further error of every bend, whose standard deviation is a share of it."""
+        return SectionBends(self.theta, self.variance + (share * self.theta) ** 2)
+
 
 def section_bends(layout: SensorLayout, readings: Array, noise: float) -> SectionBends:
     """The bend of every section from readings (..., paths * S).

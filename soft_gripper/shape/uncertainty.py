@@ -1,10 +1,13 @@
 """What is believed to be uncertain about a finger, its sensors and its load."""
 
+import math
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from soft_gripper.errors import InputError
+
+MINUTE = 60.0  # s
 
 
 @dataclass
@@ -31,3 +34,8 @@ class Uncertainty:
             if not np.isfinite(value) or value < 0 or (never_zero and value == 0):
                 least = "above 0" if never_zero else "of at least 0"
                 raise InputError("uncertainty", field.name, value, f"give a finite number {least}")
+
+    @property
+    def any_reading(self) -> float:
+        """Of an extension ratio that is read at any time within a minute, to whoever does not learn what is lasting."""
+        return math.hypot(self.reading, self.offset, self.drift * math.sqrt(MINUTE))

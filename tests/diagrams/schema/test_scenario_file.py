@@ -8,6 +8,7 @@ from pydrake.common.schema import Transform
 
 from soft_gripper.diagrams.schema.scenario import (
     ArmConfig,
+    EstimatorConfig,
     ModelConfig,
     PhaseConfig,
     PressureErrorsConfig,
@@ -20,6 +21,7 @@ from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scena
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.manipulation.task_phases import Outcome
+from soft_gripper.shape.uncertainty import Uncertainty
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 DEFAULTS, EVERYTHING = str(FOLDER / "defaults.yaml"), str(FOLDER / "one_of_everything.yaml")
@@ -165,7 +167,9 @@ def changed(config, default):
 
 def test_one_of_everything_sets_every_field():
     sensor = SensorConfig(errors=StrainErrorsConfig(), pressure_errors=PressureErrorsConfig())
-    scenario, default = load_scenario(EVERYTHING), Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor)
+    estimator = EstimatorConfig(uncertainty=Uncertainty())
+    default = Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor, estimator=estimator)
+    scenario = load_scenario(EVERYTHING)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
     beside_torque = {"control.force_limit"}
     expected = set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact - beside_torque

@@ -4,15 +4,18 @@ import pytest
 
 from soft_gripper.diagrams.schema.scenario import (
     DeadSensorConfig,
+    EstimatorConfig,
     PressureErrorsConfig,
     SensorConfig,
     StrainErrorsConfig,
 )
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
-from soft_gripper.diagrams.schema.sensor_presets import presets, pressure_errors, strain_errors
+from soft_gripper.diagrams.schema.sensor_presets import presets, pressure_errors, strain_errors, uncertainty
 from soft_gripper.errors import InputError
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.shape.sensor_uncertainty import uncertainty_of
+from soft_gripper.shape.uncertainty import Uncertainty
 
 
 def test_sensors_are_ideal_unless_a_scenario_says_otherwise():
@@ -85,3 +88,12 @@ def test_a_scenario_keeps_them(tmp_path):
 def test_what_there_cannot_be(override, complaint):
     with pytest.raises(InputError, match=complaint):
         load_scenario("free_bending", [f"sensor.{override}"])
+
+
+def test_uncertainty_follows_from_the_errors_unless_it_is_given():
+    sensor = SensorConfig(errors=StrainErrorsConfig(noise=3e-3), pressure_errors=PressureErrorsConfig(offset=200.0))
+    found = uncertainty(EstimatorConfig(), sensor)
+    assert found == uncertainty_of(strain_errors(sensor), pressure_errors(sensor))
+    assert (found.reading, found.pressure) == (pytest.approx(3e-3, rel=1e-2), 200.0)
+    given = Uncertainty(reading=1e-5)
+    assert uncertainty(EstimatorConfig(uncertainty=given), sensor) is given

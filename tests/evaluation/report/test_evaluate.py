@@ -20,7 +20,12 @@ from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
 from soft_gripper.evaluation.paper.contact_table import ContactRow
-from soft_gripper.evaluation.paper.evaluate import (
+from soft_gripper.evaluation.paper.force_table import ForceRow
+from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
+from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
+from soft_gripper.evaluation.phase_table import PhaseRow
+from soft_gripper.evaluation.pid_regimes import RegimeRow
+from soft_gripper.evaluation.report.evaluate import (
     CAPTIONS,
     CONTACT,
     FREE,
@@ -32,11 +37,6 @@ from soft_gripper.evaluation.paper.evaluate import (
     summarize,
     unfinished,
 )
-from soft_gripper.evaluation.paper.force_table import ForceRow
-from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
-from soft_gripper.evaluation.phase_table import PhaseRow
-from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.manipulation.task_phases import Outcome
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5"]
@@ -181,7 +181,8 @@ def test_one_scenario_that_fails_stops_no_other(short, tmp_path, monkeypatch):
 def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Figure], list]:
     """Rows that differ in every scenario, the figures made from them, and what the figure of the shape was given."""
     poses = [
-        PoseRow(scenario, "left", "arcs", "as simulated", n, p, p, (1 + i) * p / n, (1 + i) * p / n + 100)
+        PoseRow(scenario, "left", name, "as simulated", n, p, p, part * (1 + i) * p / n, (1 + i) * p / n + 100)
+        for name, part in (("arcs", 1.0), ("gaussian", 0.5))
         for i, scenario in enumerate(SCENARIOS)
         for n in (1, 2, 3, 4)
         for p in (10.0, 20.0)
@@ -190,7 +191,7 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
     poses = poses + free
     forces = [
         ForceRow(row.scenario, row.finger, "arcs", "as simulated", row.sections, row.pressure_kpa, joint, 0.02, 0.03)
-        for row in poses
+        for row in of_estimator(poses, "arcs")
         for joint in (0, 1)
     ]
     for name in SCENARIOS:
@@ -220,7 +221,7 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
     (tmp_path / TASK / "phases.png").touch()
     Recording(xr.Dataset({"task.outcome": ("time", [0.0, float(Outcome.DONE)])})).save(tmp_path / TASK / "recording.nc")
     figures, shapes = {}, []
-    where = "soft_gripper.evaluation.paper.evaluate."
+    where = "soft_gripper.evaluation.report.evaluate."
     monkeypatch.setattr(where + "save_figure", lambda figure, stem: (figures.update({stem.name: figure}), save(stem)))
     monkeypatch.setattr(where + "shape_figure", lambda *given: shapes.append(given))
     for drawn in ("scenes_figure", "read_regimes", "regimes_figure"):
@@ -265,8 +266,9 @@ def test_figs_5_to_7_show_the_errors_that_they_are_named_after(summarized, name,
     for axes, scenario, error in zip(figures[name].axes, scenarios, errors, strict=True):
         for n in (1, 2, 3, 4):
             (line,) = (line for line in axes.lines if line.get_label() == str(n))
-            of_line = (scenario, "left", n)
-            expected = [getattr(row, error) for row in poses if (row.scenario, row.finger, row.sections) == of_line]
+            of_line = (scenario, "left", "arcs", n)
+            found = [row for row in poses if (row.scenario, row.finger, row.estimator, row.sections) == of_line]
+            expected = [getattr(row, error) for row in found]
             assert list(line.get_ydata()) == pytest.approx(expected)
 
 

@@ -14,19 +14,19 @@ from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.evaluation.paper.differences import Difference
 from soft_gripper.evaluation.paper.force_table import ForceRow
-from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors
+from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
 from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.files import atomic_file
 
-TEMPLATE = Path(__file__).parent / "templates" / "report.html"
+TEMPLATE = Path(__file__).parent / "report_template.html"
 
 
 @dataclass(frozen=True)
 class Evaluation:
     """The tables of all runs, and what follows from them."""
 
-    poses: list[PoseRow]
+    poses: list[PoseRow]  # of all estimators
     forces: list[ForceRow]
     claims: list[Claim]
     contacts: list[ContactRow] = field(default_factory=list)
@@ -51,7 +51,8 @@ def write_report(out: Path, scenarios: Sequence[str], found: Evaluation, figures
         "claims": "\n".join(map(_claim, found.claims)),
         "differences": "\n".join(map(_difference, found.differences)),
         "scenes": "\n".join(_scene(out / name) for name in scenarios),
-        "errors": "\n".join(_errors(name, found.poses) for name in scenarios),
+        "errors": "\n".join(_errors(title(name), name, of_estimator(found.poses, "arcs")) for name in scenarios),
+        "estimator_errors": "\n".join(_estimators(name, found.poses) for name in scenarios),
         "contacts": "\n".join(_contact(*astuple(row)) for row in contact_summary(found.contacts)),
         "regimes": "\n".join(map(_regime, found.regimes)),
         "outcome": escape(found.outcome),
@@ -97,9 +98,17 @@ def _scene(folder: Path) -> str:
     )
 
 
-def _errors(scenario: str, poses: Sequence[PoseRow]) -> str:
+def _errors(heading: str, scenario: str, poses: Sequence[PoseRow]) -> str:
     means = [*mean_errors(poses, scenario, "pose_error_mm"), *mean_errors(poses, scenario, "tip_error_mm")]
-    return _row(title(scenario), *(f"{mean:.2f}" for mean in means))
+    return _row(heading, *(f"{mean:.2f}" for mean in means))
+
+
+def _estimators(scenario: str, poses: Sequence[PoseRow]) -> str:
+    """A row for every estimator; the scenario is named in the first."""
+    names = list(dict.fromkeys(row.estimator for row in poses))
+    headings = [f"{title(scenario)}: {names[0]}", *names[1:]]
+    rows = zip(headings, names, strict=True)
+    return "\n".join(_errors(heading, scenario, of_estimator(poses, name)) for heading, name in rows)
 
 
 def _contact(scenario: str, links: int, length: float, sign_changes: int) -> str:

@@ -9,16 +9,19 @@ import pytest
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.differences import Difference
-from soft_gripper.evaluation.paper.evaluate import CAPTIONS
 from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.report import TEMPLATE, Evaluation, write_report
 from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pid_regimes import RegimeRow
+from soft_gripper.evaluation.report.evaluate import CAPTIONS
+from soft_gripper.evaluation.report.report import TEMPLATE, Evaluation, write_report
 
 HOLDS = Claim("paper", "one sensor is within 3 mm", True, "2.42 mm")
 FAILS = Claim("ours", "four sensors are within 1 mm & less", False, "nan mm")
 POSES = [
-    PoseRow("free_bending", "finger", "arcs", "as simulated", n, pressure, 0.0, scale / n, 2 * scale / n + 3)
+    PoseRow(
+        "free_bending", "finger", name, "as simulated", n, pressure, 0.0, part * scale / n, 2 * part * scale / n + 3
+    )
+    for name, part in (("arcs", 1.0), ("gaussian", 0.1))
     for n in (1, 2, 3, 4)
     for pressure, scale in ((0.0, 0.0), (50.0, 1.0), (100.0, 5.0))
 ]
@@ -83,6 +86,12 @@ def test_errors_are_means_over_the_steps(tmp_path: Path) -> None:
     """Of 0, 1 and 5 mm divided by the number of sensors; at the tip twice that and 3 mm more."""
     means = ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
     assert ["Free bending", *means] in rows_of(page_of(tmp_path, [HOLDS]))
+
+
+def test_every_estimator_has_a_row_of_its_own(tmp_path: Path) -> None:
+    rows = rows_of(page_of(tmp_path, [HOLDS]))
+    assert ["Free bending: arcs", "2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"] in rows
+    assert ["gaussian", "0.20", "0.10", "0.07", "0.05", "3.40", "3.20", "3.13", "3.10"] in rows
 
 
 def test_pictures_are_inside(tmp_path: Path) -> None:

@@ -1,0 +1,29 @@
+"""Cases: noise scales every error of the preset, beliefs are named and wrong as they say."""
+
+import pytest
+
+from soft_gripper.diagrams.wiring.belief import believed_finger
+from soft_gripper.evaluation.robustness.cases import BELIEFS, Belief, errors_at
+
+
+def test_noise_is_a_multiple_of_the_preset() -> None:
+    one, four = errors_at(1.0), errors_at(4.0)
+    assert errors_at(0.0) is None
+    assert one is not None
+    assert four is not None
+    for name in ("noise", "hysteresis", "gain_error", "drift"):
+        assert getattr(one, name) > 0
+        assert getattr(four, name) == pytest.approx(4 * getattr(one, name))
+    assert four.creep_time == one.creep_time
+
+
+def test_beliefs_have_names() -> None:
+    assert [belief.name for belief in BELIEFS] == ["as simulated", "E -10 %, p +1 %", "E +10 %, p -1 %"]
+    assert Belief(modulus=0.05).name == "E +5 %"
+
+
+def test_a_belief_is_wrong_by_its_size(shipped_finger) -> None:
+    believed = believed_finger(shipped_finger, Belief(-0.1).config)
+    assert believed.base.youngs_modulus == pytest.approx(0.9 * shipped_finger.base.youngs_modulus)
+    assert believed_finger(shipped_finger, Belief(pressure=0.01).config) == shipped_finger
+    assert Belief(0.03, -0.04).size == pytest.approx(0.05)

@@ -1,0 +1,74 @@
+"""Claims of robustness: each is broken by one row, and by no other number."""
+
+from dataclasses import replace
+from itertools import product
+
+import pytest
+
+from soft_gripper.evaluation.estimators.bars import BARS
+from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
+from soft_gripper.evaluation.robustness.cases import BELIEFS
+from soft_gripper.evaluation.robustness.plant_table import PlantRow
+from soft_gripper.evaluation.robustness.plants import PLANTS
+from soft_gripper.evaluation.robustness.robustness_claims import realistic, robustness_claims
+from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
+
+MEANS = {"arcs": 0.9, "gaussian": 0.8}
+ROWS = [
+    RobustnessRow(s, name, belief.name, noise, n, noise * mean, 2.4 * noise * mean, 9.0, 0.95, 20)
+    for (name, mean), s, belief, noise, n in product(MEANS.items(), SCENARIOS, BELIEFS, (1.0, 4.0), (1, 2, 3, 4))
+]
+OF_PLANT = {1: 2.0, 2: 0.4, 3: 0.2, 4: 0.2}  # mm, within 1.5 times the bars
+PLANT_ROWS = [
+    PlantRow(plant.name, s, "gaussian", n, mean, mean, mean, 2 * mean, 0.95, 20)
+    for plant, s, (n, mean) in product(PLANTS, SCENARIOS, OF_PLANT.items())
+]
+
+
+def failing(rows, plants=PLANT_ROWS):
+    return [i for i, claim in enumerate(robustness_claims(rows, plants)) if not claim.holds]
+
+
+def changed(rows, change, **where):
+    hit = [all(getattr(row, key) == value for key, value in where.items()) for row in rows]
+    assert any(hit)
+    return [replace(row, **change) if it else row for row, it in zip(rows, hit, strict=True)]
+
+
+def test_all_hold_within_the_bars() -> None:
+    assert failing(ROWS) == []
+    assert len(robustness_claims(ROWS, PLANT_ROWS)) == 3 + 2 * len(BARS)
+
+
+@pytest.mark.parametrize(
+    ("change", "estimator", "sections", "fails"),
+    [
+        ({"mean_mm": 1.1}, "gaussian", 2, [0, 1]),
+        ({"p95_mm": 2.6}, "gaussian", 2, [0]),
+        ({"mean_mm": 0.95}, "gaussian", 2, [1]),
+        ({"mean_mm": 0.7}, "arcs", 4, [1]),
+        ({"coverage": 0.89}, "gaussian", 2, [2]),
+        ({"coverage": 0.995}, "gaussian", 2, [2]),
+        ({"mean_mm": 9.0, "p95_mm": 9.0, "coverage": 0.1}, "gaussian", 3, []),
+    ],
+)
+def test_a_scenario_and_belief_alone_break_it(change, estimator, sections, fails) -> None:
+    where = {"estimator": estimator, "sections": sections, "noise": 1.0, "scenario": "box_grasp"}
+    assert failing(changed(ROWS, change, belief="E +10 %, p -1 %", **where)) == fails
+
+
+def test_worse_sensors_do_not_matter() -> None:
+    assert failing(changed(ROWS, {"mean_mm": 9.0, "coverage": 0.0}, noise=4.0)) == []
+
+
+def test_plants_that_are_known_keep_the_bars_of_the_shipped_finger_half_as_high_again() -> None:
+    worse = changed(PLANT_ROWS, {"mean_mm": 0.8}, plant="tapered", scenario="irregular_grasp", sections=2)
+    (broken,) = failing(ROWS, worse)
+    text = robustness_claims(ROWS, worse)[broken].text
+    assert text.startswith("tapered: gaussian, 2 sensors a side: within 0.75 mm")
+    rubber = changed(PLANT_ROWS, {"mean_mm": 99.0}, plant="rubber")
+    assert failing(ROWS, rubber) == []
+
+
+def test_realistic_rows_are_those_of_the_preset() -> None:
+    assert {(row.noise, row.estimator, row.sections) for row in realistic(ROWS, "arcs", 3)} == {(1.0, "arcs", 3)}

@@ -1,0 +1,46 @@
+"""The table of robustness: a row for every case, means of what the errors are, and noise that makes them larger."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.evaluation.robustness import robustness_table as module
+from soft_gripper.evaluation.robustness.cases import Belief
+from soft_gripper.evaluation.robustness.robustness_table import robustness_table
+
+BELIEFS = (Belief(), Belief(-0.1, 0.01))
+
+
+@pytest.fixture(autouse=True)
+def two_estimators(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are enough, and quick."""
+    monkeypatch.setattr(module, "SHAPE_FUNCTIONS", {name: SHAPE_FUNCTIONS[name] for name in ("arcs", "gaussian")})
+
+
+def test_a_row_for_every_belief_number_of_sensors_and_estimator(held) -> None:
+    rows = robustness_table("free", [held], 0.0, 5, BELIEFS)
+    expected = [(b.name, n, name) for b in BELIEFS for n in (1, 2, 3, 4) for name in ("arcs", "gaussian")]
+    assert [(row.belief, row.sections, row.estimator) for row in rows] == expected
+    assert {(row.scenario, row.noise, row.seeds) for row in rows} == {("free", 0.0, 5)}
+    assert all(row.mean_mm <= row.p95_mm <= row.worst_mm for row in rows)
+    assert all(np.isnan(row.coverage) == (row.estimator == "arcs") for row in rows)
+
+
+def test_worse_sensors_and_beliefs_cost_accuracy(held) -> None:
+    def error(noise: float, belief: Belief) -> float:
+        (row,) = (
+            row
+            for row in robustness_table("free", [held], noise, 3, [belief])
+            if (row.estimator, row.sections) == ("gaussian", 1)
+        )
+        return row.mean_mm
+
+    exact = error(0.0, Belief())
+    assert error(4.0, Belief()) > error(1.0, Belief()) > 10 * exact
+    assert error(0.0, Belief(-0.1, 0.01)) > 10 * exact
+
+
+def test_fingers_are_taken_together(held) -> None:
+    one, twice = (robustness_table("free", [held] * n, 1.0, 2, BELIEFS[:1]) for n in (1, 2))
+    for row, same in zip(one, twice, strict=True):
+        assert (row.mean_mm, row.worst_mm) == pytest.approx((same.mean_mm, same.worst_mm))
