@@ -1,5 +1,7 @@
 """Sensing in a station: which signals there are, what the blocks are made for, and which shapes the truth looks at."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 from pydrake.common.schema import Transform
@@ -13,6 +15,8 @@ from soft_gripper.diagrams.wiring import estimation, scoring
 from soft_gripper.estimation.contact_detector import ContactDetector
 from soft_gripper.estimation.force_estimator import ForceEstimator
 from soft_gripper.fingers.finger_links import joint_name, link_name
+from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.shape.sensor_uncertainty import uncertainty_of
 from soft_gripper.truth.true_contact import TrueContact
 
 ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "one finger", "box_grasp", "three_finger_grasp"
@@ -149,3 +153,22 @@ def test_width_of_what_both_fingers_hold():
     assert last["true_object_width"] == pytest.approx(0.044, abs=5e-4)
     assert last["object_width_error"] == pytest.approx(last["object_width"] - last["true_object_width"], abs=1e-12)
     assert abs(last["object_width_error"]) < 3e-3
+
+
+@pytest.mark.parametrize("given", [None, 5e-5])
+def test_estimators_know_of_the_errors_of_the_sensors_unless_a_scenario_says_otherwise(monkeypatch, given):
+    """Those beside the estimator of the scenario too."""
+    known = []
+    for name in ("estimation", "beside"):
+        module = import_module(f"soft_gripper.diagrams.wiring.{name}")
+        find = module.find_estimator
+        monkeypatch.setattr(
+            module,
+            "find_estimator",
+            lambda kind, u, *field, find=find: known.append((kind, u.reading)) or find(kind, u),
+        )
+    changes = ["sensor.errors.noise=0.003", "estimator.type=gaussian", "estimator.beside=[spline]"]
+    changes += [] if given is None else [f"estimator.uncertainty.reading={given}"]
+    make_station(load_scenario("obstructed_inside", changes))
+    expected = given or uncertainty_of(StrainErrors(noise=0.003)).reading
+    assert set(known) == {("gaussian", expected), ("spline", expected)}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.recursive_shape import RecursiveShape
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.robustness.errors import Errors, covered, errors_of, estimated, in_mm, together
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -69,3 +70,12 @@ def test_a_pressure_that_is_read_too_high_misleads_who_uses_it(held, name, misle
     layout, readings = SensorLayout(held.simulated, 1), held.readings(1, None, 1)
     right, wrong = (estimated(name, layout, Uncertainty(reading=1e-2), held, readings, gain) for gain in (1.0, 1.2))
     assert (wrong.tip.max() > right.tip.max() + 1e-3) == misled
+
+
+def test_a_filter_goes_through_all_samples_whichever_are_wanted(held) -> None:
+    layout, rows = SensorLayout(held.simulated, 2), held.samples
+    function = RecursiveShape(layout, Uncertainty(), held.period)
+    given = held.readings(2, None, 2), *(np.tile(v[:, None], (1, 2)) for v in (held.pressure, held.gravity))
+    whole, some = function(*given), function.at(rows, *given)
+    np.testing.assert_array_equal(some.q, whole.q[rows])
+    np.testing.assert_array_equal(some.covariance, whole.covariance[rows])
