@@ -31,6 +31,8 @@ from soft_gripper.shape.estimate import ContactForce
 NEAREST = 0.1  # of the length from the base, where a contact is looked for
 FRICTION = 0.25  # of the force, standard deviation of what rubs along the finger
 TIP_ZONE = 0.04  # of the length from the tip: a force that seems to press there presses on the tip's edge
+NEAR_TIP = 0.1  # of the length: within it the tip's edge is tried where a force at the side leaves much unexplained,
+_UNLIKELY = 9.0  # in variances
 _PLACES = 28, 9, 9  # of each scan
 _FINER = 4  # times, the steps of a scan than those of the scan before
 _DS = 1e-3  # m, for differences
@@ -70,11 +72,12 @@ def fit_single_force(layout: SensorLayout, q: Array, bends: Bends, usual: float)
         s = place + step * np.linspace(-1, 1, places)
         place = _best(layout, chain, bends, weights, usual, np.clip(s, NEAREST * length, length))
         step /= _FINER
-    at_tip = place[..., 0] > (1 - TIP_ZONE) * length
-    aside = _fit_aside(layout, chain, bends, weights, usual, place)
-    if not at_tip.any():
+    aside, near_tip = _fit_aside(layout, chain, bends, weights, usual, place), place[..., 0] / length > 1 - NEAR_TIP
+    if not near_tip.any():
         return aside
-    return choose(at_tip, _fit_tip(layout, chain, bends, usual, aside.contact.force), aside)
+    tip = _fit_tip(layout, chain, bends, usual, aside.contact.force)
+    at_tip = (place[..., 0] / length > 1 - TIP_ZONE) | (aside.misfit > np.maximum(tip.misfit, _UNLIKELY))
+    return choose(near_tip & at_tip, tip, aside)
 
 
 def choose(first: NDArray[np.bool_], one: Fit, other: Fit) -> Fit:
