@@ -15,6 +15,8 @@ offset. What cannot be seen is a load that begins before anything is learnt and 
 than believed: let the finger move freely first, or give a smaller `bend_per_pressure`.
 
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
+As long as the
+bend of a section is hardly read, nothing is learnt, and no load ruled out.
 
 Leading axes are free; R readings, N joints, n states.
 """
@@ -223,6 +225,13 @@ class RecursiveShape:
         loaded = np.where(before.loaded, of_late > end, of_late > begin)
         return loaded | (_size(difference, spread + noises) > at_once)
 
+    def _is_blind(self, noise: Array) -> NDArray[np.bool_]:
+        """Whether the bend of any section is hardly read, so that a load there cannot be ruled out."""
+        layout, squares = self.layout, self.layout.offsets**2
+        read = (noise < _MISSING).reshape(*noise.shape[:-1], layout.paths, layout.sections)
+        blind: NDArray[np.bool_] = (squares @ read < squares.sum() / 2).any(axis=-1)
+        return blind
+
     def _update(
         self,
         mean: Array,
@@ -232,15 +241,16 @@ class RecursiveShape:
         noise: Array,
         loaded: NDArray[np.bool_],
     ) -> tuple[Array, Array]:
-        """Free: no load, and the slow states corrected. Loaded: the load corrected, the slow states as they are."""
-        loads = loaded[..., None] | self._is_slow
+        """Loaded: the load corrected, the slow states kept. Free: no load, the slow states corrected. Blind: all kept."""
+        blind = self._is_blind(noise) & ~loaded
+        loads = (loaded | blind)[..., None] | self._is_slow
         mean = mean * loads
         covariance = covariance * (loads[..., :, None] & loads[..., None, :])
         noise = np.where(loaded[..., None], noise, _CAUTION * noise)
         crossed = covariance @ np.swapaxes(by_state, -1, -2)
         spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
         gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
-        gain = gain * (~loaded[..., None] | ~self._is_slow)[..., None]
+        gain = gain * ((loaded[..., None] != self._is_slow) & ~blind[..., None])[..., None]
         left = difference - self._by_load(mean, by_state)
         keep = np.eye(self._states) - gain @ by_state
         covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
