@@ -1,4 +1,4 @@
-"""soft-gripper contact-trials: random single contacts of a finger, with what is true about them."""
+"""soft-gripper contact-trials: random single contacts of a finger, and how well they are estimated."""
 
 import argparse
 import os
@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from soft_gripper.commands.options import Subparsers, whole_number
+from soft_gripper.commands.options import Subparsers, number_from_zero, whole_number
+from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
+from soft_gripper.evaluation.contacts.contact_errors import BOTH, ContactErrorRow
+from soft_gripper.evaluation.contacts.contact_scores import ERRORS, FIGURE, SCORES, score_contacts
 from soft_gripper.evaluation.contacts.contact_trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
+from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts
 from soft_gripper.evaluation.contacts.random_contact import Contact
 from soft_gripper.evaluation.contacts.resting import SIDES
 from soft_gripper.files import writable_folder
@@ -22,7 +26,11 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(NAME, help="press a finger against random pegs: force and place of the contact")
     parser.add_argument("--trials", metavar="N", default="200", help="contacts (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
+    friction = "coefficient of friction of the peg's surface (default: %(default)s)"
+    parser.add_argument("--friction", metavar="MU", default=f"{PEG_FRICTION:g}", help=friction)
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
+    contacts = f"{ARRAYS} of an earlier run: score its contacts, and simulate none"
+    parser.add_argument("--contacts", metavar="FILE", type=Path, help=contacts)
     folder = Path("results/contact_trials")
     parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
@@ -31,17 +39,28 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> None:
     number, seed = whole_number(NAME, "--trials", options.trials, 1), whole_number(NAME, "--seed", options.seed, 0)
     jobs = whole_number(NAME, "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    friction = number_from_zero(NAME, "--friction", options.friction)
+    kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = writable_folder(options.out)
+    contacts = _simulate(number, seed, jobs, friction, out) if kept is None else kept
+    with tqdm(total=SCORES, desc="scores", dynamic_ncols=True, disable=None) as bar:
+        rows = score_contacts(contacts, out, bar.update)
+    _print_errors(rows)
+    written = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
+    print(f"\nWritten to {out}: {', '.join(written)}")
+
+
+def _simulate(number: int, seed: int, jobs: int, friction: float, out: Path) -> Contacts:
     with tqdm(total=number, desc="contacts", dynamic_ncols=True, disable=None) as bar:
         try:
-            contacts = run_contacts(number, seed, jobs, lambda contact: bar.update())
+            contacts = run_contacts(number, seed, jobs, lambda contact: bar.update(), friction)
         except KeyboardInterrupt:
             bar.close()
             print("\nnothing is written before the last contact")
             raise
     write_contacts(contacts, out)
     _print_summary(contacts)
-    print(f"\nWritten to {out}: {TABLE}, {ARRAYS}")
+    return as_arrays(contacts)
 
 
 def _print_summary(contacts: Sequence[Contact]) -> None:
@@ -55,3 +74,17 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
     reasons = redrawn(contacts)
     listed = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
     print(f"{reasons.total():5} drawn again" + (f": {listed}" if listed else ""))
+
+
+def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
+    """The errors of both sides together; the table has them by side too."""
+    print("\nerrors: median and 90th percentile, of the force and of the length; sections by where they meet, mm")
+    print(f"{'sections':<16}{'sensors':<14}{'stiffness':<10}{'calibrated':<20}{'found':>5}{'force':>14}{'place':>14}")
+    for row in rows:
+        if row.side == BOTH:
+            sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
+            belief = row.belief.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
+            force = f"{row.force_median_percent:.2f} {row.force_90_percent:5.1f} %"
+            place = f"{row.place_median_percent:.2f} {row.place_90_percent:5.1f} %"
+            what = f"{row.sections}: {row.borders:<13}{sensors:<14}{belief:<10}{row.calibration:<20}"
+            print(f"{what}{row.found_percent:4.0f}%{force:>14}{place:>14}")

@@ -12,6 +12,7 @@ from soft_gripper.commands import (
     expand,
     grasp_trials,
     list_scenarios,
+    place_sensors,
     recognition,
     run,
     show,
@@ -19,7 +20,19 @@ from soft_gripper.commands import (
 )
 from soft_gripper.errors import InputError, SimulationDivergedError
 
-COMMANDS = (run, evaluate, grasp_trials, recognition, contact_trials, tune, calibrate, list_scenarios, show, expand)
+COMMANDS = (
+    run,
+    evaluate,
+    grasp_trials,
+    recognition,
+    contact_trials,
+    place_sensors,
+    tune,
+    calibrate,
+    list_scenarios,
+    show,
+    expand,
+)
 
 
 def dispatch(arguments: Sequence[str] | None = None) -> int:

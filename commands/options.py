@@ -1,6 +1,8 @@
 """Options that several commands share."""
 
 import argparse
+import math
+from contextlib import suppress
 from typing import TypeAlias
 
 from soft_gripper.diagrams.schema.scenario import Scenario
@@ -52,3 +54,15 @@ def whole_number(command: str, option: str, text: str, least: int) -> int:
     if not text.isdecimal() or int(text) < least:
         raise InputError(command, option, text, f"give a whole number of at least {least}")
     return int(text)
+
+
+def number_from_zero(command: str, option: str, text: str) -> float:
+    """The number that an option gives.
+
+    Raises:
+        InputError: unless it is finite and at least 0.
+    """
+    with suppress(ValueError):
+        if 0 <= (number := float(text)) < math.inf:
+            return number
+    raise InputError(command, option, text, "give a number of at least 0")

@@ -10,7 +10,7 @@ from pydrake.geometry import Meshcat
 from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
 from soft_gripper.commands.output import run_folder
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
+from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import check_closed, run_station

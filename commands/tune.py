@@ -5,7 +5,7 @@ import argparse
 from tqdm import tqdm
 
 from soft_gripper.commands.options import Subparsers, chosen_station, whole_number
-from soft_gripper.commands.tables import print_steps
+from soft_gripper.commands.terminal.tables import print_steps
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.tuning import follow, tune

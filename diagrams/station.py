@@ -86,6 +86,14 @@ def add_station(
     station.signals |= add_plant_signals(builder, scene.plant, free, arm)
     if meshcat is not None:
         add_meshcat_view(
-            builder, scene, station.signals, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task
+            builder,
+            scene,
+            station.signals,
+            meshcat,
+            scenario.pressure,
+            scenario.sensor,
+            scenario.models,
+            scenario.arm,
+            scenario.task,
         )
     return station

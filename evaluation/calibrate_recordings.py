@@ -6,19 +6,18 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.loading.calibration_file import as_config
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.scene.plant import add_plant
 from soft_gripper.diagrams.schema.calibration import CalibrationConfig
 from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_file import parse_scenario
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.calibration import Calibration, FreeBending, calibrate
+from soft_gripper.evaluation.recorded_run import load_run, read_signal
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.bending_plane import planar_gravity
 
 ASSUMED = "the mean gain of the sensors of a finger is 1, and nothing but its own weight is on it"
 _REST = 0.3  # s, for which the pressure has not changed where a finger is taken to rest
@@ -56,19 +55,10 @@ def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
 
 def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
     """The believed layout of every finger of a recording, and its samples at rest."""
-    try:
-        recording = Recording.load(file)
-        scenario = parse_scenario(file, recording.data.attrs["scenario"])
-    except InputError:
-        raise
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(file, "file", file.name, f"is no recording of a scenario: {error}") from None
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
-    if not scene.fingers:
-        raise InputError(file, "fingers", [], "there is no finger in the recording")
+    recording, scenario, fingers = load_run(file)
     believed = replace(scenario.believed, calibration=None)
     found = []
-    for finger in scene.fingers:
+    for finger in fingers:
         layout = believed_layout(finger.finger, scenario.sensor, believed)
         layout = replace(layout, finger=replace(layout.finger, name=finger.name))
         found.append((layout, _samples(file, recording, scenario, layout)))
@@ -77,7 +67,9 @@ def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
 
 def _samples(file: Path, recording: Recording, scenario: Scenario, layout: SensorLayout) -> FreeBending:
     name = layout.finger.name
-    pressure, strain, X_WB = (_signal(file, recording, f"{name}.{s}") for s in ("sampled_pressure", "strain", "X_WB"))
+    pressure, strain, X_WB = (
+        read_signal(file, recording, f"{name}.{s}") for s in ("sampled_pressure", "strain", "X_WB")
+    )
     ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
     _check_readings(file, name, ratios)
     rest = _at_rest(pressure.ravel(), round(_REST / scenario.sensor.period)) & np.isfinite(ratios).all(axis=1)
@@ -87,16 +79,8 @@ def _samples(file: Path, recording: Recording, scenario: Scenario, layout: Senso
         raise InputError(file, f"{name}.contact", True, expected)
     chosen = np.flatnonzero(rest)
     chosen = chosen[np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen))).astype(int)]
-    pose = X_WB.reshape(len(X_WB), 3, 4)[chosen]
-    gravity = (pose[:, :, 2] + 1j * pose[:, :, 0]) @ np.array(scenario.gravity)
+    gravity = planar_gravity(X_WB[chosen], np.array(scenario.gravity))
     return FreeBending(pressure.ravel()[chosen], gravity, ratios[chosen])
-
-
-def _signal(file: Path, recording: Recording, name: str) -> Array:
-    if name not in recording.data:
-        raise InputError(file, "signal", name, "is not in the recording")
-    values: Array = recording[name].values
-    return values
 
 
 def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:

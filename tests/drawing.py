@@ -28,9 +28,9 @@ class Drawing:
     def SetLine(self, path: str, vertices: Array, width: float, rgba: Any) -> None:  # noqa: N802
         self.lines[path] = vertices
 
-    def SetTransform(self, path: str, pose: RigidTransform, time: float) -> None:  # noqa: N802
+    def SetTransform(self, path: str, pose: RigidTransform, time: float | None = None) -> None:  # noqa: N802
         self.poses[path] = pose
-        self.times.append(time)
+        self.times += [] if time is None else [time]
 
     def SetProperty(self, path: str, name: str, value: Any, time: float | None = None) -> None:  # noqa: N802
         self.properties[path, name] = value

@@ -35,6 +35,8 @@ LAYERS = (
     "evaluation/trials",
     "evaluation/recognition",
     "evaluation/contacts",
+    "evaluation/placement",
+    "commands/terminal",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))

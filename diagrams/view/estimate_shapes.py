@@ -1,4 +1,4 @@
-"""Where the shapes go that stand for an estimated curve: pieces of the curve, circles and radii of its arcs."""
+"""Where the shapes go that stand for an estimated curve: its pieces and points, circles and radii of its arcs."""
 
 import numpy as np
 
@@ -25,6 +25,15 @@ def curve_pieces(arcs: Arcs, pieces: int) -> tuple[Planar, Array]:
     known = np.isfinite(headings.ravel())
     last = np.maximum.accumulate(np.where(known, np.arange(known.size), 0))
     return np.nan_to_num(middles.ravel()[last]), np.nan_to_num(headings.ravel()[last])
+
+
+def point_at(arcs: Arcs, s: float) -> tuple[complex, float]:
+    """The point at arc length s, m, as z + i x in B, and the heading there, rad; on the last arc beyond its end."""
+    ends = np.cumsum(arcs.length)
+    i = min(int(np.searchsorted(ends, s)), len(ends) - 1)
+    fraction = (s - (ends[i] - arcs.length[i])) / arcs.length[i]
+    (point,) = points_on_arcs(arcs, np.array([i]), np.array([fraction]))
+    return complex(point), float(arcs.heading[i] + fraction * arcs.theta[i])
 
 
 def arc_frames(arcs: Arcs) -> tuple[Planar, Array, Array]:

@@ -1,59 +1,26 @@
 """EstimateVisualizer: what is estimated of the fingers, drawn into Meshcat and into its recording."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Box, Meshcat, Rgba
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.view.band_ribbon import BAND, draw_ribbon, place_ribbon
+from soft_gripper.diagrams.view.contact_arrow import CONTACT, draw_arrow, place_arrow
+from soft_gripper.diagrams.view.drawn_finger import PROUD, DrawnFinger
 from soft_gripper.diagrams.view.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, unit_circle
+from soft_gripper.diagrams.view.planar_pose import put
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.shape.arcs import Arcs
 
 CURVE, ARCS = "/drake/estimate/curve", "/drake/estimate/arcs"
-_PIECES = 2  # of the curve, for every segment
 _CURVE_COLOR = Rgba(0.05, 0.05, 0.05)
 _ARC_COLOR = Rgba(0.0, 0.35, 0.15)
-_PROUD = 1e-3  # m, by how much the estimate stands out of the sides of the finger
-_STEPS = 2.0**20  # in a metre and in a radian: numbers of few digits, which a replay keeps in little room
 _LARGEST_RADIUS = 1.0  # m; a flatter arc is not drawn
-
-
-@dataclass(frozen=True)
-class DrawnFinger:
-    """A finger whose estimate is drawn."""
-
-    name: str
-    finger: Finger
-    sections: int  # of the estimated curve, an arc each
-    base: BodyIndex  # body whose frame is B
-    skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of every link, base to tip
-
-    @property
-    def pieces(self) -> int:
-        """Number of pieces that each section of the curve is drawn in."""
-        return int(np.ceil(_PIECES * self.finger.segments / self.sections))
-
-    @property
-    def piece_lengths(self) -> Array:
-        """Length of every piece, m."""
-        sections = np.diff(self.finger.section_ends(self.sections)) * self.finger.segment_length
-        return np.repeat(sections / self.pieces, self.pieces)
-
-    @property
-    def sides(self) -> tuple[float, float]:
-        """Distances from the bending plane between which the estimate is drawn on both sides, m.
-
-        Between the sides there is nothing: the curve runs close below the inner face and would hide it.
-        """
-        widths = self.finger.base.width, self.finger.tip.width
-        return min(widths) / 2 - _PROUD, max(widths) / 2 + _PROUD
 
 
 class EstimateVisualizer(LeafSystem):
@@ -61,23 +28,32 @@ class EstimateVisualizer(LeafSystem):
 
     ::
 
-        body_poses ---------------------> +--------------------+
-        {finger}.arcs (S x 7) ----------> | EstimateVisualizer | ~~~> Meshcat
-        {finger}.external_torque (N) ---> +--------------------+
+        body_poses ------------------------> +--------------------+
+        {finger}.arcs (S x 7) -------------> |                    |
+        {finger}.external_torque (N) ------> | EstimateVisualizer | ~~~> Meshcat
+        {finger}.contact_force (1) N ------> |                    |
+        {finger}.contact_arc_length (1) m -> |                    |
+        {finger}.position_std (N + 1) m ---> +--------------------+
 
     The links of the finger take the colour of the external torque, N m, on a scale that ends at
     `torque_limit`. The estimated curve stands out of both sides of the finger as a dark line. The circles and
     radii of its arcs are hidden until `estimate/arcs` is ticked in Meshcat's tree. Where a sensor has failed
-    the curve ends and the links are dark grey.
+    the curve ends and the links are dark grey. The last three inputs are there if they are estimated: the contact force
+    is an arrow, `contact_arrow`, and the uncertainty of the curve a translucent ribbon, `band_ribbon`.
     """
 
     def __init__(self, meshcat: Meshcat, fingers: Sequence[DrawnFinger], torque_limit: float, period: float):
         super().__init__()
-        self._meshcat, self._fingers, self._limit = meshcat, tuple(fingers), torque_limit
+        self._meshcat, self.fingers, self._limit = meshcat, tuple(fingers), torque_limit
         self._body_poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
-        for finger in self._fingers:
+        for finger in self.fingers:
             self.DeclareVectorInputPort(f"{finger.name}.arcs", finger.sections * 7)
             self.DeclareVectorInputPort(f"{finger.name}.external_torque", finger.finger.segments)
+            if finger.has_contact:
+                self.DeclareVectorInputPort(f"{finger.name}.contact_force", 1)
+                self.DeclareVectorInputPort(f"{finger.name}.contact_arc_length", 1)
+            if finger.has_band:
+                self.DeclareVectorInputPort(f"{finger.name}.position_std", finger.finger.segments + 1)
         self.DeclareInitializationPublishEvent(self._place_shapes)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
@@ -85,16 +61,20 @@ class EstimateVisualizer(LeafSystem):
     def _place_shapes(self, context: Context) -> EventStatus:
         self._meshcat.Delete("/drake/estimate")
         self._meshcat.SetProperty(ARCS, "visible", False)
-        for finger in self._fingers:
+        for finger in self.fingers:
             inside, outside = finger.sides
             for i, length in enumerate(1.1 * finger.piece_lengths):
-                shape = Box(2 * _PROUD, outside - inside, length)
+                shape = Box(2 * PROUD, outside - inside, length)
                 for side, y in (("left", (inside + outside) / 2), ("right", -(inside + outside) / 2)):
                     path = f"{CURVE}/{finger.name}/{i}/{side}"
                     self._meshcat.SetObject(path, shape, _CURVE_COLOR)
                     self._meshcat.SetProperty(path, "position", [0.0, y, 0.0])
             for i in range(finger.sections):
                 self._place_arc(f"{ARCS}/{finger.name}/{i}/unit")
+            if finger.has_contact:
+                place_arrow(self._meshcat, finger)
+            if finger.has_band:
+                place_ribbon(self._meshcat, finger)
         return EventStatus.Succeeded()
 
     def _place_arc(self, path: str) -> None:
@@ -105,21 +85,30 @@ class EstimateVisualizer(LeafSystem):
 
     def _publish(self, context: Context) -> EventStatus:
         time, poses = context.get_time(), self._body_poses.Eval(context)
-        for finger in self._fingers:
-            table = self.GetInputPort(f"{finger.name}.arcs").Eval(context).reshape(-1, 7)
-            torque = self.GetInputPort(f"{finger.name}.external_torque").Eval(context)
-            for group in (CURVE, ARCS):
+        for finger in self.fingers:
+            for group in (CURVE, ARCS, *[CONTACT] * finger.has_contact, *[BAND] * finger.has_band):
                 self._meshcat.SetTransform(f"{group}/{finger.name}", poses[finger.base], time)
-            arcs = arcs_of_table(table)
+            arcs = arcs_of_table(self._signal(context, finger, "arcs").reshape(-1, 7))
             self._draw_curve(finger, arcs, time)
             self._draw_arcs(finger, arcs, time)
-            self._color_skin(finger, torque, time)
+            self._color_skin(finger, self._signal(context, finger, "external_torque"), time)
+            if finger.has_contact:
+                (force,), (place,) = (
+                    self._signal(context, finger, f"contact_{name}") for name in ("force", "arc_length")
+                )
+                draw_arrow(self._meshcat, finger, arcs, force, place, time)
+            if finger.has_band:
+                draw_ribbon(self._meshcat, finger, arcs, self._signal(context, finger, "position_std"), time)
         return EventStatus.Succeeded()
+
+    def _signal(self, context: Context, finger: DrawnFinger, name: str) -> Array:
+        value: Array = self.GetInputPort(f"{finger.name}.{name}").Eval(context)
+        return value
 
     def _draw_curve(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
         middles, headings = curve_pieces(arcs, finger.pieces)
         for i, (middle, heading) in enumerate(zip(middles, headings, strict=True)):
-            self._put(f"{CURVE}/{finger.name}/{i}", middle, heading, time)
+            put(self._meshcat, f"{CURVE}/{finger.name}/{i}", middle, heading, time)
 
     def _draw_arcs(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
         centers, headings, radii = arc_frames(arcs)
@@ -127,15 +116,9 @@ class EstimateVisualizer(LeafSystem):
             path, drawn = f"{ARCS}/{finger.name}/{i}", bool(radius < _LARGEST_RADIUS)  # not if it is NaN
             self._meshcat.SetProperty(path, "visible", drawn, time)
             if drawn:
-                self._put(path, centers[i], headings[i], time)
+                put(self._meshcat, path, centers[i], headings[i], time)
                 self._meshcat.SetProperty(f"{path}/unit", "scale", [radius, 1.0, radius], time)
                 self._meshcat.SetProperty(f"{path}/unit/end", "rotation[y]", float(arcs.theta[i]), time)
-
-    def _put(self, path: str, position: Planar, heading: float, time: float) -> None:
-        """Poses an object of the bending plane, which takes less room in a recording than a transform."""
-        x, z, angle = (round(float(value) * _STEPS) / _STEPS for value in (position.imag, position.real, heading))
-        self._meshcat.SetProperty(path, "position", [x, 0.0, z], time)
-        self._meshcat.SetProperty(path, "rotation[y]", angle, time)
 
     def _color_skin(self, finger: DrawnFinger, torque: Array, time: float) -> None:
         """Gives each link the colour of the joint at which it begins; the first link shares the second's."""

@@ -10,11 +10,14 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene.plant import Scene
-from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig, PressureConfig, TaskConfig
-from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
+from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
+from soft_gripper.diagrams.view.estimate_visualizer import EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import round_limit
 from soft_gripper.diagrams.view.torque_legend import draw_torque_legend
 from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
+from soft_gripper.diagrams.wiring.named_wires import inputs
+from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.shape.finger_shape import ARC
 
@@ -37,6 +40,7 @@ def add_meshcat_view(
     signals: Mapping[str, OutputPort],
     meshcat: Meshcat,
     pressure: PressureConfig,
+    sensor: SensorConfig,
     models: Sequence[ModelConfig] = (),
     arm: ArmConfig | None = None,
     task: TaskConfig | None = None,
@@ -46,22 +50,24 @@ def add_meshcat_view(
     Args:
         builder: of a diagram with the scene.
         scene: what is simulated.
-        signals: has `{finger}.arcs` and `{finger}.external_torque`.
+        signals: has `{finger}.arcs` and `{finger}.external_torque`; `contact_force` with its `contact_arc_length` and
+            `position_std` are drawn if they are there.
         meshcat: shows it.
         pressure: of it the limits, from which the scale of the torques follows.
+        sensor: of it the sections, whose arcs may be of unequal lengths.
         models, arm, task: parts of the scenario; all that happens in them is to be in the picture.
     """
     plant, scene_graph, fingers = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
     ContactVisualizer.AddToBuilder(builder, plant, meshcat, _contact_arrows())
-    drawn = [_drawn(scene_graph, finger, signals[f"{finger.name}.arcs"]) for finger in fingers]
+    drawn = [_drawn(scene_graph, finger, signals, sensor) for finger in fingers]
     limit = torque_limit(pressure, fingers)
     # After the visualizer of the bodies, which it colours.
     estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn, limit, PERIOD))
     builder.Connect(plant.get_body_poses_output_port(), estimates.GetInputPort("body_poses"))
-    for finger in fingers:
-        for name in (f"{finger.name}.arcs", f"{finger.name}.external_torque"):
-            builder.Connect(signals[name], estimates.GetInputPort(name))
+    for name, port in inputs(estimates).items():
+        if name != "body_poses":
+            builder.Connect(signals[name], port)
     direction = viewing_direction(arm, plant, fingers, _DIRECTION)
     _set_scene(meshcat)
     if arm is not None:
@@ -89,9 +95,16 @@ def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> fl
     return round_limit(highest * max(finger.finger.pressure_gain.max() for finger in fingers))
 
 
-def _drawn(scene_graph: SceneGraph, finger: PlantFinger, arcs: OutputPort) -> DrawnFinger:
+def _drawn(
+    scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort], sensor: SensorConfig
+) -> DrawnFinger:
     skin = tuple(_shape_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
-    return DrawnFinger(finger.name, finger.finger, arcs.size() // len(ARC), finger.base.index(), skin)
+    arcs, layout = signals[f"{finger.name}.arcs"].size() // len(ARC), sensor_layout(finger.finger, sensor)
+    # An estimator has an arc a section, or others, which are equally long.
+    ends = layout.section_ends if arcs == layout.sections else finger.finger.section_ends(arcs)
+    has_contact = {f"{finger.name}.contact_{name}" for name in ("force", "arc_length")} <= signals.keys()
+    has_band = f"{finger.name}.position_std" in signals
+    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band)
 
 
 def _shape_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:

@@ -7,7 +7,13 @@ import numpy as np
 from pydrake.geometry import AddContactMaterial, AddRigidHydroelasticProperties, Cylinder, ProximityProperties
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CalcContactFrictionFromSurfaceProperties,
+    CoulombFriction,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
 from pydrake.multibody.tree import FixedOffsetFrame, RigidBody, SpatialInertia, UnitInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
@@ -22,7 +28,8 @@ from soft_gripper.fingers.urdf import expand_urdf
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
-PEG_LENGTH, PEG_FRICTION, MESH_EDGE = 0.06, 0.3, 0.001  # m, 1, m
+PEG_LENGTH, MESH_EDGE = 0.06, 0.001  # m
+PEG_FRICTION = 0.3  # Coulomb, of the peg's surface unless another is asked for
 PERIOD = 0.01  # s, of the plant
 PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s, s, rad/s: how long it is waited, at most, and for what
 
@@ -32,6 +39,12 @@ def read_finger() -> Finger:
     """The finger of every bench."""
     (finger,) = expand_urdf(model_path(FINGER)).fingers
     return finger
+
+
+def combined_friction(friction: float) -> float:
+    """Coulomb coefficient between the finger and a peg of that coefficient, 2 a b / (a + b) as Drake combines them."""
+    of_finger, of_peg = (CoulombFriction(mu, mu) for mu in (read_finger().contact.friction, friction))
+    return float(CalcContactFrictionFromSurfaceProperties(of_finger, of_peg).static_friction())
 
 
 class Setting(NamedTuple):
@@ -58,8 +71,8 @@ class Settled(NamedTuple):
 class ContactBench:
     """One finger and one peg of a given radius along its bending axis."""
 
-    def __init__(self, radius: float, friction: float = PEG_FRICTION):
-        """`radius` of the peg, m."""
+    def __init__(self, radius: float, friction: float):
+        """`radius` of the peg, m, and the coefficient of friction of its surface."""
         builder = DiagramBuilder()
         config = MultibodyPlantConfig(time_step=PERIOD, use_sampled_output_ports=False, stiction_tolerance=1e-5)
         plant, _ = AddMultibodyPlant(config, builder)

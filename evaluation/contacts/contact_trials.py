@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
 from soft_gripper.evaluation.contacts.dataset import as_arrays, save_contacts
 from soft_gripper.evaluation.contacts.random_contact import Contact, run_contact
 from soft_gripper.evaluation.csv_table import write_csv
@@ -50,15 +51,25 @@ def contact_row(contact: Contact) -> ContactRow:
     )
 
 
-def run_contacts(number: int, seed: int, jobs: int, report: Callable[[Contact], Any]) -> list[Contact]:
-    """Simulates contacts 0 to `number` - 1 of a seed in `jobs` processes; `report` is called with each."""
+def run_contacts(
+    number: int, seed: int, jobs: int, report: Callable[[Contact], Any], friction: float = PEG_FRICTION
+) -> list[Contact]:
+    """Simulates random contacts in processes.
+
+    Args:
+        number: contacts 0 to `number` - 1 of the seed.
+        seed: of what is random.
+        jobs: processes.
+        report: called with each contact.
+        friction: coefficient of the peg's surface.
+    """
     contacts: dict[Call, Contact] = {}
 
     def ended(call: Call, future: Future[Contact]) -> None:
         contacts[call] = future.result()
         report(contacts[call])
 
-    calls = [(seed, i) for i in range(number)]
+    calls = [(seed, i, friction) for i in range(number)]
     call_in_processes(run_contact, calls, jobs, ended)
     return [contacts[call] for call in calls]
 

@@ -28,6 +28,7 @@ class Contacts:
     torque: Array  # (M, N) N m, true external torque
     side: NDArray[np.str_]  # (M,) "inner" or "outer"
     radius: Array  # (M,) m, of the peg
+    friction: Array  # (M,) Coulomb, between finger and peg
 
     @property
     def finger(self) -> Finger:
@@ -45,6 +46,7 @@ def as_arrays(contacts: Sequence[Contact]) -> Contacts:
         arc_length=np.array([each.arc_length for each in found]),
         side=np.array([each.side for each in drawn]),
         radius=1e-3 * np.array([each.radius_mm for each in drawn]),
+        friction=np.array([contact.friction for contact in contacts]),
         **of_found,
     )
 

@@ -7,7 +7,15 @@ import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
-from soft_gripper.evaluation.contacts.bench import STILL, ContactBench, G, Setting, Settled, read_finger
+from soft_gripper.evaluation.contacts.bench import (
+    STILL,
+    ContactBench,
+    G,
+    Setting,
+    Settled,
+    combined_friction,
+    read_finger,
+)
 from soft_gripper.evaluation.contacts.resting import SIDES, peg_center, resting_angles
 from soft_gripper.shape.bending_plane import BendingPlane
 from soft_gripper.truth.link_contact import touches
@@ -19,7 +27,7 @@ TOUCHING = {"inner": (0.0, 120.0), "outer": (-30.0, 120.0)}
 PRESSING = {"inner": 150.0, "outer": -50.0}  # the furthest that it goes from there
 LEAST_FORCE = 0.05  # N
 MOST_LINKS = 3
-WITHIN_FRICTION = 1.1  # total over normal force, which friction alone leaves below that: the cone is at 1.097
+EDGE = 1.003  # times what friction alone makes of the normal force: a total above is no force on a face
 
 
 @dataclass(frozen=True)
@@ -52,6 +60,7 @@ class Contact:
     drawn: RandomContact
     found: Settled
     redrawn: tuple[str, ...]  # why what was drawn before was none
+    friction: float  # Coulomb, between the finger and the peg
 
 
 def draw(rng: np.random.Generator, length: float) -> RandomContact:
@@ -66,35 +75,39 @@ def draw(rng: np.random.Generator, length: float) -> RandomContact:
     return RandomContact(side, float(radius), float(place), float(touching), float(pressure), orientation)  # type: ignore[arg-type]
 
 
-def run_contact(seed: int, number: int) -> Contact:
-    """Simulates what is drawn until it is a single contact; the same, whatever other contacts there are."""
+def run_contact(seed: int, number: int, friction: float) -> Contact:
+    """Simulates what is drawn until it is a single contact; the same, whatever other contacts there are.
+
+    `friction` is the coefficient of the peg's surface, which combines with the finger's.
+    """
+    combined = combined_friction(friction)
     redrawn: list[str] = []
     while True:
         rng = np.random.default_rng([seed, number, len(redrawn)])
         drawn = draw(rng, read_finger().length)
-        found = press(drawn)
-        flaw = flaw_of(drawn, found)
+        found = press(drawn, friction)
+        flaw = flaw_of(drawn, found, combined)
         if not flaw:
-            return Contact(number, drawn, found, tuple(redrawn))
+            return Contact(number, drawn, found, tuple(redrawn), combined)
         redrawn.append(flaw)
 
 
 @cache
-def bench(radius_mm: float) -> ContactBench:
-    """The bench for pegs of a radius, one in a process: systems written in Python are not freed."""
-    return ContactBench(1e-3 * radius_mm)
+def bench(radius_mm: float, friction: float) -> ContactBench:
+    """The bench for pegs of a radius and a surface, one in a process: systems written in Python are not freed."""
+    return ContactBench(1e-3 * radius_mm, friction)
 
 
-def press(drawn: RandomContact) -> Settled:
-    """The contact at rest."""
+def press(drawn: RandomContact, friction: float) -> Settled:
+    """The contact at rest, with a peg of that coefficient of friction."""
     finger = read_finger()
     q = resting_angles(finger, 1e3 * drawn.touching_kpa, drawn.gravity)
     center = peg_center(finger, q, 1e-3 * drawn.place_mm, drawn.side, 1e-3 * drawn.radius_mm)
-    return bench(drawn.radius_mm).press(Setting(drawn.R_WB, center, q, 1e3 * drawn.pressure_kpa))
+    return bench(drawn.radius_mm, friction).press(Setting(drawn.R_WB, center, q, 1e3 * drawn.pressure_kpa))
 
 
-def flaw_of(drawn: RandomContact, found: Settled) -> str:
-    """Why it is no single contact that can be measured; empty: it is one."""
+def flaw_of(drawn: RandomContact, found: Settled, friction: float) -> str:
+    """Why it is no single contact that can be measured; empty: it is one. `friction` is that of the contact."""
     touching = np.flatnonzero(touches(found.link_force))
     if not len(touching):
         return "lost"
@@ -102,7 +115,7 @@ def flaw_of(drawn: RandomContact, found: Settled) -> str:
         return "not at rest"
     if len(touching) > MOST_LINKS or touching[-1] - touching[0] >= len(touching):
         return "several places"
-    if found.total > WITHIN_FRICTION * abs(found.force):
+    if found.total > EDGE * np.hypot(1, friction) * abs(found.force):
         return "on an edge"
     if found.force * SIDES[drawn.side] < LEAST_FORCE:
         return "too weak"

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.evaluation.figure_style import STYLE, section_style
-from soft_gripper.evaluation.paper.force_table import ForceRow
+from soft_gripper.evaluation.paper.held_steps import HeldStep
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 
 ERRORS = {"pose_error_mm": "mean pose error [mm]", "tip_error_mm": "fingertip error [mm]"}
@@ -50,7 +50,7 @@ def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str
     return figure
 
 
-def run_with_pressure(axes: Axes, rows: Sequence[PoseRow] | Sequence[ForceRow]) -> None:
+def run_with_pressure(axes: Axes, rows: Sequence[HeldStep]) -> None:
     """Lets an axis of pressure begin where the steps begin: a vacuum that grows runs to the right too."""
     first = rows[0].pressure_kpa
     last = max((row.pressure_kpa for row in rows), key=lambda pressure: abs(pressure - first))

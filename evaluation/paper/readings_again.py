@@ -19,6 +19,7 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.arcs import Arcs
+from soft_gripper.shape.bending_plane import planar_gravity
 from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.shape.uncertainty import Uncertainty
 
@@ -47,21 +48,34 @@ class ReadAgain:
         return found.at(np.maximum(np.arange(len(self.readings)) - 1, 0))
 
 
-def read_again(station: Station, recording: Recording, finger: PlantFinger, sections: int) -> ReadAgain:
-    """The readings of another number of sections a side, equally long unless it is that of the scenario."""
+def read_again(
+    station: Station,
+    recording: Recording,
+    finger: PlantFinger,
+    sections: int,
+    borders: tuple[float, ...] | None = None,
+) -> ReadAgain:
+    """The readings of other sections.
+
+    Args:
+        station, recording, finger: what was recorded.
+        sections: their number a side.
+        borders: where they meet, as shares of the length; None: they are those of the scenario, or equally long.
+    """
     scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
-    simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections)
-    believed = with_sections(believed_layout(finger.finger, scenario.sensor, scenario.believed), sections)
+    simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections, borders)
+    believed = believed_layout(finger.finger, scenario.sensor, scenario.believed)
     readings = simulated.response.reading(extension_ratios(simulated, q))
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
-    gravity = (X_WB[:, :, 2] + 1j * X_WB[:, :, 0]) @ _gravity(station)
-    uncertain = uncertainty(scenario.estimator, scenario.sensor)
-    return ReadAgain(believed, uncertain, readings, pressure, gravity, scenario.sensor.period)
+    gravity = planar_gravity(X_WB, _gravity(station))
+    layout, uncertain = with_sections(believed, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
+    return ReadAgain(layout, uncertain, readings, pressure, gravity, scenario.sensor.period)
 
 
-def with_sections(layout: SensorLayout, sections: int) -> SensorLayout:
-    """The sensors with so many sections; equally long ones, unless there are as many already."""
-    return layout if sections == layout.sections else replace(layout, sections=sections, borders=None)
+def with_sections(layout: SensorLayout, sections: int, borders: tuple[float, ...] | None = None) -> SensorLayout:
+    """The sensors with so many sections: with these borders, or as they are if there are as many, or equally long."""
+    as_is = sections == layout.sections and borders is None
+    return layout if as_is else replace(layout, sections=sections, borders=borders)
 
 
 def external_torque_again(

@@ -14,7 +14,9 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.evaluation.contact_sensors import LAYOUTS
 from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.paper.contact_force_table import contact_force_table
 from soft_gripper.evaluation.paper.contact_table import contact_table
 from soft_gripper.evaluation.paper.force_table import force_table
 from soft_gripper.evaluation.paper.pose_table import pose_table
@@ -32,7 +34,8 @@ SECTIONS = (1, 2, 3, 4)
 def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> None:
     """Fills `folder` with all files of a scenario; the folder appears when it is whole, or not at all.
 
-    Files: scenario.yaml, recording.nc, metrics.csv, forces.csv, contact.csv, scene.png and replay.html.
+    Files: scenario.yaml, recording.nc, metrics.csv, forces.csv, contact.csv, contact_forces.csv, scene.png and
+    replay.html.
     """
     scenario = load_scenario(name)
     meshcat = Meshcat()
@@ -45,6 +48,7 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
         write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS, tuple(SHAPE_FUNCTIONS)))
         write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
         write_csv(partial / "contact.csv", contact_table(name, station, recording))
+        write_csv(partial / "contact_forces.csv", contact_force_table(name, station, recording, LAYOUTS))
         write_replay(meshcat, partial / "replay.html")
         (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
 

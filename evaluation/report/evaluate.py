@@ -19,11 +19,12 @@ from soft_gripper.evaluation.estimators.bars import estimator_claims
 from soft_gripper.evaluation.estimators.estimators_figure import estimators_figure
 from soft_gripper.evaluation.figure_style import save_figure
 from soft_gripper.evaluation.paper.claims import claims
+from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.difference_figure import difference_figure
 from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
 from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_figure
-from soft_gripper.evaluation.paper.force_figure import force_figure
+from soft_gripper.evaluation.paper.force_figure import contact_force_figure, force_figure
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
 from soft_gripper.evaluation.paper.scenario_run import CONTACT, FREE, SCENARIOS, is_finished, run_scenario
@@ -55,6 +56,8 @@ CAPTIONS = {
     "estimators": "Mean pose error of the estimators with one to four sensors a side, on one logarithmic scale. Dashed:"
     " what the paper reports of arcs with four. Errors below 1 µm are drawn at 1 µm.",
     "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
+    "contact_force": "Contact force across a finger and its place, estimated from strain and pressure alone, beside the"
+    " true ones.",
     "pid_regimes": "A step of the opening in three regimes of the grip control: kp in kPa/m, ki in kPa/(m s), kd in"
     " kPa s/m.",
 }
@@ -111,7 +114,9 @@ def summarize(out: Path) -> Evaluation:
     """Writes the tables, the figures and the report from the finished runs in `out`."""
     poses, forces = _gather(out, "metrics.csv", PoseRow), _gather(out, "forces.csv", ForceRow)
     contacts = _gather(out, "contact.csv", ContactRow)
-    found = _evaluate(out, of_touched_fingers(poses, contacts), of_touched_fingers(forces, contacts), contacts)
+    pressing = of_touched_fingers(_gather(out, "contact_forces.csv", ContactForceRow), contacts)
+    poses, forces = of_touched_fingers(poses, contacts), of_touched_fingers(forces, contacts)
+    found = _evaluate(out, poses, forces, contacts, pressing)
     write_report(out, SCENARIOS, found, CAPTIONS, out / TASK / "phases.png")
     return found
 
@@ -123,7 +128,13 @@ def _gather(out: Path, file: str, kind: type[Row]) -> list[Row]:
     return rows
 
 
-def _evaluate(out: Path, poses: list[PoseRow], forces: list[ForceRow], contacts: list[ContactRow]) -> Evaluation:
+def _evaluate(
+    out: Path,
+    poses: list[PoseRow],
+    forces: list[ForceRow],
+    contacts: list[ContactRow],
+    pressing: list[ContactForceRow],
+) -> Evaluation:
     """What follows from the tables; the figures are written on the way. All that is the paper's is of arcs."""
     runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
     bend, errors = held_tip_errors(*runs[FREE], _finger(*runs[FREE]))
@@ -131,6 +142,7 @@ def _evaluate(out: Path, poses: list[PoseRow], forces: list[ForceRow], contacts:
     figures = {
         **_scenario_figures(runs, arcs, forces),
         "estimators": estimators_figure(poses, SCENARIOS),
+        "contact_force": contact_force_figure(pressing, CONTACT),
         "difference": difference_figure(bend, errors),
         "pid_regimes": regimes_figure(load_scenario(GRIP), read_regimes(out / GRIP)),
     }

@@ -19,7 +19,7 @@ from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.files import atomic_file
 
-TEMPLATE = Path(__file__).with_name("report_template.html")
+TEMPLATE = Path(__file__).parent / "report_template.html"
 
 
 @dataclass(frozen=True)

@@ -58,9 +58,11 @@ def draw(rng: np.random.Generator) -> Variation:
 
 
 def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
-    """A random variation of a scenario, and what was drawn; see `varied`."""
+    """A random variation of a scenario, and what was drawn; see `varied`. Sensors with errors have their own, too."""
     variation = draw(rng)
-    return varied(scenario, variation), variation
+    found = varied(scenario, variation)
+    found.sensor.seed = int(rng.integers(2**31))
+    return found, variation
 
 
 def varied(scenario: Scenario, variation: Variation) -> Scenario:

@@ -39,6 +39,7 @@ from soft_gripper.shape.uncertainty import Uncertainty
 
 _MODES = 5  # of the load
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
+_LOAD_JUMP = 0.2  # of a usual load, standard deviation of how far it may jump in a sample
 _AVERAGE = 0.1  # weight of the newest sample in what is compared with the free finger
 _CAUTION = 30.0  # times the variance of the noise, with which slow states are corrected
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
@@ -97,8 +98,11 @@ class RecursiveShape:
         strain, gain = extension_ratios(layout, free) - 1, 1 + self._gains(mean)
         by_state = self._by_state(free, strain, gain, pressure)
         difference: Array = layout.response.ratio(readings) - 1 - gain * strain - self._offsets(mean)
-        covariance = self._after_jump(difference, mean, covariance, by_state)
-        difference, noise = self._without_outliers(difference, mean, covariance, by_state)
+        read = np.isfinite(difference)
+        difference = np.where(read, difference, 0.0)
+        noise = np.where(read, self.uncertainty.reading**2, _MISSING)
+        covariance = self._after_jump(difference, noise, mean, covariance, by_state)
+        noise = np.where(self._is_outlier(difference, noise, mean, covariance, by_state), _MISSING, noise)
         average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
         loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
         mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded)
@@ -188,22 +192,24 @@ class RecursiveShape:
         moved[..., readings, _MODES + 2 + layout.readings + readings] = 1.0
         return moved
 
-    def _after_jump(self, difference: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
-        """The covariance, with the load unknown again where the readings are far from what was expected."""
-        left = np.nan_to_num(difference - (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0])
-        spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2)
-        spread = spread + self.uncertainty.reading**2 * np.eye(left.shape[-1])
-        jumped = _size(left, spread) > _limits(left.shape[-1])[0]
-        return covariance + jumped[..., None, None] * np.diag(self._before * ~self._is_slow)
+    def _after_jump(self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
+        """The covariance, with the load less known where the readings are far from what was expected."""
+        spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + noise[..., None] * np.eye(noise.shape[-1])
+        jumped = _size(difference - self._by_load(mean, by_state), spread) > _limits(noise.shape[-1])[0]
+        return covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
 
-    def _without_outliers(
-        self, difference: Array, mean: Array, covariance: Array, by_state: Array
-    ) -> tuple[Array, Array]:
-        """The differences, 0 where one is missing or far from what any load would make of it, and their variances."""
-        expected = (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
-        variance = ((by_state @ covariance) * by_state).sum(axis=-1) + self.uncertainty.reading**2
-        fine = np.abs(difference - expected) < _OUTLIER * np.sqrt(variance)  # False where it is NaN
-        return np.where(fine, difference, 0.0), np.where(fine, self.uncertainty.reading**2, _MISSING)
+    def _is_outlier(
+        self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array
+    ) -> NDArray[np.bool_]:
+        """Which readings are far from what any change of the load would make of them."""
+        variance = ((by_state @ covariance) * by_state).sum(axis=-1) + noise
+        outlier: NDArray[np.bool_] = np.abs(difference - self._by_load(mean, by_state)) > _OUTLIER * np.sqrt(variance)
+        return outlier
+
+    def _by_load(self, mean: Array, by_state: Array) -> Array:
+        """What the load makes of the readings, (..., R)."""
+        by_load: Array = (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
+        return by_load
 
     def _is_loaded(
         self, before: Filter, average: Array, difference: Array, covariance: Array, by_state: Array, noise: Array
@@ -235,7 +241,7 @@ class RecursiveShape:
         spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
         gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
         gain = gain * (~loaded[..., None] | ~self._is_slow)[..., None]
-        left = difference - (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
+        left = difference - self._by_load(mean, by_state)
         keep = np.eye(self._states) - gain @ by_state
         covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
         covariance = covariance + (gain * noise[..., None, :]) @ np.swapaxes(gain, -1, -2)

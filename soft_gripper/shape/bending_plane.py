@@ -37,6 +37,17 @@ def bending_plane(X_WB: Array) -> BendingPlane:
     return BendingPlane(matrix[:, :3:2].T.copy(), matrix[:, 3])
 
 
+def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
+    """Gravity in the bending planes of base poses, z + i x, m/s^2.
+
+    Args:
+        X_WB: base poses, (..., 3, 4).
+        gravity: in the world, (3,) m/s^2.
+    """
+    x, z = (X_WB[..., :, axis] @ gravity for axis in (0, 2))
+    return np.asarray(z + 1j * x, dtype=complex)
+
+
 def to_world(planar: Planar, plane: BendingPlane) -> Array:
     """Points of the bending plane, (...) m in B -> (..., 3) m in the world."""
     return as_points(planar) @ plane.axes + plane.origin

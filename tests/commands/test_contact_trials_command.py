@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 from soft_gripper.commands.dispatch import dispatch
+from soft_gripper.evaluation.contacts import contact_estimates
+from soft_gripper.evaluation.contacts.contact_errors import ContactErrorRow
 from soft_gripper.evaluation.contacts.contact_trials import ContactRow
 from soft_gripper.evaluation.contacts.dataset import load_contacts
 from soft_gripper.evaluation.csv_table import read_csv
+
+
+@pytest.fixture(autouse=True)
+def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the place of many, which take their time."""
+    monkeypatch.setattr(contact_estimates, "SEEDS", 1)
 
 
 def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -21,10 +29,33 @@ def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     np.testing.assert_allclose([row.gravity_z + 1j * row.gravity_x for row in rows], arrays.gravity, atol=1e-5)
     out = capsys.readouterr().out
     assert "drawn again" in out
-    assert "contacts.csv, contacts.npz" in out
+    assert "contacts.csv, contacts.npz, contact_errors.csv, contact_errors.png" in out
+    np.testing.assert_allclose(arrays.friction, 0.45)
 
 
-def test_mistakes_are_found_before_any_work(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert dispatch(["contact-trials", "--trials", "none", "--out", str(tmp_path)]) == 2
-    assert "--trials" in capsys.readouterr().err
+def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made, again = tmp_path / "made", tmp_path / "again"
+    assert dispatch(["contact-trials", "--trials", "2", "--friction", "0", "--jobs", "1", "--out", str(made)]) == 0
+    assert dispatch(["contact-trials", "--contacts", str(made / "contacts.npz"), "--out", str(again)]) == 0
+    assert {path.name for path in again.iterdir()} == {f"contact_errors.{kind}" for kind in ("csv", "png", "svg")}
+    assert (again / "contact_errors.csv").read_text() == (made / "contact_errors.csv").read_text()
+    rows = read_csv(again / "contact_errors.csv", ContactErrorRow)
+    assert {row.friction for row in rows} == {0}
+    out = capsys.readouterr().out
+    assert "trusting chamber" in out
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--trials", "none"), ("--friction", "-0.1"), ("--friction", "nan"), ("--friction", "rough")]
+)
+def test_mistakes_are_found_before_any_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, value: str
+) -> None:
+    assert dispatch(["contact-trials", option, value, "--out", str(tmp_path)]) == 2
+    assert option in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_file_without_contacts_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert dispatch(["contact-trials", "--contacts", str(tmp_path / "no.npz"), "--out", str(tmp_path)]) == 2
+    assert "no.npz" in capsys.readouterr().err

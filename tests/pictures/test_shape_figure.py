@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.patches import FancyBboxPatch, Polygon
+from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Polygon
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
@@ -121,3 +121,33 @@ def test_a_straight_finger_has_no_radii(run: Run) -> None:
     figure = shape_figure(layout_of(run), run[1], 0.0)
     figure.canvas.draw()
     assert [text.get_text() for text in figure.axes[1].texts] == ["straight"] * SECTIONS
+
+
+def arrows(axes: Axes) -> list[FancyArrowPatch]:
+    return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
+
+
+def test_the_true_contact_force_is_drawn(panels: list[Axes]) -> None:
+    """Arcs estimate no force, and no uncertainty."""
+    assert [len(arrows(axes)) for axes in panels[:3]] == [1, 0, 0]
+
+
+def test_an_estimated_force_is_drawn_beside_the_true_one() -> None:
+    """And the uncertainty of the curve; the estimate ends at its tip, with an arc a segment."""
+    steps = ["pressure.steps.all=[100e3]", "pressure.settle=0.79", "pressure.hold_samples=1"]
+    contact = ["estimator.type=contact", "sensor.sections=2"]
+    station = make_station(load_scenario("obstructed_inside", [*steps, *contact]))
+    recording = run_station(station)
+    layout = sensor_layout(station.fingers[0].finger, station.scenario.sensor)
+    axes = shape_figure(layout, recording, 0.8).axes
+    true, (estimated, beside) = arrows(axes[0]), sorted(arrows(axes[2]), key=lambda patch: patch.get_linewidth())
+    assert len(true) == 1
+    assert estimated.get_edgecolor() != beside.get_edgecolor() == true[0].get_edgecolor()
+    assert estimated.get_zorder() > beside.get_zorder()
+    assert "± 2 standard deviations" in [patch.get_label() for patch in axes[2].patches]
+    pieces = [patch for patch in axes[2].patches if isinstance(patch, Polygon) and patch.get_fill()]
+    assert len(pieces) == 12 + 1  # of the finger, and the band
+    tube, band = pieces[-2].get_xy(), pieces[-1].get_xy()
+    assert tube[:, 1].max() > band[:, 1].max() - 1, "the last piece of the finger is that of its tip"
+    for patch in (estimated, beside):  # inside the panel
+        assert patch.get_path().vertices[:-1, 0].min() > axes[2].get_xlim()[0]

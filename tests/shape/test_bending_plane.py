@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.shape.bending_plane import bending_plane, pose_entries, to_world
+from soft_gripper.shape.bending_plane import bending_plane, planar_gravity, pose_entries, to_world
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
 PLANE = bending_plane(pose_entries(X_WB))
@@ -22,6 +22,14 @@ def test_a_vector_of_the_world_in_the_plane():
     vector = np.array([1.0, -2.0, -9.0])
     x, _, z = X_WB.rotation().inverse() @ vector
     np.testing.assert_allclose(PLANE.planar(vector), complex(z, x), rtol=1e-14)
+
+
+def test_gravity_in_many_planes_is_that_in_each():
+    gravity = np.array([0.3, -2.0, -9.0])
+    poses = [X_WB, RigidTransform(), X_WB @ X_WB]
+    planar = planar_gravity(np.array([pose.GetAsMatrix34() for pose in poses]), gravity)
+    each = [bending_plane(pose_entries(pose)).planar(gravity) for pose in poses]
+    np.testing.assert_allclose(planar, each, rtol=1e-14)
 
 
 def test_points_in_the_world_are_those_of_drakes_transform(bent):

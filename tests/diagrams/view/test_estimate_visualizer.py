@@ -14,7 +14,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.fingers.finger import Finger
@@ -34,7 +35,7 @@ class Scene:
         builder = DiagramBuilder()
         self.drawing, self.layout = Drawing(), layout
         skin = tuple((f"/link_{i}/box", f"/link_{i}/knuckle") for i in range(layout.finger.segments + 1))
-        drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(2), skin)
+        drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(2), skin)
         visualizer = builder.AddSystem(EstimateVisualizer(self.drawing, [drawn], LIMIT, period=0.05))
         pose = builder.AddSystem(ArcPoseEstimator(layout, np.zeros(3)))
         other = RigidTransform([9.0, 9.0, 9.0])
@@ -94,11 +95,18 @@ def in_finger(points: Array) -> Array:
 
 
 def test_ports(scene: MakeScene, layout: SensorLayout) -> None:
-    drawn = DrawnFinger(NAME, layout.finger, layout.sections, BodyIndex(0), ())
+    drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(0), ())
     system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
     ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3)}
     assert ports == {"body_poses": 0, f"{NAME}.arcs": 7 * layout.sections, f"{NAME}.external_torque": 12}
     assert system.num_output_ports() == 0
+
+
+def test_ports_of_what_else_is_estimated(layout: SensorLayout) -> None:
+    drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(0), (), has_contact=True, has_band=True)
+    system = EstimateVisualizer(Drawing(), [drawn], LIMIT, 0.05)
+    ports = {system.get_input_port(i).get_name(): system.get_input_port(i).size() for i in range(3, 6)}
+    assert ports == {f"{NAME}.contact_force": 1, f"{NAME}.contact_arc_length": 1, f"{NAME}.position_std": 13}
 
 
 def test_pieces_are_chords_of_the_estimated_arcs(scene: MakeScene, layout: SensorLayout) -> None:

@@ -15,6 +15,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.view.band_ribbon import BAND
+from soft_gripper.diagrams.view.contact_arrow import CONTACT
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE
 from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW
 from soft_gripper.diagrams.view.replay import write_replay
@@ -55,6 +57,23 @@ def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
     assert meshcat.HasPath(f"{ARCS}/left_finger/11/unit/circle")
     assert not meshcat.HasPath(f"{ARCS}/left_finger/12")
+
+
+def test_force_and_uncertainty_are_drawn_where_they_are_estimated(replay: tuple[Meshcat, str]) -> None:
+    meshcat, short = Meshcat(), ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=contact"]
+    run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
+    for path in (f"{CONTACT}/left_finger/arrow/head/left", f"{BAND}/left_finger/12/right"):
+        assert meshcat.HasPath(path), path
+        assert not replay[0].HasPath(path), "arcs estimate neither"
+
+
+def test_arcs_of_unequal_sections_are_drawn_at_their_lengths() -> None:
+    unequal = ["sensor.sections=2", "sensor.borders=[0.25]"]
+    for more, ends in (([], [0, 3, 12]), (["estimator.type=gaussian"], range(13))):  # an arc a section, or a segment
+        station = make_station(load_scenario("free_bending", [*unequal, *more]), Meshcat())
+        visualizer = station.diagram.GetSubsystemByName("estimate_visualizer")
+        for drawn in visualizer.fingers:
+            np.testing.assert_array_equal(drawn.section_ends, ends)
 
 
 def test_all_that_is_colored_is_there_to_be_colored(replay: tuple[Meshcat, str]) -> None:

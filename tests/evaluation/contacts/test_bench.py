@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from pydrake.math import RollPitchYaw
 
-from soft_gripper.evaluation.contacts.bench import STILL, ContactBench, G, Setting, Settled, read_finger
+from soft_gripper.evaluation.contacts.bench import (
+    STILL,
+    ContactBench,
+    G,
+    Setting,
+    Settled,
+    combined_friction,
+    read_finger,
+)
 from soft_gripper.evaluation.contacts.resting import SIDES, peg_center, resting_angles
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import gravity_torque
@@ -78,6 +86,12 @@ def test_the_finger_rests_in_balance(side: str) -> None:
     known = pressure * finger.pressure_gain + gravity_torque(finger, found.q, gravity)
     assert found.velocity < STILL
     np.testing.assert_allclose(finger.elastic_torque(found.q), known + found.torque, atol=2e-5)
+
+
+def test_friction_is_that_of_both_surfaces() -> None:
+    """2 a b / (a + b); the finger has 0.9."""
+    assert combined_friction(0.3) == pytest.approx(0.45)
+    assert combined_friction(0.0) == 0
 
 
 def test_a_bench_is_as_new_for_every_contact() -> None:

@@ -15,7 +15,7 @@ from soft_gripper.evaluation.contacts.random_contact import Contact, RandomConta
 def contact(number: int, side: str) -> Contact:
     drawn = RandomContact(side, 5.0, 80.0, 50.0, 20.0 + number, (1.0, 0.0, 0.0, 0.0))
     found = Settled(np.full(12, 0.1 * number), 1e-4, np.full(12, 2.0), np.zeros(13), 0.5, 0.6, 0.07)
-    return Contact(number, drawn, found, ())
+    return Contact(number, drawn, found, (), 0.45)
 
 
 def test_arrays_are_in_si_units_and_keep_the_order() -> None:
@@ -23,6 +23,7 @@ def test_arrays_are_in_si_units_and_keep_the_order() -> None:
     np.testing.assert_array_equal(arrays.pressure, [20e3, 21e3])
     np.testing.assert_array_equal(arrays.side, ["inner", "outer"])
     np.testing.assert_allclose(arrays.radius, 5e-3)
+    np.testing.assert_array_equal(arrays.friction, [0.45, 0.45])
     np.testing.assert_allclose(arrays.gravity, -9.81 + 0j)
     np.testing.assert_array_equal(arrays.q, [np.zeros(12), np.full(12, 0.1)])
     np.testing.assert_array_equal([arrays.force, arrays.total, arrays.arc_length], [[0.5] * 2, [0.6] * 2, [0.07] * 2])

@@ -69,16 +69,29 @@ def settled(links, force, total=None, velocity=0.0):
     ],
 )
 def test_what_is_no_single_contact(found: Settled, flaw: str) -> None:
-    assert flaw_of(DRAWN, found) == flaw
+    assert flaw_of(DRAWN, found, 0.45) == flaw
 
 
 def test_a_contact_is_the_same_alone_and_among_others() -> None:
-    first = run_contact(3, 1)
-    run_contact(3, 2)
-    again = run_contact(3, 1)
+    first = run_contact(3, 1, 0.3)
+    run_contact(3, 2, 0.3)
+    again = run_contact(3, 1, 0.3)
     assert first.drawn == again.drawn
     assert first.redrawn == again.redrawn
     for one, two in zip(first.found, again.found, strict=True):
         np.testing.assert_array_equal(one, two)
-    assert run_contact(4, 1).drawn != first.drawn
-    assert flaw_of(first.drawn, first.found) == ""
+    assert run_contact(4, 1, 0.3).drawn != first.drawn
+    assert flaw_of(first.drawn, first.found, first.friction) == ""
+
+
+def test_the_cone_of_friction_is_that_of_the_contact() -> None:
+    """What is within one of 0.45 lies beside one of 0.3; without friction nothing acts along the face."""
+    found = settled([7], -1.0, 1.08)
+    assert [flaw_of(DRAWN, found, friction) for friction in (0.45, 0.3)] == ["", "on an edge"]
+    assert flaw_of(DRAWN, settled([7], -1.0, 1.01), 0.0) == "on an edge"
+
+
+def test_a_smooth_peg_only_presses() -> None:
+    contact = run_contact(3, 1, 0.0)
+    assert contact.friction == 0
+    assert contact.found.total == pytest.approx(abs(contact.found.force), rel=1e-3)

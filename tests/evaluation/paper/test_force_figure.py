@@ -7,7 +7,8 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from soft_gripper.evaluation.paper.force_figure import force_figure
+from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
+from soft_gripper.evaluation.paper.force_figure import contact_force_figure, force_figure
 from soft_gripper.evaluation.paper.force_table import ForceRow
 
 SCENARIOS = {"obstructed_inside": (0.0, 60.0, 180.0), "obstructed_outside": (0.0, -30.0, -90.0)}  # kPa
@@ -77,3 +78,26 @@ def test_pressure_runs_as_in_the_scenario() -> None:
         left, right = axes.get_xlim()
         assert abs(left) < abs(0.1 * steps[-1])
         assert right == pytest.approx(steps[-1], rel=0.1)
+
+
+PRESSING = [
+    ContactForceRow(
+        scenario, finger, "contact", "as simulated", n, p, borders, p / n, p / 100, 9.0, 9.0, 80.0 - n, 80.0
+    )
+    for scenario, steps in SCENARIOS.items()
+    for finger, (n, borders), p in product(("left", "right"), ((2, "60"), (2, "40"), (4, "30 60 90")), steps)
+]
+
+
+def test_force_and_place_are_drawn_beside_the_true_ones() -> None:
+    """A line for every layout, in a look of its own, of the first finger; only the truth is black."""
+    axes = contact_force_figure(PRESSING, tuple(SCENARIOS)).axes
+    for force, place, steps in zip(axes[:2], axes[2:], SCENARIOS.values(), strict=True):
+        for panel, truth in ((force, [p / 100 for p in steps]), (place, [80.0] * 3)):
+            drawn = {label: line for label, line in lines(panel).items() if not label.startswith("_")}
+            assert list(drawn) == ["2: 60 mm", "2: 40 mm", "4: 30 60 90 mm", "truth"]
+            assert [label for label, line in drawn.items() if line.get_color() == "black"] == ["truth"]
+            assert len({line.get_color() for line in drawn.values()}) == 4
+            assert list(drawn["truth"].get_ydata()) == truth
+        assert list(lines(force)["4: 30 60 90 mm"].get_ydata()) == [p / 4 for p in steps]
+        assert list(lines(place)["2: 40 mm"].get_ydata()) == [78.0] * 3

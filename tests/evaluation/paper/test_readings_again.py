@@ -9,6 +9,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.paper.readings_again import external_torque_again, read_again, with_sections
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 SHORT = ["pressure.steps.all=[60e3, 150e3, -30e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
@@ -127,3 +128,10 @@ def test_the_belief_is_that_of_the_scenario_and_the_sensors_are_not_believed() -
     )
     theta, believed = (read_again(s, recording, f, 4).arcs.theta for s, f in ((station, finger), (doubting, same)))
     np.testing.assert_allclose(1.1 * believed, theta, rtol=1e-9, atol=1e-12)
+
+
+def test_sections_are_as_they_are_or_as_asked(shipped_finger: Finger) -> None:
+    own = SensorLayout(shipped_finger, 2, borders=(0.25,))
+    assert with_sections(own, 2) is own
+    assert with_sections(own, 2, (0.5,)).borders == (0.5,)
+    assert with_sections(own, 4) == SensorLayout(shipped_finger, 4)

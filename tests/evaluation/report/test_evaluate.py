@@ -18,6 +18,7 @@ from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scena
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
+from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
@@ -39,7 +40,15 @@ from soft_gripper.evaluation.report.evaluate import (
 from soft_gripper.manipulation.task_phases import Outcome
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5"]
-FILES = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}
+FILES = {
+    "scenario.yaml",
+    "recording.nc",
+    "metrics.csv",
+    "forces.csv",
+    "contact.csv",
+    "contact_forces.csv",
+    "replay.html",
+}
 COMMAND = [*LISTENING, "evaluate"]
 
 
@@ -81,6 +90,12 @@ def test_a_run_leaves_a_whole_folder(short, folder):
         ),
         ("forces.csv", ForceRow, 2 * 4 * 2 * 12, "estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"),
         ("contact.csv", ContactRow, 2 * 2, "pressure_kpa,touching_links,contact_length_mm,sign_changes"),
+        (
+            "contact_forces.csv",
+            ContactForceRow,
+            2 * 3 * 2,
+            "estimator,belief,sections,pressure_kpa,borders,estimated_n,true_n,total_n,normal_n,estimated_mm,true_mm",
+        ),
     ],
 )
 def test_tables_of_a_run(folder, file, row, number, columns):
@@ -96,7 +111,7 @@ def test_a_second_run_leaves_the_same_in_the_place_of_an_old_one(short, folder, 
     run_scenario(short, tmp_path / "again")
     first, second = contents(folder), contents(tmp_path / "again")
     assert set(first) == set(second)
-    for table in ("metrics.csv", "forces.csv", "contact.csv"):
+    for table in ("metrics.csv", "forces.csv", "contact.csv", "contact_forces.csv"):
         assert first[table] == second[table]
 
 
@@ -186,6 +201,14 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
         write_csv(tmp_path / name / "forces.csv", [row for row in forces if row.scenario == name])
         pressed = [ContactRow(name, "left", p, 1, 10.0, 0) for p in (10.0, 20.0)] if name != FREE else []
         write_csv(tmp_path / name / "contact.csv", [*pressed, ContactRow(name, "right", 10.0, 0, 0.0, 0)])
+        pressing = [
+            ContactForceRow(
+                name, finger, "contact", "as simulated", 4, p, "30 60 90", p / 7, p / 8, 1.0, 1.0, 80.0, 81.0
+            )
+            for finger in ("left", "right")
+            for p in (10.0, 20.0)
+        ]
+        write_csv(tmp_path / name / "contact_forces.csv", pressing)
         data = Recording.load(tmp_path / name / "recording.nc").data.drop_dims("link").assign_attrs(run_of=name)
         forces_of = {
             f"{finger}.link_contact_force": ("time", i + 0 * data["time"].values) for i, finger in fingers(name)
@@ -247,6 +270,13 @@ def test_figs_5_to_7_show_the_errors_that_they_are_named_after(summarized, name,
             found = [row for row in poses if (row.scenario, row.finger, row.estimator, row.sections) == of_line]
             expected = [getattr(row, error) for row in found]
             assert list(line.get_ydata()) == pytest.approx(expected)
+
+
+def test_contact_forces_are_drawn_of_the_finger_that_touches_something(summarized):
+    *_, figures, _ = summarized
+    for axes in figures["contact_force"].axes[:4]:
+        (line,) = (line for line in axes.lines if str(line.get_label()).startswith("4"))
+        assert list(line.get_ydata()) == pytest.approx([10 / 7, 20 / 7], abs=1e-6)
 
 
 def test_a_summary_leaves_all_rows_and_a_report(summarized, tmp_path):

@@ -1,0 +1,51 @@
+"""DrawnFinger: what is known beforehand of a finger whose estimate is drawn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.tree import BodyIndex
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+
+PROUD = 1e-3  # m, by how much the estimate stands out of the sides of the finger
+_PIECES = 2  # of the curve, for every segment
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnFinger:
+    """A finger whose estimate is drawn."""
+
+    name: str
+    finger: Finger
+    section_ends: NDArray[np.int_]  # segments covered up to the end of each arc of the estimated curve, from 0 to N
+    base: BodyIndex  # body whose frame is B
+    skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of every link, base to tip
+    has_contact: bool = False  # a contact force is estimated
+    has_band: bool = False  # the uncertainty of the curve is estimated
+
+    @property
+    def sections(self) -> int:
+        """Number of arcs of the estimated curve."""
+        return len(self.section_ends) - 1
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces that each arc of the curve is drawn in."""
+        return int(np.ceil(_PIECES * self.finger.segments / self.sections))
+
+    @property
+    def piece_lengths(self) -> Array:
+        """Length of every piece, m."""
+        sections = np.diff(self.section_ends) * self.finger.segment_length
+        return np.repeat(sections / self.pieces, self.pieces)
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Distances from the bending plane between which the estimate is drawn on both sides, m.
+
+        Between the sides there is nothing: the curve runs close below the inner face and would hide it.
+        """
+        widths = self.finger.base.width, self.finger.tip.width
+        return min(widths) / 2 - PROUD, max(widths) / 2 + PROUD

@@ -1,0 +1,137 @@
+"""soft-gripper place-sensors: from tiny scenarios to a placement that a scenario takes, Ctrl-C, what is refused."""
+
+import csv
+import os
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+import yaml
+from command_line import LISTENING, SHORT, soft_gripper
+
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.evaluation.contacts.dataset import Contacts, save_contacts
+
+FILES = {"placements.csv", "runs.csv", "left_out.csv", "placement.png", "placement.svg"}
+STEPS = [*SHORT, "pressure.settle=0.4"]
+
+
+def rows(path):
+    with path.open(newline="") as table:
+        return list(csv.DictReader(table))
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory):
+    """Two scenarios in two short steps, as files, and a recording of each."""
+    folder = tmp_path_factory.mktemp("tiny")
+    for name in ("free_bending", "obstructed_inside"):
+        scenario = load_scenario(name, STEPS)
+        (folder / f"{name}.yaml").write_text(dump_scenario(scenario, folder))
+        (folder / name).mkdir()
+        simulate(scenario).save(folder / name / "recording.nc")
+    return folder
+
+
+def test_scenarios_and_their_recordings_lead_to_the_same_placement(tiny, tmp_path):
+    scenarios = ",".join(str(tiny / f"{name}.yaml") for name in ("free_bending", "obstructed_inside"))
+    recordings = [tiny / name / "recording.nc" for name in ("free_bending", "obstructed_inside")]
+    simulated = soft_gripper("place-sensors", "--count", 3, "--scenarios", scenarios, "--out", tmp_path / "a")
+    assert (simulated.code, simulated.err) == (0, "")
+    read = soft_gripper("place-sensors", "--count", 3, "--out", tmp_path / "b", "--recordings", *recordings)
+    assert {path.name for path in (tmp_path / "a").iterdir()} == FILES
+    a, b = (rows(tmp_path / folder / "placements.csv") for folder in "ab")
+    assert a == b
+    assert len({row["borders"] for row in a}) == 55
+    errors = [float(row["pose_error_mm"]) for row in a]
+    assert errors == sorted(errors)
+    assert [row["run"] for row in rows(tmp_path / "b" / "left_out.csv")] == ["free_bending", "obstructed_inside"]
+    assert "equal sections" in read.out
+    assert read.out.count("%") == 2
+
+
+def test_a_scenario_takes_what_is_printed(tiny, tmp_path):
+    file = tiny / "free_bending" / "recording.nc"
+    done = soft_gripper("place-sensors", "--count", 2, "--recordings", file, "--out", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == FILES - {"left_out.csv"}
+    snippet = done.out[done.out.index("sensor:") : done.out.index("Written")]
+    overrides = [
+        f"{part}.{field}={value}" for part, fields in yaml.safe_load(snippet).items() for field, value in fields.items()
+    ]
+    scenario = load_scenario("free_bending", overrides)
+    best = float(rows(tmp_path / "placements.csv")[0]["borders"])
+    assert (scenario.sensor.sections, scenario.sensor.borders) == (2, [best])
+    assert (scenario.estimator.type, scenario.estimator.uncertainty.bend_per_pressure) == ("gaussian", 0.1)
+
+
+def test_contacts_add_errors_of_force_and_place(tiny, tmp_path):
+    q, ones = np.linspace(0.0, 0.05, 3)[:, None] * np.ones(12), np.ones(3)
+    values = (q, 1e4 * ones, 9.81 * ones + 0j, ones, ones, 0.06 * ones, q, np.array(["inner"] * 3), 5e-3 * ones)
+    save_contacts(Contacts(*values), tmp_path / "contacts.npz")
+    arguments = ["--estimator", "contact", "--contacts", tmp_path / "contacts.npz", "--out", tmp_path / "out"]
+    recording = tiny / "free_bending" / "recording.nc"
+    done = soft_gripper("place-sensors", "--count", 2, *arguments, "--recordings", recording)
+    assert done.code == 0, done.err
+    assert "force [N]   place [mm]   missed" in done.out
+    assert all(float(row["force_error_n"]) > 0 for row in rows(tmp_path / "out" / "placements.csv"))
+
+
+def test_two_recordings_of_one_name_are_two_runs(tiny, tmp_path):
+    copy = tmp_path / "free_bending" / "recording.nc"
+    copy.parent.mkdir()
+    copy.write_bytes((tiny / "free_bending" / "recording.nc").read_bytes())
+    files = [tiny / "free_bending" / "recording.nc", copy]
+    soft_gripper("place-sensors", "--count", 1, "--sensors", "ideal", "--out", tmp_path, "--recordings", *files)
+    assert {row["run"] for row in rows(tmp_path / "runs.csv")} == set(map(str, files))
+
+
+def test_ctrl_c_leaves_nothing_half_done(tmp_path):
+    command = [*LISTENING, "place-sensors", "--count", "4", "--out", str(tmp_path / "out")]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        while not (tmp_path / "out").is_dir():
+            assert process.poll() is None
+        time.sleep(1.0)
+        os.killpg(process.pid, signal.SIGINT)
+        printed, complaint = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "nothing is written before the last placement" in printed
+    assert "Traceback" not in complaint
+    assert not list((tmp_path / "out").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--count", "0"], "--count = '0': give a whole number of at least 1"),
+        (["--count", "13", "--scenarios", "free_bending"], "count = 13: give 1 to 12"),
+        (["--count", "two"], "--count = 'two'"),
+        (["--estimator", "splines"], "--estimator = 'splines': known: arcs, spline, gaussian, contact"),
+        (["--scenarios", "free_bending,nowhere"], "name = 'nowhere': not shipped"),
+        (["--scenarios", "pick_and_place_box"], "pick_and_place_box: task"),
+        (["--sensors", "perfect"], "--sensors = 'perfect': known: ideal, realistic"),
+        (["--belief", "much"], "--belief = 'much'"),
+        (["--belief", "100"], "--belief = 100.0"),
+        (["--seed", "-1"], "--seed = '-1'"),
+        (["--recordings", "nowhere.nc"], "nowhere.nc: file = 'nowhere.nc': is no recording"),
+        (["--contacts", "nowhere.npz"], "give one of `contact-trials`"),
+        (["--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),
+    ],
+)
+def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
+    done = soft_gripper("place-sensors", "--count", "2", "--out", tmp_path, *arguments)
+    assert done.code == 2
+    assert complaint in done.err
+    assert done.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_contacts_take_an_estimator_of_contact(tmp_path):
+    save_contacts(Contacts(*(np.zeros(0) for _ in range(9))), tmp_path / "contacts.npz")
+    done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.npz")
+    assert done.code == 2
+    assert "--estimator = 'gaussian': estimates no contact" in done.err

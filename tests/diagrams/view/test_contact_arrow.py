@@ -1,0 +1,73 @@
+"""The arrow of an estimated contact: where it begins, where it points, how long it is, and when it is hidden."""
+
+import numpy as np
+import pytest
+from drawing import Drawing
+from pydrake.multibody.tree import BodyIndex
+
+from soft_gripper.diagrams.view.contact_arrow import CONTACT, LENGTH, draw_arrow, place_arrow
+from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.shape.arcs import Arcs, join_arcs
+
+PATH = f"{CONTACT}/finger/arrow"
+ROUNDING = 3e-6  # m
+
+
+def arcs(bend: float = 0.9) -> Arcs:
+    """Two arcs of unequal length, bent by as much in a metre."""
+    lengths = np.array([0.04, 0.08])
+    return join_arcs(bend * lengths / 0.12, lengths)
+
+
+def drawn(finger: Finger, force: float, arc_length: float, bend: float = 0.9) -> Drawing:
+    drawing = Drawing()
+    shown = DrawnFinger("finger", finger, np.array([0, 4, 12]), BodyIndex(0), (), has_contact=True)
+    place_arrow(drawing, shown)  # type: ignore[arg-type]
+    draw_arrow(drawing, shown, arcs(bend), force, arc_length, 0.1)  # type: ignore[arg-type]
+    return drawing
+
+
+def ends(drawing: Drawing, side: str) -> np.ndarray:
+    """Where the shaft begins and the head ends, (2, 3) m in B; the cone's own point is its origin."""
+    begin = drawing.in_world(f"{PATH}/shaft/{side}", [0, 0, -0.5])
+    return np.array([begin, drawing.in_world(f"{PATH}/head/{side}", [0, 0, 0])])
+
+
+@pytest.mark.parametrize("force", [0.8, -1.3])
+@pytest.mark.parametrize("s", [0.02, 0.1])
+def test_begins_at_the_face_and_points_into_the_finger(shipped_finger: Finger, force: float, s: float) -> None:
+    """On an arc of constant curvature; a force that presses on the inner side pushes outward."""
+    heading, kappa = 0.9 * s / 0.12, 0.9 / 0.12
+    place = np.array([(1 - np.cos(heading)) / kappa, np.sin(heading) / kappa])
+    normal = np.array([np.cos(heading), -np.sin(heading)])  # toward the inner side, x and z
+    section = shipped_finger.section(s)
+    face = float(section.inner_face if force > 0 else section.outer_face)
+    seen = drawn(shipped_finger, force, s)
+    for side, sign in (("left", 1), ("right", -1)):
+        begin, end = ends(seen, side)
+        np.testing.assert_allclose(begin[::2], place + face * normal, atol=ROUNDING)
+        np.testing.assert_allclose((end - begin)[::2], -LENGTH * force * normal, atol=2 * ROUNDING)
+        assert np.all(sign * np.array([begin[1], end[1]]) > shipped_finger.base.width / 2), "beside the finger"
+    assert seen.properties[PATH, "visible"] is True
+
+
+def test_shaft_and_head_join(shipped_finger: Finger) -> None:
+    seen = drawn(shipped_finger, 0.8, 0.06)
+    end_of_shaft = seen.in_world(f"{PATH}/shaft/left", [0, 0, 0.5])
+    foot_of_head = seen.in_world(f"{PATH}/head/left", [0, 0, seen.objects[f"{PATH}/head/left"].height()])
+    np.testing.assert_allclose(end_of_shaft, foot_of_head, atol=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("force", "arc_length", "bend"),
+    [(0.0, np.nan, 0.9), (np.nan, np.nan, 0.9), (0.01, 0.06, 0.9), (1.0, np.nan, 0.9), (1.0, 0.06, np.nan)],
+)
+def test_is_hidden_where_there_is_no_contact(
+    shipped_finger: Finger, force: float, arc_length: float, bend: float
+) -> None:
+    seen = drawn(shipped_finger, force, arc_length, bend)
+    assert seen.properties[PATH, "visible"] is False
+    assert np.isfinite(
+        np.hstack([value for (_, name), value in seen.properties.items() if name != "visible"] + [0])
+    ).all()

@@ -1,0 +1,44 @@
+"""Arrows and bands of a drawn finger: where they lie."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.pictures.finger_shapes import arrow_of_force, draw_band, point_on_chain
+from soft_gripper.shape.arcs import join_arcs
+
+
+@pytest.mark.parametrize(("force", "face"), [(0.5, "inner_face"), (-0.5, "outer_face")])
+def test_an_arrow_begins_at_the_face_and_is_25_mm_a_newton(shipped_finger: Finger, force: float, face: str) -> None:
+    """Of a straight finger: across it is x, the imaginary part."""
+    arrow = arrow_of_force(shipped_finger, 0.08 + 0j, 0.0, force, 0.08)
+    assert arrow is not None
+    assert arrow.begin == pytest.approx(0.08 + 1j * float(getattr(shipped_finger.section(0.08), face)))
+    assert arrow.end - arrow.begin == pytest.approx(-0.025j * force)
+
+
+@pytest.mark.parametrize(("force", "s"), [(0.0, 0.08), (0.01, 0.08), (np.nan, 0.08), (1.0, np.nan)])
+def test_what_is_no_force_has_no_arrow(shipped_finger: Finger, force: float, s: float) -> None:
+    assert arrow_of_force(shipped_finger, 0.08 + 0j, 0.0, force, s) is None
+
+
+def test_points_of_a_chain_are_where_its_joints_and_tip_are(shipped_finger: Finger) -> None:
+    chain = forward_kinematics(np.linspace(0, 0.2, 12), shipped_finger.segment_length)
+    for joint, s in zip(chain.joints, shipped_finger.joint_arc_lengths, strict=True):
+        assert point_on_chain(shipped_finger, chain, s)[0] == pytest.approx(joint)
+    point, heading = point_on_chain(shipped_finger, chain, shipped_finger.length)
+    assert point == pytest.approx(complex(chain.tip))
+    assert heading == chain.headings[-1]
+
+
+def test_a_band_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) -> None:
+    axes, std = Figure().subplots(), np.linspace(0.1e-3, 1e-3, 13)
+    draw_band(axes, shipped_finger, join_arcs(np.zeros(12), np.full(12, 0.01)), std)
+    (band,) = (patch for patch in axes.patches if isinstance(patch, Polygon))
+    inner, outer = np.split(band.get_xy(), 2)  # it ends where it begins
+    np.testing.assert_allclose(inner[:, 0], 2e3 * np.concatenate([[0], std]))
+    np.testing.assert_allclose(outer[::-1, 0], -inner[:, 0])
+    np.testing.assert_allclose(inner[:, 1], 1e3 * shipped_finger.link_ends)
