@@ -14,7 +14,7 @@ from soft_gripper.evaluation.figure_style import STYLE
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
 
 LEAST, MOST = 0.03, 10.0  # mm, of the colours
-_WHITE_ABOVE = 1.6  # mm, where the colours are dark
+_WHITE_ABOVE = 0.8  # mm, where the colours are dark
 
 
 def map_figure(rows: Sequence[RobustnessRow]) -> Figure:

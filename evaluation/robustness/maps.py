@@ -11,7 +11,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.processes import call_in_processes
-from soft_gripper.evaluation.robustness.held_finger import touched_fingers
+from soft_gripper.evaluation.robustness.finger_at_rest import touched_fingers
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow, robustness_table
 
 Case = tuple[str, float]

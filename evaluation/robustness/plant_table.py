@@ -17,9 +17,9 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.readings_again import with_sections
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.evaluation.robustness.cases import errors_at
-from soft_gripper.evaluation.robustness.errors import Errors, estimated, in_mm, together
-from soft_gripper.evaluation.robustness.held_finger import HeldFinger
+from soft_gripper.evaluation.robustness.finger_at_rest import FingerAtRest
 from soft_gripper.evaluation.robustness.plants import Plant
+from soft_gripper.evaluation.robustness.sample_errors import Errors, estimated, in_mm, together
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.shape.sensor_uncertainty import uncertainty_of
@@ -44,7 +44,7 @@ class PlantRow:
     seeds: int
 
 
-def plant_table(plant: Plant, name: str, fingers: Sequence[HeldFinger], seeds: int) -> list[PlantRow]:
+def plant_table(plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int) -> list[PlantRow]:
     """A row for every number of sections and estimator, in this order; of rubber with realistic sensors, else ideal."""
     found: dict[tuple[int, str], list[Errors]] = {}
     for held in fingers:
@@ -59,7 +59,7 @@ def plant_table(plant: Plant, name: str, fingers: Sequence[HeldFinger], seeds: i
     return rows
 
 
-def _errors(plant: Plant, name: str, held: HeldFinger, seeds: int) -> Iterator[tuple[tuple[int, str], Errors]]:
+def _errors(plant: Plant, name: str, held: FingerAtRest, seeds: int) -> Iterator[tuple[tuple[int, str], Errors]]:
     errors = errors_at(1.0) if plant.rubber else None
     believed = shipped_finger(name, held.simulated.name) if plant.rubber else held.simulated
     uncertainty = uncertainty_of(errors, None, MODULUS) if plant.rubber else Uncertainty()

@@ -55,9 +55,10 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
 
 def _covered(rows: Sequence[RobustnessRow]) -> Claim:
     shares = np.array([row.coverage for row in realistic(rows, BEST, SENSORS)])
-    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: 95 % bands cover {COVERED[0]:.0%} to {COVERED[1]:.0%}"
+    bounds = " to ".join(f"{100 * share:.0f}" for share in COVERED)
+    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: 95 % bands cover {bounds} %"
     holds = bool(shares.min() >= COVERED[0] and shares.max() <= COVERED[1])
-    return Claim("ours", text, holds, f"{shares.min():.1%} to {shares.max():.1%}")
+    return Claim("ours", text, holds, f"{100 * shares.min():.1f} to {100 * shares.max():.1f} %")
 
 
 def _bar(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:

@@ -9,8 +9,8 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.readings_again import with_sections
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.evaluation.robustness.cases import BELIEFS, Belief, errors_at
-from soft_gripper.evaluation.robustness.errors import Errors, estimated, in_mm, together
-from soft_gripper.evaluation.robustness.held_finger import HeldFinger
+from soft_gripper.evaluation.robustness.finger_at_rest import FingerAtRest
+from soft_gripper.evaluation.robustness.sample_errors import Errors, estimated, in_mm, together
 from soft_gripper.shape.sensor_uncertainty import uncertainty_of
 
 Key = tuple[str, str, int]  # estimator, belief, sections
@@ -33,7 +33,7 @@ class RobustnessRow:
 
 
 def robustness_table(
-    name: str, fingers: Sequence[HeldFinger], noise: float, seeds: int, beliefs: Sequence[Belief] = BELIEFS
+    name: str, fingers: Sequence[FingerAtRest], noise: float, seeds: int, beliefs: Sequence[Belief] = BELIEFS
 ) -> list[RobustnessRow]:
     """A row for every belief, number of sections and estimator, in this order, at one noise.
 
@@ -49,7 +49,7 @@ def robustness_table(
     ]
 
 
-def _errors(held: HeldFinger, noise: float, seeds: int, beliefs: Sequence[Belief]) -> Iterator[tuple[Key, Errors]]:
+def _errors(held: FingerAtRest, noise: float, seeds: int, beliefs: Sequence[Belief]) -> Iterator[tuple[Key, Errors]]:
     errors, sensor = errors_at(noise), held.station.scenario.sensor
     readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
     for belief in beliefs:

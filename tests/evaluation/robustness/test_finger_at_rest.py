@@ -7,7 +7,7 @@ import pytest
 
 from soft_gripper.evaluation.paper.held_steps import held_samples
 from soft_gripper.evaluation.paper.readings_again import read_again
-from soft_gripper.evaluation.robustness.held_finger import EVERY, points_along, touched_fingers
+from soft_gripper.evaluation.robustness.finger_at_rest import EVERY, points_along, touched_fingers
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.strain_errors import StrainErrors
 

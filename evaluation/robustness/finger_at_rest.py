@@ -22,7 +22,7 @@ EVERY = 10  # of the held samples, so many apart: they hardly differ but for whi
 
 
 @dataclass(frozen=True)
-class HeldFinger:
+class FingerAtRest:
     """A finger of a recording of T samples, of which K at its held steps are looked at.
 
     The first sample of a recording is left out: it is there twice, a log at a time still shows the sample before.
@@ -84,8 +84,8 @@ def points_along(finger: Finger, q: Array, s: Array) -> Planar:
     return points
 
 
-def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[HeldFinger]:
+def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[FingerAtRest]:
     """The fingers of a recording that touch something; all, where none does."""
     contacts = contact_table(name, station, recording)
     touched = {row.finger for row in of_touched_fingers(contacts, contacts)}
-    return [HeldFinger(station, recording, finger) for finger in station.fingers if finger.name in touched]
+    return [FingerAtRest(station, recording, finger) for finger in station.fingers if finger.name in touched]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.recursive_shape import RecursiveShape
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
-from soft_gripper.evaluation.robustness.held_finger import HeldFinger
+from soft_gripper.evaluation.robustness.finger_at_rest import FingerAtRest
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -29,7 +29,12 @@ class Errors(NamedTuple):
 
 
 def estimated(
-    estimator: str, layout: SensorLayout, uncertainty: Uncertainty, held: HeldFinger, readings: Array, gain: float = 1.0
+    estimator: str,
+    layout: SensorLayout,
+    uncertainty: Uncertainty,
+    held: FingerAtRest,
+    readings: Array,
+    gain: float = 1.0,
 ) -> Errors:
     """The errors of an estimator at the held samples of a finger.
 
