@@ -15,8 +15,7 @@ offset. What cannot be seen is a load that begins before anything is learnt and 
 than believed: let the finger move freely first, or give a smaller `bend_per_pressure`.
 
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
-As long as the
-bend of a section is hardly read, nothing is learnt, and no load ruled out.
+While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
 
 Leading axes are free; R readings, N joints, n states.
 """
@@ -45,6 +44,7 @@ _LOAD_JUMP = 0.2  # of a usual load, standard deviation of how far it may jump i
 _AVERAGE = 0.1  # weight of the newest sample in what is compared with the free finger
 _CAUTION = 30.0  # times the variance of the noise, with which slow states are corrected
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
+_BLIND_SAMPLES = 5  # without a bend's reading, after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
 _MISSING = 1e6  # variance of a reading that is left out
 
@@ -107,7 +107,9 @@ class RecursiveShape:
         noise = np.where(self._is_outlier(difference, noise, mean, covariance, by_state), _MISSING, noise)
         average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
         loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
-        mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded)
+        blind = self._is_blind(noise)
+        loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
+        mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded, blind & ~loaded)
         torque = self.effective_pressure(mean, pressure)[..., None] * finger.pressure_gain + weight
         q = finger.angle(torque + mean[..., :_MODES] @ self._modes.T)
         return Filter(mean, covariance, average, loaded, q)
@@ -240,9 +242,9 @@ class RecursiveShape:
         by_state: Array,
         noise: Array,
         loaded: NDArray[np.bool_],
+        blind: NDArray[np.bool_],
     ) -> tuple[Array, Array]:
-        """Loaded: the load corrected, the slow states kept. Free: no load, the slow states corrected. Blind: all kept."""
-        blind = self._is_blind(noise) & ~loaded
+        """Loaded: the load corrected, slow states kept. Free: no load, slow states corrected. Blind: all kept."""
         loads = (loaded | blind)[..., None] | self._is_slow
         mean = mean * loads
         covariance = covariance * (loads[..., :, None] & loads[..., None, :])
