@@ -39,7 +39,14 @@ class ForceEstimator(LeafSystem):
     """
 
     def __init__(self, finger: Finger, gravity: Array, period: float, noisy: bool = False):
-        """A finger as it is believed to be; `gravity` in the world, (3,) m/s^2, or zero for no compensation."""
+        """
+        Args:
+            finger: as it is believed to be.
+            gravity: in the world, (3,) m/s^2, or zero for no compensation.
+            period: of the samples, s.
+            noisy: the joint angles are too noisy to be differentiated twice; the finger is taken to move as its
+                pressure alone moves it, besides the motion of its base.
+        """
         super().__init__()
         self._finger, self._balance = finger, TorqueBalance(finger)
         self._gravity, self._period, self._noisy = gravity, period, noisy

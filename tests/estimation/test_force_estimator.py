@@ -189,3 +189,28 @@ def test_without_compensation_the_weight_is_in_the_torque(shipped_finger):
         weight = gravity_torque(shipped_finger, q[finger], 1j * down)
         assert np.abs(weight[:, 0]) > 0.02
         np.testing.assert_allclose(estimated[finger], weight, atol=2e-3)
+
+
+def test_noisy_shapes_are_not_differentiated(shipped_finger):
+    """Of noise in the joint angles what is left is that of the elastic torque; the rest is as without noise."""
+    rng = np.random.default_rng(2)
+    noise = 2e-3 * rng.standard_normal((40, shipped_finger.segments))
+    still = free_bending_angles(shipped_finger, np.array(PRESSURE))
+    torques = {}
+    for noisy in (False, True):
+        estimator = Estimator(None, block=ForceEstimator(shipped_finger, np.zeros(3), PERIOD, noisy))
+        torques[noisy] = np.array([estimator.sample(still + each)[1] for each in noise])[5:, 0]
+    assert torques[False].std() > 3 * torques[True].std()
+    assert torques[True].std() < 1.5 * 2e-3 * shipped_finger.stiffness[0]
+
+
+def test_a_finger_moves_as_its_pressure_moves_it(shipped_finger):
+    """Free bending under a slowly changing pressure: the same with and without differences of its shape."""
+    pressures = PRESSURE + 2e3 * np.sin(2 * np.pi * np.arange(60) * PERIOD)
+    found = {}
+    for noisy in (False, True):
+        estimator = Estimator(None, block=ForceEstimator(shipped_finger, np.zeros(3), PERIOD, noisy))
+        shapes = free_bending_angles(shipped_finger, pressures)
+        found[noisy] = [estimator.sample(q, p)[1] for q, p in zip(shapes, pressures, strict=True)]
+    np.testing.assert_allclose(found[True][5:], found[False][5:], atol=1e-9)
+    assert np.abs(found[False][5:]).max() > 1e-5

@@ -137,6 +137,17 @@ def test_out_of_range(override):
         ("tip_distance_steps", ["external=[opening]"], r"leave out \['opening'\]: control.set_points would command"),
         ("arm_motion", ["external=[tool]"], r"leave out \['tool'\]: the task would command the same"),
         ("arm_motion", ["external=[opening]"], r"leave out \['opening'\]: the phases of the task would command"),
+        (
+            "tip_distance_steps",
+            [
+                *("control.torque_limit=0.1", "control.torque_gains={ki: 1.0}"),
+                *("control.force_limit=0.1", "control.force_gains={ki: 1.0}"),
+            ],
+            r"control.force_limit = 0\.1: leave it out beside a torque_limit",
+        ),
+        ("tip_distance_steps", ["control.force_limit=0.5"], r"control.force_gains.ki = 0\.0: give a gain above 0"),
+        ("tip_distance_steps", ["control.force_limit=-0.5"], r"control.force_limit = -0\.5: give a force above 0, N"),
+        ("arm_motion", ["task.quiet_band=0"], r"task.quiet_band = 0\.0: give a finite number above 0"),
         ("arm_motion", ["task=null", "external=[joints, tool]"], "give joints or tool: one commands the other"),
     ],
 )

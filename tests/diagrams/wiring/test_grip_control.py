@@ -19,6 +19,7 @@ from soft_gripper.evaluation.step_table import step_table
 HOLD = 4.0
 GAINS = "control.gains={kp: 7.0e4, ki: 6.7e6, kd: 400}"
 TORQUE_GAINS = "control.torque_gains={kp: 2.0e5, ki: 4.0e6}"
+FORCE_GAINS = "control.force_gains={kp: 2.0e4, ki: 4.0e5}"
 GRIPPER = Gripper((RigidTransform(), RigidTransform(RollPitchYaw(0, 0, np.pi), [0.09, 0, 0])))
 FINGERS = {"first": 3, "second": 4}  # joints
 
@@ -111,6 +112,28 @@ def test_a_grip_closes_until_it_detects_the_torque_limit(limit):
     assert recording["left_finger.pressure"].values.max() < 0.6 * station.scenario.pressure.maximum
 
 
+@pytest.mark.parametrize("limit", [0.4, 0.8])
+def test_a_grip_closes_until_it_estimates_the_force_limit(limit):
+    """And holds that: across the fingers, in truth too."""
+    overrides = ("control.set_points=[0.06, 0.02]", "control.hold=3", GAINS, FORCE_GAINS)
+    station, recording = run("box_grasp", *overrides, f"control.force_limit={limit}", "estimator.type=contact")
+    estimated = recording["grip.force"].values
+    truth = np.mean([recording[f"{finger.name}.true_contact_force"].values for finger in station.fingers], axis=0)
+    assert recording["grip.force"].attrs["units"] == "N"
+    assert estimated[-1] == pytest.approx(limit, rel=0.01)
+    assert truth[-1] == pytest.approx(limit, rel=0.05)
+    assert truth.max() < 1.1 * limit
+    assert recording["left_finger.pressure"].values.max() < 0.6 * station.scenario.pressure.maximum
+
+
+def test_a_force_limit_needs_an_estimator_of_contact():
+    overrides = ("control.set_points=[0.06]", GAINS, FORCE_GAINS, "control.force_limit=0.5")
+    with pytest.raises(
+        InputError, match=r"force_limit = 0\.5: needs an estimator of contact force: .* contact or recursive"
+    ):
+        make_station(load_scenario("box_grasp", list(overrides)))
+
+
 def test_a_torque_limit_out_of_reach_changes_nothing(shipped):
     """From the first sample on, when there is no estimate of the torque yet."""
     _, without = shipped
@@ -174,6 +197,13 @@ def test_ports():
         of_fingers = {f"{which}.{name}" for which in ("first", "second") for name in ("tip_pose", "external_torque")}
         assert inputs == {"set_point", *of_fingers}
         assert outputs == {"pressure", "opening", "torque"}
+
+
+def test_ports_with_a_force_limit():
+    control = grip_control(force_limit=0.5)
+    inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}
+    assert {"first.contact_force", "second.contact_force"} <= inputs
+    assert control.HasOutputPort("force")
 
 
 def test_one_finger_is_refused():

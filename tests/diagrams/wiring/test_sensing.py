@@ -96,7 +96,7 @@ def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
         detectors.append(arguments)
         return ContactDetector(*arguments)
 
-    def force_estimator(finger, gravity, period):
+    def force_estimator(finger, gravity, period, *_):
         forces.append((finger.name, finger.length, gravity.tolist(), period))
         return ForceEstimator(finger, gravity, period)
 
@@ -112,7 +112,7 @@ def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
 def test_without_compensation_gravity_is_left_out(monkeypatch):
     seen = []
 
-    def force_estimator(finger, gravity, period):
+    def force_estimator(finger, gravity, period, *_):
         seen.append(gravity.tolist())
         return ForceEstimator(finger, gravity, period)
 

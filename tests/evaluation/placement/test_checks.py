@@ -12,7 +12,7 @@ from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.placement.assumptions import Assumptions
 from soft_gripper.evaluation.placement.checks import check_contacts, check_runs
 
-NOTHING = Contacts(*(np.zeros(0) for _ in range(9)))
+NOTHING = Contacts(*(np.zeros(0) for _ in range(10)))
 
 
 def run(name, *fingers):

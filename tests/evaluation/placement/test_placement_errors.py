@@ -75,7 +75,9 @@ def contacts(free_finger):
     q, gravity = free_finger.q[free_finger.held][::2], free_finger.gravity[::2]
     force, place = np.array([1.0, -1.0, 2.0, 3.0]), np.array([0.05, 0.06, 0.07, 0.08])
     side, radius = np.array(["inner"] * 4), np.full(4, 5e-3)
-    return Contacts(q, free_finger.pressure[::2], gravity, force, force, place, np.zeros((4, 12)), side, radius)
+    return Contacts(
+        q, free_finger.pressure[::2], gravity, force, force, place, np.zeros((4, 12)), side, radius, np.zeros(4)
+    )
 
 
 def test_errors_of_force_and_place(contacts, monkeypatch):
