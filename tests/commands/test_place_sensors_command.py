@@ -69,7 +69,18 @@ def test_a_scenario_takes_what_is_printed(tiny, tmp_path):
 
 def test_contacts_add_errors_of_force_and_place(tiny, tmp_path):
     q, ones = np.linspace(0.0, 0.05, 3)[:, None] * np.ones(12), np.ones(3)
-    values = (q, 1e4 * ones, 9.81 * ones + 0j, ones, ones, 0.06 * ones, q, np.array(["inner"] * 3), 5e-3 * ones)
+    values = (
+        q,
+        1e4 * ones,
+        9.81 * ones + 0j,
+        ones,
+        ones,
+        0.06 * ones,
+        q,
+        np.array(["inner"] * 3),
+        5e-3 * ones,
+        0 * ones,
+    )
     save_contacts(Contacts(*values), tmp_path / "contacts.npz")
     arguments = ["--estimator", "contact", "--contacts", tmp_path / "contacts.npz", "--out", tmp_path / "out"]
     recording = tiny / "free_bending" / "recording.nc"
@@ -131,7 +142,7 @@ def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
 
 
 def test_contacts_take_an_estimator_of_contact(tmp_path):
-    save_contacts(Contacts(*(np.zeros(0) for _ in range(9))), tmp_path / "contacts.npz")
+    save_contacts(Contacts(*(np.zeros(0) for _ in range(10))), tmp_path / "contacts.npz")
     done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.npz")
     assert done.code == 2
     assert "--estimator = 'gaussian': estimates no contact" in done.err

@@ -121,9 +121,17 @@ def test_blocks_of_a_task_work_once_a_sample():
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
 @pytest.mark.parametrize(
     "name",
-    ["pick_and_place_box", "pick_and_place_delicate", "tip_distance_steps"],
+    ["pick_and_place_box", "tip_distance_steps"],
 )
 def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
     own, calls = handling(name, time_step)
     assert own == handling(name, 0.01)[0]
     assert calls["soft_gripper.truth.true_contact._collect"] == 100
+
+
+@pytest.mark.parametrize("time_step", [0.002, 0.01])
+def test_what_is_remembered_is_computed_once_a_sample(time_step):
+    """Whatever the step of the plant; how much work a sample is depends on whether something is touched."""
+    _, calls = handling("pick_and_place_delicate", time_step)
+    for name in ("recursive_estimator._calc_known", "recursive_estimator._calc", "recursive_estimator._remember"):
+        assert calls[f"soft_gripper.estimators.{name}"] == 200

@@ -174,11 +174,21 @@ def test_the_pose_of_a_base_is_sampled_where_it_moves(name, is_moving):
         assert (type(base).__name__ == "BasePoseSensor") == is_moving
 
 
-def test_the_torque_limit_adds_a_pid_and_a_selector():
-    own = {"torque_pid", "torque_limit", "selector"}
-    for name, is_limited in (("tip_distance_steps", False), ("pick_and_place_delicate", True)):
-        control = make_station(load_scenario(name)).diagram.GetSubsystemByName("grip_control")
-        assert (own <= {system.get_name() for system in control.GetSystems()}) == is_limited
+@pytest.mark.parametrize(
+    ("overrides", "own"),
+    [
+        ([], set()),
+        (["control.torque_limit=0.1", "control.torque_gains={ki: 1.0}"], {"torque_pid", "torque_limit", "selector"}),
+        (
+            ["control.force_limit=0.1", "control.force_gains={ki: 1.0}", "estimator.type=contact"],
+            {"force_pid", "force_limit", "selector", "grip_force"},
+        ),
+    ],
+)
+def test_a_limit_adds_a_pid_and_a_selector(overrides, own):
+    control = make_station(load_scenario("tip_distance_steps", overrides)).diagram.GetSubsystemByName("grip_control")
+    always = {"gripper_opening", "pid", "grip_torque"}
+    assert {system.get_name() for system in control.GetSystems()} == always | own
 
 
 def test_a_single_finger_holds_nothing():

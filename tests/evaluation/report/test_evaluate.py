@@ -85,7 +85,7 @@ def test_a_run_leaves_a_whole_folder(short, folder):
         (
             "metrics.csv",
             PoseRow,
-            2 * 4 * 2,
+            5 * 2 * 4 * 2,
             "estimator,belief,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm",
         ),
         ("forces.csv", ForceRow, 2 * 4 * 2 * 12, "estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"),
