@@ -14,8 +14,8 @@ from soft_gripper.evaluation.contacts.contact_errors import BOTH, ContactErrorRo
 from soft_gripper.evaluation.contacts.contact_scores import ERRORS, FIGURE, SCORES, score_contacts
 from soft_gripper.evaluation.contacts.contact_trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
 from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts
+from soft_gripper.evaluation.contacts.peg_place import SIDES
 from soft_gripper.evaluation.contacts.random_contact import Contact
-from soft_gripper.evaluation.contacts.resting import SIDES
 from soft_gripper.files import writable_folder
 
 NAME = "contact-trials"

@@ -11,7 +11,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.evaluation.contact_sensors import describe_borders
 from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.resting import SIDES
+from soft_gripper.evaluation.contacts.peg_place import SIDES
 from soft_gripper.shape.estimate import ContactForce
 
 BOTH = "both"  # sides

@@ -14,7 +14,7 @@ from soft_gripper.evaluation.contact_sensors import describe_borders
 from soft_gripper.evaluation.contacts.contact_errors import contact_errors
 from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.resting import SIDES
+from soft_gripper.evaluation.contacts.peg_place import SIDES
 from soft_gripper.evaluation.contacts.trial_cases import Case
 from soft_gripper.evaluation.figure_style import COLORS, STYLE
 

@@ -16,7 +16,8 @@ from soft_gripper.evaluation.contacts.bench import (
     combined_friction,
     read_finger,
 )
-from soft_gripper.evaluation.contacts.resting import SIDES, peg_center, resting_angles
+from soft_gripper.evaluation.contacts.peg_place import SIDES, peg_center
+from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.shape.bending_plane import BendingPlane
 from soft_gripper.truth.link_contact import touches
 

@@ -29,15 +29,16 @@ def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array
     return torque
 
 
-def resting_angles(finger: Finger, pressure: Array, gravity: Planar) -> Array:
+def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | complex) -> Array:
     """Joint angles in balance with pressure (...) Pa and the finger's own weight, rad, (..., N).
 
-    `gravity` is as for `gravity_torque`, (...) m/s^2. Found by repetition, which converges as long as the finger does
-    not buckle under its weight.
+    `gravity` is as for `gravity_torque`, a number or (...) m/s^2. Found by repetition, which converges as long as the
+    finger does not buckle under its weight.
     """
-    q = free_bending_angles(finger, pressure)
+    driven, gravity = np.asarray(pressure)[..., None] * finger.pressure_gain, np.asarray(gravity)[..., None]
+    q = finger.angle(driven)
     for _ in range(_REPETITIONS):
-        q = finger.angle(pressure[..., None] * finger.pressure_gain + gravity_torque(finger, q, gravity[..., None]))
+        q = finger.angle(driven + gravity_torque(finger, q, gravity))
     return q
 
 

@@ -46,3 +46,13 @@ def test_resting_angles_are_in_balance(tapered_finger):
     np.testing.assert_allclose(tapered_finger.elastic_torque(q), load, rtol=0, atol=1e-12)
     further = resting_angles(softened(tapered_finger, 1.3), np.array([5e4]), np.array([0.0]))
     np.testing.assert_allclose(further[0], 1.3 * q[1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("gravity", [0j, -9.81 + 0j, 9.81j, -6 - 7j])
+@pytest.mark.parametrize("pressure", [-30e3, 0.0, 120e3])
+def test_at_rest_the_elastic_torque_balances_pressure_and_weight(shipped_finger, pressure, gravity):
+    q = resting_angles(shipped_finger, pressure, gravity)
+    external = pressure * shipped_finger.pressure_gain + gravity_torque(shipped_finger, q, gravity)
+    np.testing.assert_allclose(shipped_finger.elastic_torque(q), external, atol=1e-12)
+    if not gravity:
+        np.testing.assert_allclose(q, free_bending_angles(shipped_finger, np.array(pressure)))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.contacts.resting import resting_angles
 from soft_gripper.evaluation.placement.held_finger import HeldFinger
+from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

@@ -1,25 +1,12 @@
-"""A finger at rest without contact, and where a round peg would just touch it."""
+"""Where a round peg would just touch a finger at rest."""
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import gravity_torque
 
-ITERATIONS = 50  # each leaves a fifth of the difference, or less, to the next
 SIDES = {"inner": 1, "outer": -1}  # toward +x of B or away from it
-
-
-def resting_angles(finger: Finger, pressure: float, gravity: complex) -> Array:
-    """Joint angles under pressure, Pa, and the finger's own weight, (N,) rad.
-
-    `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2.
-    """
-    q: Array = np.zeros(finger.segments)
-    for _ in range(ITERATIONS):
-        q = finger.angle(pressure * finger.pressure_gain + gravity_torque(finger, q, gravity))
-    return q
 
 
 def peg_center(finger: Finger, q: Array, s: float, side: str, radius: float) -> complex:
