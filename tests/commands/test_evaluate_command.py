@@ -24,10 +24,6 @@ from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summ
 from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
 from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.report.report import Evaluation
-from soft_gripper.evaluation.robustness.maps import CASES
-from soft_gripper.evaluation.robustness.plant_table import PlantRow
-from soft_gripper.evaluation.robustness.robustness import Robustness
-from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
 
 SECTIONS = (1, 2, 3, 4)
 OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}
@@ -217,57 +213,6 @@ def test_prints_means_of_every_estimator(tmp_path: Path, monkeypatch: pytest.Mon
         begin = lines.index(["estimators,", scenario])
         assert lines[begin + 1][:2] == ["arcs", "2.000"]
         assert lines[begin + 2] == ["gaussian", "0.200", "0.100", "0.067", "0.050", "3.400", "3.200", "3.133", "3.100"]
-
-
-ERRING = [
-    RobustnessRow(s, name, belief, 1.0, n, 1.0 / n, 2.0 / n, 3.0, 0.9, 7)
-    for s, name, belief, n in product(SCENARIOS, ("arcs", "gaussian"), ("as simulated", "wrong"), SECTIONS)
-]
-OTHER = [PlantRow("rubber", s, "arcs", n, 4.0 / n, 8.0 / n, 9.0, 5.0, 0.9, 7) for s, n in product(SCENARIOS, SECTIONS)]
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[object]]:
-    """What `--robustness` is about to run; the cases of box_grasp are finished."""
-    called: dict[str, list[object]] = {}
-    where = "soft_gripper.commands.evaluate."
-    monkeypatch.setattr(where + "run_cases", lambda cases, *_: called.update(cases=list(cases)))
-    monkeypatch.setattr(where + "run_plants", lambda runs, *_: called.update(plants=list(runs)))
-    left = [case for case in CASES if case[0] != "box_grasp"]
-    monkeypatch.setattr(where + "unfinished_cases", lambda out, seeds: left if seeds == 7 else list(CASES))
-    monkeypatch.setattr(where + "unfinished_runs", lambda out, seeds: [])
-    monkeypatch.setattr(where + "unfinished", lambda out: [])
-    monkeypatch.setattr(where + "run_scenarios", lambda *_: None)
-    monkeypatch.setattr(where + "summarize", lambda _: Evaluation(POSES, [], [HOLDS]))
-    return called
-
-
-@pytest.mark.parametrize(("claim", "code"), [(HOLDS, 0), (FAILS, 1)])
-def test_robustness_is_run_and_printed(
-    claim: Claim, code: int, run: dict[str, list[object]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = Robustness(ERRING, OTHER, [claim])
-    monkeypatch.setattr("soft_gripper.commands.evaluate.summarize_robustness", lambda _: found)
-    outcome = soft_gripper("evaluate", "--out", tmp_path, "--robustness", "--resume", "--seeds", "7")
-    assert outcome.code == code
-    assert run["plants"] == []
-    assert {case[0] for case in run["cases"]} == set(SCENARIOS) - {"box_grasp"}  # type: ignore[index]
-    lines = [line.split() for line in outcome.out.splitlines()]
-    assert ["gaussian", "1.00", "0.50", "0.33", "0.25", "2.00", "1.00", "0.67", "0.50"] in lines
-    assert ["rubber,", "arcs", "4.00", "2.00", "1.33", "1.00", "8.00", "4.00", "2.67", "2.00"] in lines
-    assert claim.text in outcome.out
-
-
-def test_without_the_option_nothing_of_it_is_run(run: dict[str, list[object]], tmp_path: Path) -> None:
-    assert soft_gripper("evaluate", "--out", tmp_path).code == 0
-    assert run == {}
-
-
-@pytest.mark.parametrize("seeds", ["0", "many"])
-def test_seeds_are_a_number(seeds: str, tmp_path: Path) -> None:
-    refused = soft_gripper("evaluate", "--out", tmp_path, "--seeds", seeds)
-    assert refused.code == 2
-    assert "give a whole number of at least 1" in refused.err
 
 
 @pytest.fixture

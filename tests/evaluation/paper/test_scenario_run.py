@@ -1,0 +1,111 @@
+"""One scenario of the evaluation: a whole folder or none, and runs that repeat themselves."""
+
+from pathlib import Path
+
+import pytest
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.csv_table import read_csv
+from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
+from soft_gripper.evaluation.paper.contact_table import ContactRow
+from soft_gripper.evaluation.paper.force_table import ForceRow
+from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
+
+FILES = {
+    "scenario.yaml",
+    "recording.nc",
+    "metrics.csv",
+    "forces.csv",
+    "contact.csv",
+    "contact_forces.csv",
+    "replay.html",
+}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_run_leaves_a_whole_folder(short, folder):
+    assert set(contents(folder)) >= FILES
+    assert [path.name for path in folder.parent.iterdir()] == ["short"]
+    assert is_finished(folder, load_scenario(short))
+    assert Recording.load(folder / "recording.nc")["time"].values[-1] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("file", "row", "number", "columns"),
+    [
+        (
+            "metrics.csv",
+            PoseRow,
+            5 * 2 * 4 * 2,
+            "estimator,belief,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm",
+        ),
+        ("forces.csv", ForceRow, 2 * 4 * 2 * 12, "estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"),
+        ("contact.csv", ContactRow, 2 * 2, "pressure_kpa,touching_links,contact_length_mm,sign_changes"),
+        (
+            "contact_forces.csv",
+            ContactForceRow,
+            2 * 3 * 2,
+            "estimator,belief,sections,pressure_kpa,borders,estimated_n,true_n,total_n,normal_n,estimated_mm,true_mm",
+        ),
+    ],
+)
+def test_tables_of_a_run(folder, file, row, number, columns):
+    assert (folder / file).read_text().splitlines()[0] == f"scenario,finger,{columns}"
+    rows = read_csv(folder / file, row)
+    assert len(rows) == number
+    assert {getattr(row, "sections", 1) for row in rows} <= {1, 2, 3, 4}
+
+
+def test_a_second_run_leaves_the_same_in_the_place_of_an_old_one(short, folder, tmp_path):
+    (tmp_path / "again").mkdir()
+    (tmp_path / "again" / "of_an_old_run.csv").touch()
+    run_scenario(short, tmp_path / "again")
+    first, second = contents(folder), contents(tmp_path / "again")
+    assert set(first) == set(second)
+    for table in ("metrics.csv", "forces.csv", "contact.csv", "contact_forces.csv"):
+        assert first[table] == second[table]
+
+
+@pytest.mark.parametrize("before", [True, False], ids=["over an old run", "in an empty place"])
+def test_a_run_that_fails_in_the_middle_leaves_what_was_there(short, tmp_path, before):
+    def fail(_):
+        raise MemoryError
+
+    folder = tmp_path / "results" / "short"
+    if before:
+        folder.mkdir(parents=True)
+        (folder / "metrics.csv").write_text("of an old run")
+    else:
+        folder.parent.mkdir()
+    old = contents(folder.parent)
+    with pytest.raises(MemoryError):
+        run_scenario(short, folder, progress=fail)
+    assert contents(folder.parent) == old
+    assert [path.name for path in folder.parent.iterdir()] == ["short"] * before
+
+
+def test_a_run_that_fails_at_its_tables_leaves_nothing(short, tmp_path, monkeypatch):
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr("soft_gripper.evaluation.paper.scenario_run.force_table", fail)
+    with pytest.raises(MemoryError):
+        run_scenario(short, tmp_path / "short")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_scenario_is_not_finished(short, folder, tmp_path):
+    assert not is_finished(folder, load_scenario(short, ["pressure.settle=0.21"]))
+    assert not is_finished(tmp_path / "nothing", load_scenario(short))
+
+
+def test_sections_that_do_not_divide_the_segments_are_refused(short, tmp_path):
+    (tmp_path / "ten.yaml").write_text(dump_scenario(load_scenario(short, ["models.1.segments=10"])))
+    with pytest.raises(InputError, match=r"sections = 3: must divide the 10 segments of finger 'right_finger'"):
+        run_scenario(str(tmp_path / "ten.yaml"), tmp_path / "ten")
