@@ -25,6 +25,7 @@ LAYERS = (
     "diagrams/manipulation",
     "diagrams/recording",
     "diagrams/view",
+    "diagrams/hardware",
     "diagrams",
     "pictures",
     "evaluation",
