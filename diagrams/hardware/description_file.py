@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_load_data, yaml_load_typed
 
-from soft_gripper.diagrams.hardware.recording_schema import PressureNameConfig, RecordingConfig
+from soft_gripper.diagrams.hardware.recording_schema import RecordingConfig
 from soft_gripper.diagrams.hardware.units import LENGTH, PRESSURE, TIME, factor
 from soft_gripper.diagrams.schema.document_check import check_document
 from soft_gripper.diagrams.schema.ranges import positive, require
@@ -63,8 +63,8 @@ def _check_units(path: Path, config: RecordingConfig) -> None:
         factor(path, "pressures", config.pressures.unit, PRESSURE, config.pressures.scale)
     if config.lengths:
         factor(path, "lengths", config.lengths.unit, LENGTH, config.lengths.scale)
-    for i, name in enumerate(config.commanded_pressure):
-        factor(path, f"commanded_pressure[{i}]", name.unit, PRESSURE)
+    for i, way in enumerate(config.commanded_pressure):
+        factor(path, f"commanded_pressure[{i}]", way.unit, PRESSURE)
 
 
 def _check_vectors(path: Path, config: RecordingConfig) -> None:
@@ -88,10 +88,10 @@ def _check_names(path: Path, config: RecordingConfig) -> None:
     header = config.header or []
     twice = sorted({name for name in header if header.count(name) > 1})
     require(not twice, path, "header", twice, "every column needs a name of its own")
-    for i, name in enumerate(config.commanded_pressure):
-        _check_pattern(path, f"commanded_pressure[{i}]", name)
+    for i, way in enumerate(config.commanded_pressure):
+        _check_pattern(path, f"commanded_pressure[{i}]", way.pattern)
     if config.load:
-        _check_pattern(path, "load", config.load)
+        _check_pattern(path, "load", config.load.pattern)
         for number, mass in config.load.masses.items():
             require(positive(mass), path, f"load.masses.{number}", mass, "give a mass above 0, kg")
     for name, pose in config.poses.items():
@@ -110,12 +110,12 @@ def _check_names(path: Path, config: RecordingConfig) -> None:
         require(positive(config.lengths.spacing), path, "lengths.spacing", config.lengths.spacing, expected)
 
 
-def _check_pattern(path: Path, field: str, name: PressureNameConfig | Any) -> None:
+def _check_pattern(path: Path, field: str, pattern: str) -> None:
     try:
-        groups = re.compile(name.pattern).groups
+        groups = re.compile(pattern).groups
     except re.error as error:
-        raise InputError(path, f"{field}.pattern", name.pattern, f"is no regular expression: {error}") from None
-    require(groups == 1, path, f"{field}.pattern", name.pattern, "needs one group, the number: such as (\\d+)")
+        raise InputError(path, f"{field}.pattern", pattern, f"is no regular expression: {error}") from None
+    require(groups == 1, path, f"{field}.pattern", pattern, "needs one group, the number: such as (\\d+)")
 
 
 def _finite(vector: list[float], size: int) -> bool:

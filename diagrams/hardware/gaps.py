@@ -1,6 +1,7 @@
 """What is missing in a recording: times, rows, samples."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.hardware.table import Table
@@ -32,7 +33,9 @@ def without_repeats(table: Table, time: str) -> tuple[Table, int]:
     return timed.kept(own), len(table.values) - int(own.sum())
 
 
-def gaps_of(table: Table, repeated: int, time: Array, markers: dict[str, Array], reference: Array) -> tuple[str, ...]:
+def gaps_of(
+    table: Table, repeated: int, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]
+) -> tuple[str, ...]:
     """What is missing, in words; `reference` is true in the reference span, (T,)."""
     found = []
     if table.dropped:
@@ -40,7 +43,7 @@ def gaps_of(table: Table, repeated: int, time: Array, markers: dict[str, Array],
     if repeated:
         found.append(f"{repeated} rows have no time of their own")
     for name, p in markers.items():
-        lost = np.isnan(p).any(axis=1)
+        lost = np.any(np.isnan(p), axis=1)
         if lost.any():
             first, longest = time[np.argmax(lost)], _longest(time, lost)
             text = f"{name}: {lost.sum()} of {len(lost)} samples are missing, the first at {first:.2f} s"
@@ -50,7 +53,7 @@ def gaps_of(table: Table, repeated: int, time: Array, markers: dict[str, Array],
     return tuple(found)
 
 
-def _longest(time: Array, lost: Array) -> float:
+def _longest(time: Array, lost: NDArray[np.bool_]) -> float:
     """The longest time between two samples that are seen, with lost ones between them, s."""
     seen = np.concatenate((time[:1], time[~lost], time[-1:]))
     return float(np.diff(seen).max())

@@ -3,15 +3,8 @@
 from dataclasses import dataclass, field
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.hardware.body_poses import BodyPose
 from soft_gripper.diagrams.hardware.recording_schema import RecordingConfig
-
-
-@dataclass(frozen=True)
-class BodyPose:
-    """The pose of a rigid body over time, in the finger's frame B."""
-
-    p: Array  # (T, 3) m
-    R: Array  # (T, 3, 3), its axes in B
 
 
 @dataclass(frozen=True)

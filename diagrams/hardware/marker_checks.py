@@ -11,6 +11,7 @@ from soft_gripper.errors import InputError
 _FURTHEST = 5.0  # lengths of the finger between its bodies, at most
 _NEAREST = 0.1  # and at least, or its markers are together
 _RIGID = 0.05  # lengths of the finger by which the distance of two markers on one body may change
+_RESTS = 0.02  # lengths of the finger that a base may move more than the tip
 _LOST = 0.1  # s, after which a marker that is seen again is not compared with where it was
 
 
@@ -65,8 +66,8 @@ def check_rigid(
                 raise InputError(path, f"markers.bodies.{body}", f"{a}, {b}", f"{found}: are they on one rigid body?")
 
 
-def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, list[str]]) -> None:
-    """Whether the markers on the body "tip" move more than those on "base".
+def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, list[str]], length: float) -> None:
+    """Whether the markers on the body "base" move less than those on "tip", or hardly.
 
     Raises:
         InputError: if they do not: the bodies' names are exchanged.
@@ -74,7 +75,7 @@ def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, li
     if "tip" not in bodies or "base" not in bodies:
         return
     moved = {body: max(_motion(markers[name]) for name in bodies[body]) for body in ("tip", "base")}
-    if moved["base"] > moved["tip"]:
+    if moved["base"] > moved["tip"] + _RESTS * length:
         expected = f"the base moves by {moved['base'] * 1e3:.1f} mm and the tip by {moved['tip'] * 1e3:.1f} mm"
         raise InputError(path, "markers.bodies", "base, tip", f"{expected}: are their markers exchanged?")
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.ranges import require
@@ -18,7 +19,7 @@ class Table:
     path: Path
     names: tuple[str, ...]
     values: Array  # (T, columns)
-    rows: Array  # (T,) where in the file every sample is: line, or frame, counted from 1
+    rows: NDArray[np.int_]  # (T,) where in the file every sample is: line, or frame, counted from 1
     dropped: tuple[int, ...] = ()  # rows of the file that do not parse
 
     def columns(self, field: str, names: list[str]) -> Array:
@@ -34,7 +35,7 @@ class Table:
                 raise InputError(self.path, field, name, f"no such column; {hint}")
         return self.values[:, [self.names.index(name) for name in names]]
 
-    def kept(self, keep: Array) -> "Table":
+    def kept(self, keep: NDArray[np.bool_]) -> "Table":
         """The samples for which `keep` is true, (T,)."""
         return Table(self.path, self.names, self.values[keep], self.rows[keep], self.dropped)
 

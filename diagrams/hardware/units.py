@@ -1,5 +1,7 @@
 """Units in which hardware is recorded."""
 
+from pathlib import Path
+
 from soft_gripper.diagrams.schema.ranges import positive, require
 
 LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # m
@@ -7,7 +9,7 @@ PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6
 TIME = {"s": 1.0, "ms": 1e-3}  # s
 
 
-def factor(where: object, field: str, unit: str, known: dict[str, float], scale: float | None = None) -> float:
+def factor(where: Path | str, field: str, unit: str, known: dict[str, float], scale: float | None = None) -> float:
     """What a number in `unit` is to be multiplied with; V, where a sensor reads volts, with its `scale`.
 
     Raises:
