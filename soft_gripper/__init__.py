@@ -32,7 +32,9 @@ _MODULES = {
     "diagrams.manipulation.arm": "make_arm",
     # Fingers.
     "fingers.cross_section": "CrossSection",
-    "fingers.finger": "Finger ContactMaterial ElasticLaw",
+    "fingers.finger": "Finger",
+    "fingers.finger_parts": "ContactMaterial ElasticLaw CreepBranch PressureLaw TipLoad",
+    "fingers.creep": "advance memory_torque",
     "fingers.urdf": "expand_urdf",
     "fingers.plant_finger": "PlantFinger",
     "fingers.kinematics": "forward_kinematics as_points as_planar",

@@ -9,7 +9,7 @@ from loaded_fingers import Push, in_balance
 from soft_gripper.estimators.contact_shape import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.single_force import FRICTION
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.uncertainty import Uncertainty

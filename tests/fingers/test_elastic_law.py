@@ -11,7 +11,7 @@ from finger_plants import built_at, free_bending
 from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.fingers.elastic_law import ElasticLawTorque
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
