@@ -79,7 +79,7 @@ def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
     readings = true.response.reading(extension_ratios(true, q))
     scale = trusting_chamber(believed, free_motion(true))
     found = SHAPE_FUNCTIONS["contact"](believed, Uncertainty())(
-        readings, scale.pressure * pressure, scale.gravity * GRAVITY
+        readings, believed.finger.pressure_torque(scale.pressure * pressure), scale.gravity * GRAVITY
     ).contact
     assert found is not None
     assert float(scale.force * found.force) == pytest.approx(0.5, rel=0.02)
