@@ -21,6 +21,8 @@ _MODULES = {
     "diagrams.recording.phase_spans": "phase_spans",
     "diagrams.random_seed": "seed_random_sources",
     "signals": "describe",
+    "piecewise_linear": "PiecewiseLinear",
+    "piecewise_linear_block": "PiecewiseLinearBlock",
     # In a diagram of one's own.
     "diagrams.loading.model_files": "add_fingers find_fingers model_path",
     "diagrams.wiring.drive": "add_pressure_drive",
@@ -35,6 +37,7 @@ _MODULES = {
     "fingers.finger": "Finger",
     "fingers.finger_parts": "ContactMaterial ElasticLaw CreepBranch PressureLaw TipLoad",
     "fingers.creep": "advance memory_torque",
+    "fingers.creep_torque": "CreepTorque",
     "fingers.urdf": "expand_urdf",
     "fingers.plant_finger": "PlantFinger",
     "fingers.kinematics": "forward_kinematics as_points as_planar",
