@@ -100,7 +100,7 @@ def _print_estimator(name: str, bar: float) -> bool:
     q = 0.08 * np.linspace(0.3, 1.2, finger.segments)
     block = find_estimator(name)(layout, np.array([0.0, 0.0, -9.81]), 0.01)
     context = block.CreateDefaultContext()
-    inputs = {"pressure": [6e4], "X_WB": np.eye(3, 4).ravel()}
+    inputs = {"driving_torque": finger.pressure_torque(6e4), "X_WB": np.eye(3, 4).ravel()}
     repeats = []
     for _ in range(REPEATS):
         seconds = 0.0

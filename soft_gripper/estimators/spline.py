@@ -27,8 +27,8 @@ class SplineShape:
 
     layout: SensorLayout
 
-    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
-        """The joint angles; see ShapeFunction. Pressure and gravity do not matter."""
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """The joint angles; see ShapeFunction. What drives the finger, and gravity, do not matter."""
         bends = section_bends(self.layout, readings, _NOISE)
         gain, _ = condition(self.layout, self._walk, bends.variance)
         return ShapeEstimate((gain @ bends.theta[..., None])[..., 0])

@@ -1,7 +1,9 @@
 """A soft finger as physical parameters, and the chain of rigid segments that stands for it."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,31 +11,15 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection, misfits
+from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _MAY_BE_ZERO = (
-    *("relaxation_time", "friction", "dissipation"),
+    *("relaxation_time", "friction", "dissipation", "shear_factor"),
     *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
 )
+_OF_ANY_SIGN = ("chamber_center", "x", "z")
 _ROUNDING = 1e-9  # m
-
-
-@dataclass(frozen=True)
-class ContactMaterial:
-    """How the finger's skin meets what it touches (Drake's hydroelastic contact parameters)."""
-
-    friction: float = 0.9  # Coulomb, static and dynamic alike
-    hydroelastic_modulus: float = 2e5  # Pa
-    dissipation: float = 3.0  # s/m, Hunt and Crossley
-
-
-@dataclass(frozen=True)
-class ElasticLaw:
-    """Bending moment against curvature as points, at base and tip; linear between them along the finger."""
-
-    curvature: tuple[float, ...]  # 1/m, increasing
-    base_moment: tuple[float, ...]  # N m, increasing
-    tip_moment: tuple[float, ...]  # N m, increasing
 
 
 @dataclass(frozen=True)
@@ -56,23 +42,38 @@ class Finger:
     sensor_spacing: float  # m, between inner and outer sensor path (Delta_R)
     segments: int = 12
     relaxation_time: float = 0.015  # s, Kelvin-Voigt: damping over stiffness
-    contact: ContactMaterial = ContactMaterial()
+    contact: ContactMaterial = field(default_factory=ContactMaterial)
     elastic_law: ElasticLaw | None = None  # in the place of E I times curvature
+    creep: tuple[CreepBranch, ...] = ()  # stiffness is the instantaneous one, which fades by these
+    pressure_law: PressureLaw | None = None  # None: as much as the pressure
+    shear_factor: float = 0.0  # shear correction factor kappa (Timoshenko); 0: rigid in shear
+    tip_load: TipLoad | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.segments, int | np.integer) or self.segments < 1:
             self._reject("segments", self.segments, "give a whole number of at least 1")
-        for label, part in (("", self), ("base.", self.base), ("tip.", self.tip), ("contact.", self.contact)):
-            for field in fields(part):
-                value = getattr(part, field.name)
-                if isinstance(value, int | float):
-                    self._require_in_range(label + field.name, value)
+        for label, part in self._parts():
+            for name in (of_part.name for of_part in fields(part)):
+                if isinstance(value := getattr(part, name), int | float):
+                    self._require_in_range(label + name, value)
         for end, section in (("base", self.base), ("tip", self.tip)):
             for name, value, expected in misfits(section):
                 self._reject(f"{end}.{name}", value, expected)
         self._check_sensor_paths()
-        if self.elastic_law is not None:
-            self._check_elastic_law(self.elastic_law)
+        self._check_curve("elastic_law", self.elastic_law)
+        self._check_curve("pressure_law", self.pressure_law)
+        self._check_pressure_law()
+        self._check_creep()
+
+    def _parts(self) -> Iterator[tuple[str, Any]]:
+        """What holds numbers, and how it is called."""
+        yield "", self
+        for name in ("base", "tip", "contact"):
+            yield f"{name}.", getattr(self, name)
+        for branch in self.creep:
+            yield "creep.", branch
+        if self.tip_load is not None:
+            yield "tip_load.", self.tip_load
 
     def _check_sensor_paths(self) -> None:
         inner, outer = self.sensor_offsets
@@ -82,19 +83,32 @@ class Finger:
                 expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at its {end}; give less"
                 self._reject("sensor_spacing", self.sensor_spacing, expected)
 
-    def _check_elastic_law(self, law: ElasticLaw) -> None:
-        for field in fields(law):
-            values = getattr(law, field.name)
+    def _check_curve(self, name: str, law: ElasticLaw | PressureLaw | None) -> None:
+        columns = [] if law is None else [(column.name, getattr(law, column.name)) for column in fields(law)]
+        for column, values in columns:
             increasing = np.isfinite(values).all() and np.all(np.diff(values) > 0)
-            if len(values) < 2 or len(values) != len(law.curvature) or not increasing:
-                self._reject(f"elastic_law.{field.name}", values, "give as many increasing numbers in each list")
+            if len(values) < 2 or len(values) != len(columns[0][1]) or not increasing:
+                self._reject(f"{name}.{column}", values, "give as many increasing numbers in each list")
+
+    def _check_pressure_law(self) -> None:
+        law = self.pressure_law
+        if law is not None and 0 in law.pressure and law.effective[law.pressure.index(0)] != 0:
+            self._reject("pressure_law.effective", law.effective, "without pressure nothing bends: give 0 for 0")
+
+    def _check_creep(self) -> None:
+        shares = [branch.share for branch in self.creep]
+        if sum(shares) >= 1:
+            self._reject("creep.share", shares, "nothing would be left of the stiffness: give less than 1 in all")
+        if np.any(self.joint_law.slopes <= sum(shares) * self.stiffness[:, None]):
+            expected = "more creeps away than the elastic law has at its flattest: give smaller shares"
+            self._reject("creep.share", shares, expected)
 
     def _require_in_range(self, field: str, value: float) -> None:
         name = field.rpartition(".")[2]
         least, allowed = "of at least 0", value >= 0
         if name not in _MAY_BE_ZERO:
             least, allowed = "above 0", value > 0
-        if name == "chamber_center":
+        if name in _OF_ANY_SIGN:
             least, allowed = "", True
         if not np.isfinite(value) or not allowed:
             self._reject(field, value, f"give a finite number {least}".strip())
@@ -114,7 +128,7 @@ class Finger:
     def section(self, s: Array | float) -> CrossSection:
         """The cross-section at arc lengths `s` (m), what it is built of linear from base to tip."""
         along = np.asarray(s) / self.length
-        ends = ((getattr(self.base, field.name), getattr(self.tip, field.name)) for field in fields(CrossSection))
+        ends = ((getattr(self.base, part.name), getattr(self.tip, part.name)) for part in fields(CrossSection))
         return CrossSection(*(base + (tip - base) * along for base, tip in ends))
 
     @cached_property
@@ -173,6 +187,12 @@ class Finger:
     def pressure_gain(self) -> Array:
         """Joint torque per pressure (the chamber law), A(s_i) e(s_i), N m/Pa, shape (N,)."""
         return np.asarray(self._at_joints.chamber_area * self._at_joints.chamber_eccentricity)
+
+    def pressure_torque(self, pressure: Array | float) -> Array:
+        """Torque of a pressure on the joints, (...) Pa -> (..., N) N m, positive closes."""
+        law = self.pressure_law
+        effective = np.asarray(pressure) if law is None else law.curve(np.asarray(pressure))
+        return effective[..., None] * self.pressure_gain
 
     @cached_property
     def link_ends(self) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import free_bending_angles, gravity_torque, resting_angles, softened
 
 LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))

@@ -27,7 +27,9 @@ def test_the_error_is_that_of_the_estimator_on_this_layout(free_finger, estimato
     layout = SensorLayout(finger, len(placement) + 1, borders=borders)
     function = SHAPE_FUNCTIONS[estimator](layout, assumptions.uncertainty)
     readings = layout.response.reading(extension_ratios(layout, q))
-    joints = function(readings, free_finger.pressure, free_finger.gravity).points(finger)[:, :-1]
+    joints = function(readings, finger.pressure_torque(free_finger.pressure), free_finger.gravity).points(finger)[
+        :, :-1
+    ]
     true = forward_kinematics(q, finger.segment_length).joints
     assert error == pytest.approx(float(np.abs(joints - true).mean()), rel=1e-9)
 
@@ -84,7 +86,7 @@ def test_errors_of_force_and_place(contacts, monkeypatch):
     """An estimator that finds 1 N at 60 mm, and nothing in the last."""
 
     def estimate(layout, uncertainty):
-        def function(readings, pressure, gravity):
+        def function(readings, driving, gravity):
             shape = readings.shape[:-1]
             place = np.broadcast_to([[0.06], [0.06], [0.06], [np.nan]], shape)
             force = np.broadcast_to([[1.0], [1.0], [1.0], [0.0]], shape)
