@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_load_data, yaml_load_typed
 
-from soft_gripper.diagrams.hardware.recording_schema import RecordingConfig
+from soft_gripper.diagrams.hardware.recording_schema import PressuresConfig, RecordingConfig
 from soft_gripper.diagrams.hardware.units import LENGTH, PRESSURE, TIME, factor
 from soft_gripper.diagrams.schema.document_check import check_document
 from soft_gripper.diagrams.schema.ranges import positive, require
@@ -61,10 +61,17 @@ def _check_units(path: Path, config: RecordingConfig) -> None:
         factor(path, f"poses.{name}", pose.unit, LENGTH)
     if config.pressures:
         factor(path, "pressures", config.pressures.unit, PRESSURE, config.pressures.scale)
+        _check_chambers(path, config.pressures)
     if config.lengths:
         factor(path, "lengths", config.lengths.unit, LENGTH, config.lengths.scale)
     for i, way in enumerate(config.commanded_pressure):
         factor(path, f"commanded_pressure[{i}]", way.unit, PRESSURE)
+
+
+def _check_chambers(path: Path, pressures: PressuresConfig) -> None:
+    sections, count = pressures.sections, len(pressures.columns)
+    fine = sections is None or (len(sections) == count and min(sections, default=1) >= 1)
+    require(fine, path, "pressures.sections", sections, f"give one for each of the {count} columns, counted from 1")
 
 
 def _check_vectors(path: Path, config: RecordingConfig) -> None:

@@ -48,6 +48,7 @@ class PressuresConfig:
     """Measured pressures, one column a chamber."""
 
     columns: list[str] = field(default_factory=list)
+    sections: list[int] | None = None  # that each chamber is in, counted from the base; None: not said
     unit: str = "Pa"  # Pa, hPa, mbar, kPa, bar, psi or V
     scale: float | None = None  # Pa per V, where the unit is V
 
@@ -97,6 +98,7 @@ class RecordingConfig:
     time: str = "time"  # column
     time_unit: str = "s"  # or ms
     length: float = 0.1  # m, of the straight finger, roughly: what decides whether units can be right
+    finger: str | None = None  # URDF with the finger that stands for it: package:// URI, or path beside this file
     markers: MarkersConfig | None = None
     poses: dict[str, PoseConfig] = field(default_factory=dict)  # by rigid body: "base", "tip", ...
     pressures: PressuresConfig | None = None
