@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.options import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file

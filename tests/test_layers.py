@@ -26,6 +26,7 @@ LAYERS = (
     "diagrams/recording",
     "diagrams/view",
     "diagrams/hardware",
+    "diagrams/replay",
     "diagrams",
     "pictures",
     "evaluation",
@@ -37,7 +38,9 @@ LAYERS = (
     "evaluation/recognition",
     "evaluation/contacts",
     "evaluation/placement",
+    "evaluation/replay",
     "commands/terminal",
+    "commands/hardware",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))

@@ -1,1 +1,1 @@
-"""Recordings of hardware: described by YAML, read into arrays, replayed."""
+"""Recordings of hardware: described by YAML, read into arrays."""

@@ -40,6 +40,8 @@ def load_description(name_or_path: str | Path) -> RecordingConfig:
     _check_units(path, config)
     _check_vectors(path, config)
     _check_names(path, config)
+    if config.finger is not None and not config.finger.startswith("package://"):
+        config.finger = str((path.parent / config.finger).resolve())
     return config
 
 

@@ -32,7 +32,8 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     where, described = recording.name, recording.config.lengths
     require(described is not None, where, "lengths", None, "an arm is estimated from length sensors: describe them")
     require(recording.pressures is not None, where, "pressures", None, "describe the chambers' pressures")
-    assert described is not None and recording.pressures is not None
+    assert described is not None
+    assert recording.pressures is not None
     wires = {(wire.side, wire.section): recording.lengths[name] for name, wire in described.wires.items()}
     sections = range(1, max(section for _, section in wires) + 1)
     expected = "two wires must end with every section, on the inner and on the outer side"

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.evaluation.replay.arm_recording import PERIOD, ArmRecording
@@ -83,7 +84,7 @@ def bend_under(branch: CreepBranch, torque: Array) -> Array:
     return bends
 
 
-def _weight(finger: Finger, theta: Array, joints: Array, gravity: Array) -> Array:
+def _weight(finger: Finger, theta: Array, joints: NDArray[np.int_], gravity: Array) -> Array:
     """Mean torque of weight on a joint of every section, (T, S) N m."""
     q = np.repeat(theta / joints, joints, axis=-1)
     torque = gravity_torque(finger, q, gravity[2] + 1j * gravity[0])

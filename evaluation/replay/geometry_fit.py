@@ -1,7 +1,7 @@
 """What is fitted of an arm's geometry: wire offsets, rigid parts, tilt and the delay of the wires.
 
-The most probable numbers, given what is known of them beforehand (`_WIDTHS`) and where motion capture saw the bodies. An
-error of the model lasts: the samples of a recording count as few (_INDEPENDENT) that are independent.
+The most probable numbers, given what is known of them beforehand (`_WIDTHS`) and where motion capture saw the bodies.
+An error of the model lasts: the samples of a recording count as few (_INDEPENDENT) that are independent.
 """
 
 from collections.abc import Sequence
@@ -78,12 +78,15 @@ def _nominal_offsets(recordings: Sequence[ArmRecording]) -> Array:
 
 def _geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
     """From standard normal numbers: those of the sections by kind, then base, tilt and delay."""
-    of = {name: row * width for (name, width), row in zip(_WIDTHS.items(), x[:-3].reshape(-1, len(nominal)), strict=True)}
+    of = {
+        name: row * width for (name, width), row in zip(_WIDTHS.items(), x[:-3].reshape(-1, len(nominal)), strict=True)
+    }
     lengths = nominal + of["length_offset"]
     wires = WireCalibration(spacing, of["bend_offset"], of["crossing"], lengths, of["bow"])
-    bodies = of["body_along"] + 1j * of["body_across"]
+    bodies: Planar = (of["body_along"] + 1j * of["body_across"]).astype(complex)
+    couplings: Planar = (1j * of["coupling"]).astype(complex)
     base, tilt, delay = x[-3:] * (_BASE, _TILT, _DELAY)
-    return ArmGeometry(wires, RigidParts(1j * base, tilt, 1j * of["coupling"], bodies, of["turn"]), delay)
+    return ArmGeometry(wires, RigidParts(1j * base, tilt, couplings, bodies, of["turn"]), delay)
 
 
 def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:

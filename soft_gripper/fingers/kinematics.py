@@ -38,7 +38,7 @@ def as_planar(points: Array) -> Planar:
 
 
 def forward_kinematics(q: Array, segment_length: Array | float) -> Chain:
-    """Points of the chain whose joints sit in the middles of its segments: alike, or of (..., N) m where they stretch."""
+    """Points of the chain whose joints sit in the middles of its segments, which are alike or (..., N) m long."""
     headings: Array = _sums_from_zero(q)
     directions, half = np.exp(1j * headings), np.asarray(segment_length) / 2
     before = directions[..., :-1] * half

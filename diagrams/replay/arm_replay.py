@@ -2,19 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.hardware.log_source import LogSource
-from soft_gripper.diagrams.hardware.stretched_arm_block import StretchedArm
-from soft_gripper.diagrams.hardware.wire_strain import PATHS, WireStrain
 from soft_gripper.diagrams.recording.recording import Recording, read_logs
 from soft_gripper.diagrams.recording.signal_logs import SignalLogs, add_logs
-from pydrake.systems.analysis import Simulator
+from soft_gripper.diagrams.replay.log_source import LogSource
+from soft_gripper.diagrams.replay.stretched_arm_block import StretchedArm
+from soft_gripper.diagrams.replay.wire_strain import PATHS, WireStrain
 from soft_gripper.diagrams.wiring.choices import find_estimator
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
 from soft_gripper.fingers.finger import Finger
@@ -82,8 +82,8 @@ class ArmEstimation(Diagram):
         driving = Adder(3, joints)
         wires.add("driving", driving, {**parts, "sum": DRIVING_TORQUE})
         describe(driving.get_output_port(), "N m", joint=range(joints))
-        base = np.append(RigidTransform().rotation().matrix().ravel(), np.zeros(3))
-        wires.add("base", ConstantVectorSource(base), {"y0": "X_WB"})  # gravity is given in B
+        identity = np.append(np.eye(3).ravel(), np.zeros(3))
+        wires.add("base", ConstantVectorSource(identity), {"y0": "X_WB"})  # gravity is given in B
         make = find_estimator(estimator, arm.uncertainty, "--estimator")
         wires.add("estimator", make(layout, arm.gravity, period))
         as_arcs = layout if estimator == "arcs" else None
@@ -110,7 +110,7 @@ def replay(arm: BelievedArm, readings: Readings, estimators: Mapping[str, tuple[
     """
     builder = DiagramBuilder()
     sections, chambers = range(readings.wire_lengths.shape[2]), range(readings.pressures.shape[1])
-    sources = {
+    sources: dict[str, tuple[str, Array, dict[str, Sequence[Any]]]] = {
         "wire_lengths": ("m", readings.wire_lengths, {"path": PATHS, "arm_section": sections}),
         "pressures": ("Pa", readings.pressures, {"chamber": chambers}),
         "measured_bodies": ("m", readings.measured_bodies, {"body": list(readings.bodies), "xz": XZ}),
