@@ -11,7 +11,7 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording, read_logs
-from soft_gripper.diagrams.recording.signal_logs import SignalLogs, add_logs
+from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.replay.log_source import LogSource
 from soft_gripper.diagrams.replay.stretched_arm_block import StretchedArm
 from soft_gripper.diagrams.replay.wire_strain import PATHS, WireStrain
@@ -94,13 +94,16 @@ class ArmEstimation(Diagram):
         wires.build_into(self)
 
 
-def replay(arm: BelievedArm, readings: Readings, estimators: Mapping[str, tuple[str, int]]) -> Recording:
+def replay(
+    arm: BelievedArm, readings: Readings, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
+) -> Recording:
     """Feeds estimators with what was recorded.
 
     Args:
         arm: as it is believed to be.
         readings: of one recording.
         estimators: name of an estimator and its sensors a side, by what the row is called.
+        about: attributes of the result.
 
     Returns:
         the signals of every estimation, `{row}.{signal}`, and what was recorded.
@@ -126,10 +129,6 @@ def replay(arm: BelievedArm, readings: Readings, estimators: Mapping[str, tuple[
         connect_known(builder, estimation, known, "estimation")
         signals |= {f"{row}.{name}": port for name, port in vector_outputs(estimation).items()}
     logs = add_logs(builder, signals, readings.period)
-    return _run(builder.Build(), logs, len(readings.pressures), readings.period)
-
-
-def _run(diagram: Diagram, logs: SignalLogs, samples: int, period: float) -> Recording:
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo((samples - 1) * period)
-    return read_logs(logs, simulator.get_context())
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo((len(readings.pressures) - 1) * readings.period)
+    return read_logs(logs, simulator.get_context(), about)

@@ -81,8 +81,13 @@ def replay_recordings(
     for recording in tqdm(reported, desc="replay", disable=None):
         others = fitted or [other for other in reported if other is not recording]
         of_recording = found or fit_arm(others, finger, gravity)
-        signals = replay(of_recording.arm, readings(recording, of_recording.delay), rows)
         fitted_on = tuple(other.name for other in others)
+        about = {
+            "recording": recording.name,
+            "fitted_on": ", ".join(fitted_on),
+            "wires_late_by_s": f"{of_recording.delay:g}",
+        }
+        signals = replay(of_recording.arm, readings(recording, of_recording.delay), rows, about)
         replayed.append(Replayed(recording.name, fitted_on, of_recording, signals))
     return replayed
 

@@ -38,7 +38,9 @@ def test_mistakes_are_named(tmp_path, monkeypatch, arguments, said):
     assert "Traceback" not in outcome.err
 
 
-FINGER = """<robot name="r"><link name="m"/><finger name="f"><parent link="m"/><body length="0.1"/>
+FINGER = """<robot name="r"><link name="m"/>
+<frame name="fingers: load with soft_gripper.add_fingers, or soft-gripper expand"/>
+<finger name="f"><parent link="m"/><body length="0.1"/>
 <base width="0.03" thickness="0.03" youngs_modulus="2.6e5" density="1070"/>
 <tip width="0.03" thickness="0.03" youngs_modulus="2.6e5" density="1070"/><sensors spacing="0.02"/></finger></robot>
 """

@@ -15,11 +15,11 @@ from soft_gripper.evaluation.replay.arm_recording import PERIOD, arm_recording
 
 @pytest.fixture
 def recording():
-    """Rows every 50 ms; the tip turns by 0.3 rad about y in a second, and is taken for turned about z in between."""
+    """Rows every 50 ms; a body turns by 0.3 rad about y in a second, and flips by half a turn in between."""
     time = 5.0 + 0.05 * np.arange(21)
     angle = 0.3 * (time - 5)
-    turned = Rotation.from_euler("y", angle)
-    flipped = turned * Rotation.from_euler("x", np.where((time > 5.3) & (time < 5.6), np.pi, 0.0))
+    half_turns = np.where((time > 5.3) & (time < 5.6), np.pi, 0.0)
+    flipped = Rotation.from_rotvec(np.outer(angle, [0, 1, 0])) * Rotation.from_rotvec(np.outer(half_turns, [1, 0, 0]))
     still = np.broadcast_to(np.eye(3), (21, 3, 3))
     poses = {
         "base": BodyPose(np.zeros((21, 3)), still),
