@@ -12,6 +12,8 @@ from soft_gripper.evaluation.replay.arm_recording import arm_recording
 from soft_gripper.evaluation.replay.replay_figure import replay_figure
 from soft_gripper.evaluation.replay.replay_recordings import estimator_rows, replay_recordings
 from soft_gripper.evaluation.replay.replay_table import ALL, replay_table
+from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.shape.stretched_arm import stretched_arm
 
 DOWN = np.array([0.0, 0.0, 9.81])
 ROWS = {"arcs 1": ("arcs", 1), "arcs 2": ("arcs", 2), "gaussian 1": ("gaussian", 1)}
@@ -36,6 +38,14 @@ def test_two_arcs_find_an_arm_of_two_arcs(replayed):
 
 def _is_tip(row):
     return row.body == "tip" and row.recording == ALL
+
+
+def test_the_blocks_do_what_the_functions_do(arms, replayed, arm_finger):
+    arm, recording = replayed[1].fitted.arm, arms[1]
+    theta, length = arm.wires.sections(recording.inner, recording.outer)
+    _, bodies, _ = stretched_arm(arm.parts, np.repeat(theta / 6, 6, axis=-1), length, arm_finger.section_ends(2))
+    logged = replayed[1].signals["arcs 2.body_positions"].values[1:]  # each as a reader finds it: the sample before
+    np.testing.assert_allclose(logged, as_points(bodies)[: len(logged)], atol=1e-9)
 
 
 def test_the_table_is_of_the_errors(replayed):
