@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection, misfits
-from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
+from soft_gripper.fingers.finger_parts import (
+    ContactMaterial,
+    CreepBranch,
+    ElasticLaw,
+    LinkInertias,
+    PressureLaw,
+    TipLoad,
+)
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _MAY_BE_ZERO = (
@@ -200,19 +207,28 @@ class Finger:
         return np.concatenate([[0.0], self.joint_arc_lengths, [self.length]])
 
     @cached_property
+    def links(self) -> LinkInertias:
+        """Of the N + 1 rigid links from the base to the tip, the load at the tip included."""
+        section, lengths, load = self._at_links, np.diff(self.link_ends), self.tip_load
+        mass = np.asarray(section.density * section.area * lengths)
+        center = (lengths / 2 + 1j * section.mass_center).astype(complex)
+        bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
+        return bare if load is None else bare.loaded(load.mass, complex(lengths[-1] + load.z, load.x))
+
+    @property
     def link_masses(self) -> Array:
         """Mass of every link from the base to the tip, kg, shape (N + 1,)."""
-        return self._at_links.density * self._at_links.area * np.diff(self.link_ends)
+        return self.links.mass
 
-    @cached_property
+    @property
     def link_centers(self) -> Planar:
         """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
-        return (np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center).astype(complex)
+        return self.links.center
 
-    @cached_property
+    @property
     def link_gyration(self) -> Array:
         """Squares of the radii of gyration of the links about their centres along x, y and z, m^2, (3, N + 1)."""
-        return np.array([*self._at_links.gyration, np.diff(self.link_ends) ** 2 / 12])
+        return self.links.gyration
 
     @cached_property
     def mass_moments(self) -> Planar:
@@ -238,10 +254,10 @@ class Finger:
     def mass_matrix(self) -> Array:
         """Joint-space mass matrix of the straight finger, kg m^2, shape (N, N)."""
         joints, mass = self.joint_arc_lengths, self.link_masses
-        middle = (self.link_ends[:-1] + self.link_ends[1:]) / 2
+        middle = self.link_ends[:-1] + self.link_centers.real
         rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + self.link_centers.imag**2)
-        moved = middle[:, None] > joints[None, :]
-        lever = np.where(moved, middle[:, None] - joints[None, :], 0.0)
+        moved = self.link_ends[:-1, None] >= joints
+        lever = np.where(moved, middle[:, None] - joints, 0.0)
         return lever.T @ (mass[:, None] * lever) + moved.T @ (rotational[:, None] * moved)
 
     def stable_time_step(self) -> float:

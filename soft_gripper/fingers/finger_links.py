@@ -6,10 +6,13 @@ import numpy as np
 
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_parts import TipLoad
 
 DRAKE = "{http://drake.mit.edu}"
 ET.register_namespace("drake", DRAKE.strip("{}"))
 _COLOR = "0.93 0.55 0.36 1"
+_STEEL = 7850.0  # kg/m^3
+_STEEL_COLOR = "0.6 0.62 0.65 1"
 
 
 def link_name(finger: str, index: int) -> str:
@@ -50,25 +53,43 @@ def _text(*values: float) -> str:
 def _link(finger: Finger, index: int) -> ET.Element:
     begin, end = finger.link_ends[index : index + 2]
     length, middle = end - begin, np.array((begin + end) / 2)
-    section, mass = finger.section(middle), float(finger.link_masses[index])
-    width, center = float(section.width), finger.link_centers[index]
+    section, width = finger.section(middle), float(finger.section(middle).width)
     middle_of_section = -float(section.neutral_axis)
     origin = _element("origin", xyz=_text(middle_of_section, 0, length / 2))
     box = _element("geometry", _element("box", size=_text(section.thickness, width, length)))
-    x, y, z = finger.link_gyration[:, index]
-    moments = {"ixx": _text(mass * (y + z)), "iyy": _text(mass * (x + z)), "izz": _text(mass * (x + y))}
     return _element(
         "link",
-        _element(
-            "inertial",
-            _element("origin", xyz=_text(center.imag, 0, center.real)),
-            _element("mass", value=_text(mass)),
-            _element("inertia", **moments, ixy="0", ixz="0", iyz="0"),
-        ),
+        _inertial(finger, index),
         _element("visual", origin, box, _material(finger)),
         *([_knuckle(finger, width, begin)] if index else []),
+        *([_ball(finger.tip_load, length)] if finger.tip_load is not None and index == finger.segments else []),
         _element("collision", origin, box, _proximity(finger)),
         name=link_name(finger.name, index),
+    )
+
+
+def _inertial(finger: Finger, index: int) -> ET.Element:
+    links = finger.links
+    mass, center = float(links.mass[index]), complex(links.center[index])
+    x, y, z = mass * links.gyration[:, index]
+    across = -mass * float(links.product[index])
+    moments = {"ixx": _text(y + z), "iyy": _text(x + z), "izz": _text(x + y), "ixz": _text(across)}
+    return _element(
+        "inertial",
+        _element("origin", xyz=_text(center.imag, 0, center.real)),
+        _element("mass", value=_text(mass)),
+        _element("inertia", **moments, ixy="0", iyz="0"),
+    )
+
+
+def _ball(load: TipLoad, length: float) -> ET.Element:
+    """A visual ball of steel, on the last link, as heavy as the load."""
+    radius = (load.mass / (4 / 3 * np.pi * _STEEL)) ** (1 / 3)
+    return _element(
+        "visual",
+        _element("origin", xyz=_text(load.x, 0, length + load.z)),
+        _element("geometry", _element("sphere", radius=_text(radius))),
+        _element("material", _element("color", rgba=_STEEL_COLOR), name="steel"),
     )
 
 
