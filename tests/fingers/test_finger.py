@@ -249,12 +249,16 @@ def spectral_radius(plant):
     return np.abs(np.linalg.eigvals(np.column_stack(columns))).max()
 
 
+REAL = {"shear_factor": 0.857, "tip_load": TipLoad(0.02, 0.005, -0.004)}
+
+
+@pytest.mark.parametrize("parts", [{}, REAL], ids=["plain", "real"])
 @pytest.mark.parametrize("relaxation_time", [0.0, 1e-4, 0.015])
 @pytest.mark.parametrize("segments", [1, 3, 12])
 def test_stable_time_step_is_where_drakes_own_step_begins_to_grow(
-    shipped_finger, finger_plant, segments, relaxation_time
+    shipped_finger, finger_plant, segments, relaxation_time, parts
 ):
-    finger = replace(shipped_finger, segments=segments, relaxation_time=relaxation_time)
+    finger = replace(shipped_finger, segments=segments, relaxation_time=relaxation_time, **parts)
     limit = finger.stable_time_step()
     assert spectral_radius(finger_plant(finger, 0.999 * limit)) < 1 + 1e-6
     assert spectral_radius(finger_plant(finger, 1.001 * limit)) > 1 + 1e-4
