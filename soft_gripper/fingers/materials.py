@@ -24,15 +24,12 @@ def _from_stress_at_twice_the_length(psi: float) -> float:
 
 
 _ECOFLEX = "Smooth-On, Ecoflex Series, technical bulletin: modulus at 100 % strain"
+_CANTILEVER = "Sim-to-Real for Differentiable Projective Dynamics on Soft Robots, 2021"
 _DRAGON_SKIN = "Smooth-On, Dragon Skin Series, technical bulletin"
 SILICONES = {
     "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX} 10 psi"),
     "ecoflex_00_50": Silicone(_from_stress_at_twice_the_length(12), 1070.0, f"{_ECOFLEX} 12 psi"),
-    "dragon_skin_10": Silicone(
-        2.64e5,
-        1070.0,
-        f"bending of a cantilever, Sim-to-Real for Differentiable Projective Dynamics on Soft Robots, 2021; {_DRAGON_SKIN}",
-    ),
+    "dragon_skin_10": Silicone(2.64e5, 1070.0, f"{_CANTILEVER}: bending of a cantilever; {_DRAGON_SKIN}"),
     "dragon_skin_30": Silicone(
         _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN}: modulus at 100 % strain 86 psi"
     ),
