@@ -26,6 +26,11 @@ def joint_name(finger: str, index: int) -> str:
     return f"{finger}_joint_{index}"
 
 
+def shear_joint_name(finger: str, index: int) -> str:
+    """Name of the joint that shears before bending joint `index`, if the finger does."""
+    return f"{finger}_shear_{index}"
+
+
 def _before(finger: Finger, index: int) -> str:
     """What a bending joint turns from: the link before it, or what that shears to."""
     return f"{finger.name}_shear_link_{index}" if finger.shear_factor else link_name(finger.name, index)
@@ -214,7 +219,7 @@ def _shear(finger: Finger, index: int) -> list[ET.Element]:
         _element("origin", xyz=_text(0, 0, height)),
         _element("axis", xyz="1 0 0"),
         _element("dynamics", damping=_text(finger.relaxation_time * finger.shear_stiffness[index])),
-        name=f"{finger.name}_shear_{index}",
+        name=shear_joint_name(finger.name, index),
         type="prismatic",
     )
     away = (-finger.length, 0, height)
