@@ -123,15 +123,16 @@ def _print_estimator(name: str, bar: float) -> bool:
 
 
 def _print_creep(name: str) -> bool:
-    """A grasp by a gripper, the first model, that is believed to creep, over the same without, run in turns."""
-    scenario = load_scenario(name)
-    tree = ElementTree.parse(model_path(scenario.models[0].file))
+    """A grasp by a gripper, the first model, that creeps: by who believes so, over who does not, run in turns."""
+    tree = ElementTree.parse(model_path(load_scenario(name).models[0].file))
     for finger in tree.iter("finger"):
         ElementTree.SubElement(finger, "creep", CREEP)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "creeping.urdf"
         tree.write(file)
-        stations = make_station(scenario), make_station(load_scenario(name, [f"believed.file={file}"]))
+        overrides = [f"models.0.file={file}", "pressure.steps.all=[60.0e3, 120.0e3]"]
+        beliefs = (f"believed.creep={belief}" for belief in ("false", "true"))
+        stations = [make_station(load_scenario(name, [*overrides, belief])) for belief in beliefs]
     plain, creeping = np.array([[_speed(station) for station in stations] for _ in range(REPEATS)]).T
     holds = bool(np.median(plain / creeping) <= CREEP_BAR)
     _print_row(f"{name}, fingers that creep", plain / creeping, f"{'at most' if holds else 'MISSES'} {CREEP_BAR:g}")

@@ -24,6 +24,7 @@ GRIP = (
     *("pressure.minimum=-40e3", "pressure.maximum=210e3", "estimator.type=contact", "sensor.sections=2"),
 )
 CONTACT = "estimator.contact_threshold=2.5e-3"
+BELIEFS = {"aware": "believed.creep=true", "unaware": "believed.creep=false"}
 
 
 def values(recording: Recording, signal: str, begin: float) -> np.ndarray:
@@ -36,18 +37,16 @@ def free(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
     """Steps of the pressure in free air, by who estimates."""
     file = write_creeping(FINGER, tmp_path_factory.mktemp("free"), SHARE, TIME)
     plant = [*(f"models.{i}.file={file}" for i in range(2)), "estimator.type=gaussian", "sensor.sections=2", CONTACT]
-    believed = {"aware": [], "unaware": [f"believed.file={FINGER}"]}
     steps = [60e3, 150e3, 0.0, 90e3]
-    return {who: simulate(free_bending(steps, 0.8, *plant, *belief)) for who, belief in believed.items()}
+    return {who: simulate(free_bending(steps, 0.8, *plant, belief)) for who, belief in BELIEFS.items()}
 
 
 @pytest.fixture(scope="module")
 def grip(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
     """A box held with a limited force, by who estimates."""
     plant = f"models.0.file={write_creeping(GRIPPER, tmp_path_factory.mktemp('grip'), SHARE, TIME)}"
-    believed = {"aware": [], "unaware": [f"believed.file={GRIPPER}"]}
     return {
-        who: simulate(load_scenario("box_grasp", [plant, *GRIP, CONTACT, *belief])) for who, belief in believed.items()
+        who: simulate(load_scenario("box_grasp", [plant, *GRIP, CONTACT, belief])) for who, belief in BELIEFS.items()
     }
 
 
