@@ -65,8 +65,8 @@ def _text(*values: float) -> str:
 def _link(finger: Finger, index: int) -> ET.Element:
     begin, end = finger.link_ends[index : index + 2]
     length, middle = end - begin, np.array((begin + end) / 2)
-    section, width = finger.section(middle), float(finger.section(middle).width)
-    middle_of_section = -float(section.neutral_axis)
+    section = finger.section(middle)
+    width, middle_of_section = float(section.width), -float(section.neutral_axis)
     origin = _element("origin", xyz=_text(middle_of_section, 0, length / 2))
     box = _element("geometry", _element("box", size=_text(section.thickness, width, length)))
     return _element(

@@ -25,6 +25,8 @@ def _from_stress_at_twice_the_length(psi: float) -> float:
 
 _ECOFLEX = "Smooth-On, Ecoflex Series, technical bulletin: modulus at 100 % strain"
 _CANTILEVER = "Sim-to-Real for Differentiable Projective Dynamics on Soft Robots, 2021"
+_CONNOLLY = "F. Connolly et al., Mechanical Programming of Soft Actuators by Varying Fiber Angle, 2015"
+_POLYGERINOS = "P. Polygerinos et al., Towards a Soft Pneumatic Glove for Hand Rehabilitation, 2013"
 _DRAGON_SKIN = "Smooth-On, Dragon Skin Series, technical bulletin"
 SILICONES = {
     "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX} 10 psi"),
@@ -34,9 +36,9 @@ SILICONES = {
         _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN}: modulus at 100 % strain 86 psi"
     ),
     "smooth_sil_950": Silicone(
-        3 * 0.68e6, 1240.0, "Connolly et al., Soft Robotics 2(1), 2015: neo-Hookean shear modulus 0.68 MPa"
+        3 * 0.68e6, 1240.0, f"{_CONNOLLY}: neo-Hookean shear modulus 0.68 MPa; Smooth-On, Smooth-Sil Series"
     ),
     "elastosil_m4601": Silicone(
-        6 * 0.11e6, 1130.0, "Polygerinos et al., IROS 2013: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, data sheet"
+        6 * 0.11e6, 1130.0, f"{_POLYGERINOS}: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, Elastosil M 4601, data sheet"
     ),
 }
