@@ -38,6 +38,7 @@ _MODULES = {
     "fingers.finger_parts": "ContactMaterial ElasticLaw CreepBranch PressureLaw TipLoad",
     "fingers.creep": "advance memory_torque",
     "fingers.creep_torque": "CreepTorque",
+    "fingers.materials": "SILICONES",
     "fingers.urdf": "expand_urdf",
     "fingers.plant_finger": "PlantFinger",
     "fingers.kinematics": "forward_kinematics as_points as_planar",

@@ -60,11 +60,10 @@ class GaussianShape:
     def of_model(self, q: Array, driving: Array) -> Array:
         """What of P is due to finger and pressure that are not as believed, all but that of the load, (..., N, N)."""
         believed = self.uncertainty
-        of_pressure = np.broadcast_to(believed.pressure * self.layout.finger.pressure_gain, driving.shape)
-        torques = np.stack([believed.bend_per_pressure * driving, of_pressure], axis=-1)
-        bends = self.compliance(q)[..., None] * torques
-        unknown = believed.angle**2 * np.eye(q.shape[-1])
-        return bends @ np.swapaxes(bends, -1, -2) + unknown
+        compliance = self.compliance(q)
+        of_driving = compliance * (believed.bend_per_pressure * driving)
+        of_pressure = compliance * (believed.pressure * self.layout.finger.pressure_gain)
+        return _outer(of_driving) + _outer(of_pressure) + believed.angle**2 * np.eye(q.shape[-1])
 
     def _of_load(self, q: Array) -> Array:
         if self.layout.finger.elastic_law is None:
@@ -85,6 +84,11 @@ class GaussianShape:
     @cached_property
     def _torque_covariance(self) -> Array:
         return torque_covariance(self.layout.finger, self.uncertainty.load_pressure)
+
+
+def _outer(vector: Array) -> Array:
+    """All products of its entries, (..., N) -> (..., N, N)."""
+    return vector[..., None] * vector[..., None, :]
 
 
 def condition(layout: SensorLayout, covariance: Array, variance: Array) -> tuple[Array, Array]:

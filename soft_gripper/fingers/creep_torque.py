@@ -29,12 +29,12 @@ class CreepTorque(LinearSystem):
     def __init__(self, finger: PlantFinger):
         """The finger is in a finalized plant."""
         branches, time_step = finger.finger.creep, finger.plant.time_step()
-        times = np.array([branch.time for branch in branches])[:, None]
-        self._after = np.zeros_like(times)
-        decay, follow = -1 / times, 1 / times
         if time_step > 0:
-            kept, before, self._after = recursion(branches, time_step)
-            decay, follow = kept, before + kept * self._after
+            decay, before, self._after = recursion(branches, time_step)
+            follow = before + decay * self._after
+        else:
+            times = np.array([branch.time for branch in branches])[:, None]
+            decay, follow, self._after = -1 / times, 1 / times, 0 * times
         joints, angles = finger.finger.segments, finger.position_selector()
         stiffness = np.diag(finger.finger.stiffness)
         torques = finger.actuator_selector().T @ np.hstack([share * stiffness for share in shares(finger.finger)])

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection, misfits
-from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
+from soft_gripper.fingers.finger_parts import (
+    ContactMaterial,
+    CreepBranch,
+    ElasticLaw,
+    LinkInertias,
+    PressureLaw,
+    TipLoad,
+)
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _MAY_BE_ZERO = (
@@ -158,6 +165,12 @@ class Finger:
         """Bending stiffness of every joint, k_i = E I(s_i) / ds, N m/rad, shape (N,)."""
         return np.asarray(self._at_joints.bending_stiffness) / self.segment_length
 
+    @cached_property
+    def shear_stiffness(self) -> Array:
+        """Of every joint across its link, kappa G A(s_i) / ds, N/m, shape (N,); rubber is incompressible, G = E / 3."""
+        section = self._at_joints
+        return np.asarray(self.shear_factor * section.youngs_modulus / 3 * section.area) / self.segment_length
+
     def elastic_torque(self, q: Array) -> Array:
         """Torque that joint angles (..., N) rad call up against them, N m, (..., N)."""
         return self.stiffness * q if self.elastic_law is None else self.joint_law(q)
@@ -200,19 +213,28 @@ class Finger:
         return np.concatenate([[0.0], self.joint_arc_lengths, [self.length]])
 
     @cached_property
+    def links(self) -> LinkInertias:
+        """Of the N + 1 rigid links from the base to the tip, the load at the tip included."""
+        section, lengths, load = self._at_links, np.diff(self.link_ends), self.tip_load
+        mass = np.asarray(section.density * section.area * lengths)
+        center = (lengths / 2 + 1j * section.mass_center).astype(complex)
+        bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
+        return bare if load is None else bare.loaded(load.mass, complex(lengths[-1] + load.z, load.x))
+
+    @property
     def link_masses(self) -> Array:
         """Mass of every link from the base to the tip, kg, shape (N + 1,)."""
-        return self._at_links.density * self._at_links.area * np.diff(self.link_ends)
+        return self.links.mass
 
-    @cached_property
+    @property
     def link_centers(self) -> Planar:
         """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
-        return (np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center).astype(complex)
+        return self.links.center
 
-    @cached_property
+    @property
     def link_gyration(self) -> Array:
         """Squares of the radii of gyration of the links about their centres along x, y and z, m^2, (3, N + 1)."""
-        return np.array([*self._at_links.gyration, np.diff(self.link_ends) ** 2 / 12])
+        return self.links.gyration
 
     @cached_property
     def mass_moments(self) -> Planar:
@@ -237,12 +259,18 @@ class Finger:
 
     def mass_matrix(self) -> Array:
         """Joint-space mass matrix of the straight finger, kg m^2, shape (N, N)."""
+        return self._mass_matrix[: self.segments, : self.segments]
+
+    @cached_property
+    def _mass_matrix(self) -> Array:
+        """Of bending at every joint and then of shear at every joint, (2 N, 2 N)."""
         joints, mass = self.joint_arc_lengths, self.link_masses
-        middle = (self.link_ends[:-1] + self.link_ends[1:]) / 2
+        middle = self.link_ends[:-1] + self.link_centers.real
         rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + self.link_centers.imag**2)
-        moved = middle[:, None] > joints[None, :]
-        lever = np.where(moved, middle[:, None] - joints[None, :], 0.0)
-        return lever.T @ (mass[:, None] * lever) + moved.T @ (rotational[:, None] * moved)
+        moved = (self.link_ends[:-1, None] >= joints).astype(float)
+        across = np.hstack([moved * (middle[:, None] - joints), moved])  # how far each joint moves each link
+        turned = np.hstack([moved, 0 * moved])
+        return across.T @ (mass[:, None] * across) + turned.T @ (rotational[:, None] * turned)
 
     def stable_time_step(self) -> float:
         """Largest step, s, at which explicit springs with implicit joint damping stay stable.
@@ -252,9 +280,11 @@ class Finger:
         singular. Where the damping is beta times the stiffness, a mode of natural frequency w comes there at
         dt = beta + sqrt(beta^2 + 4 / w^2).
         """
-        stiffness, damping = np.diag(self.joint_law.slopes.max(axis=-1)), np.diag(self.damping)
-        zero, one = np.zeros_like(damping), np.eye(self.segments)
-        inverse_mass = np.linalg.inv(self.mass_matrix())
+        shear = self.shear_stiffness if self.shear_factor > 0 else np.zeros(0)
+        stiffness = np.concatenate([self.joint_law.slopes.max(axis=-1), shear])
+        damping = np.concatenate([self.damping, self.relaxation_time * shear])
+        one = np.eye(len(stiffness))
+        inverse_mass = np.linalg.inv(self._mass_matrix[: len(stiffness), : len(stiffness)])
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
-        steps = np.block([[zero, one], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
+        steps = np.block([[0 * one, one], [inverse_mass * stiffness / 4, -inverse_mass * damping / 2]])
         return 1 / float(np.linalg.eigvals(steps).real.max())

@@ -21,6 +21,7 @@
 neutral axis. All elements from `contact` on and `origin` may be left out, as may `segments`, `relaxation_time`, the
 chamber and the strain-limiting layer; the rest may not. What the elements mean is in `finger_parts`; beside that:
 
+- `material` of `base` and `tip`, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `materials`.
 - `shear_factor` of `body` (none: rigid in shear) is the shear correction factor of Timoshenko's beam, 0.857 for a
   rectangle of what is incompressible (G. R. Cowper, *The Shear Coefficient in Timoshenko's Beam Theory*, J. Appl.
   Mech. 33, 1966: 10 (1 + nu) / (12 + 11 nu)).
@@ -41,13 +42,14 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
+from soft_gripper.fingers.materials import SILICONES
 
 _CHILDREN = {
     "parent": ["link"],
     "origin": ["xyz", "rpy"],
     "body": ["length", "segments", "relaxation_time", "shear_factor"],
-    "base": [f.name for f in fields(CrossSection)],
-    "tip": [f.name for f in fields(CrossSection)],
+    "base": [*(f.name for f in fields(CrossSection)), "material"],
+    "tip": [*(f.name for f in fields(CrossSection)), "material"],
     "sensors": ["spacing"],
     "contact": [f.name for f in fields(ContactMaterial)],
     "elastic_law": ["angle", "base_torque", "tip_torque"],
@@ -124,12 +126,29 @@ class _Reader:
             raise InputError(self.where, f"{tag}.{attribute}", value, "give three finite numbers")
         return (x, y, z)
 
-    def record(self, tag: str, cls: type) -> Any:
+    def record(self, tag: str, cls: type, **known: float) -> Any:
         """A dataclass whose fields are the attributes of <tag>; those with a default may be left out."""
         child = self.element.find(tag)
         given = set() if child is None else set(child.keys())
-        names = [f.name for f in fields(cls) if f.name in given or f.default is MISSING]
-        return cls(**{name: self.number(tag, name) for name in names})
+        names = [f.name for f in fields(cls) if f.name not in known and (f.name in given or f.default is MISSING)]
+        return cls(**known, **{name: self.number(tag, name) for name in names})
+
+    def section(self, tag: str) -> CrossSection:
+        """A cross-section, whose silicone may be given by its name."""
+        child = self.element.find(tag)
+        name = None if child is None else child.get("material")
+        if child is None or name is None:
+            section: CrossSection = self.record(tag, CrossSection)
+            return section
+        if name not in SILICONES:
+            raise InputError(self.where, f"{tag}.material", name, f"not known; known: {', '.join(SILICONES)}")
+        silicone = SILICONES[name]
+        known = {"youngs_modulus": silicone.youngs_modulus, "density": silicone.density}
+        for field in known:
+            if child.get(field) is not None:
+                raise InputError(self.where, f"{tag}.{field}", child.get(field), "the material gives it; leave one out")
+        section = self.record(tag, CrossSection, **known)
+        return section
 
     def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
         value = self.text(tag, attribute)
@@ -196,8 +215,8 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     if segments is not None:
         body["segments"] = segments
     parts = {
-        "base": reader.record("base", CrossSection),
-        "tip": reader.record("tip", CrossSection),
+        "base": reader.section("base"),
+        "tip": reader.section("tip"),
         "contact": reader.record("contact", ContactMaterial),
         "sensor_spacing": reader.number("sensors", "spacing"),
         "elastic_law": reader.elastic_law(body["length"] / max(in_file, 1)),

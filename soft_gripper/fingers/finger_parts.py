@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 
@@ -61,3 +63,23 @@ class TipLoad:
     mass: float  # kg
     x: float  # m, in the frame {finger}_tip, toward the inner side
     z: float  # m, in the frame {finger}_tip, beyond the tip
+
+
+class LinkInertias(NamedTuple):
+    """The masses of L rigid links, each seen from where it begins."""
+
+    mass: Array  # (L,) kg
+    center: Planar  # (L,) m, z + i x
+    gyration: Array  # (3, L) m^2, squares of the radii of gyration about the centre along x, y and z
+    product: Array  # (L,) m^2, mean of x z about the centre
+
+    def loaded(self, mass: float, place: complex) -> "LinkInertias":
+        """With a point mass (kg) fixed to the last link, at `place` (m, z + i x)."""
+        is_last = np.arange(len(self.mass)) == len(self.mass) - 1
+        share, away = is_last * mass / (self.mass + mass), place - complex(self.center[-1])
+        x, z = away.imag, away.real
+        gyration = self.gyration + np.outer([x**2, 0.0, z**2], share)
+        product = self.product + x * z * share
+        return LinkInertias(
+            self.mass + is_last * mass, self.center + share * away, (1 - share) * gyration, (1 - share) * product
+        )

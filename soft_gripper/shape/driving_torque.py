@@ -21,7 +21,7 @@ from soft_gripper.shape.finger_shape import ANGLES
 from soft_gripper.signals import describe
 
 DRIVING_TORQUE = "driving_torque"
-_PASSES = 4  # each has some hundredths of the error of the one before
+_SETTLED = 1e-7  # N m, by which a driving torque that is found may still change
 
 
 def internal_angles(finger: Finger, z: Array, q: Array, period: float) -> Array:
@@ -44,8 +44,8 @@ def recorded_driving(
 ) -> Array:
     """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque finds it beside an estimator.
 
-    Shape and memory are found by turns. A sample has the shapes before it in its memory alone, and these are held by
-    their readings, so that few turns are enough.
+    Shape and memory are found by turns, all samples at once. A sample depends on those before it alone, and every turn
+    leaves of an error no more than the shares of the branches, so that this ends.
 
     Args:
         function: the estimator.
@@ -55,10 +55,12 @@ def recorded_driving(
         gravity: in the bending plane, z + i x in B, m/s^2, (T, ...).
         period: of the samples, s.
     """
-    driving = of_pressure = finger.pressure_torque(pressure)
-    for _ in range(_PASSES if finger.creep else 0):
-        q = function(readings, driving, gravity).q
+    of_pressure = finger.pressure_torque(pressure)
+    driving, settled = of_pressure, not finger.creep
+    while not settled:
+        q, before = function(readings, driving, gravity).q, driving
         driving = of_pressure + memory_torques(finger, q, period)
+        settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
     return driving
 
 

@@ -4,8 +4,9 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from finger_plants import built_at
+from finger_plants import BENDING_STIFFNESS, LENGTH, built_at, uniform_finger
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, PressureLaw, TipLoad
@@ -197,12 +198,28 @@ def test_mass_is_density_times_volume(shipped_finger, tapered_finger):
     assert replace(tapered_finger, segments=200).link_masses.sum() == pytest.approx(exact, rel=1e-5)
 
 
+@pytest.mark.parametrize("load", [None, TipLoad(0.05, 0.015, -0.004)])
 @pytest.mark.parametrize("segments", [1, 2, 5, 12])
-def test_mass_matrix_is_drakes(tapered_finger, finger_plant, segments):
-    finger = replace(tapered_finger, segments=segments)
+def test_mass_matrix_is_drakes(tapered_finger, finger_plant, segments, load):
+    finger = replace(tapered_finger, segments=segments, tip_load=load)
     plant = finger_plant(finger)
     mass_matrix = plant.CalcMassMatrix(plant.CreateDefaultContext())
     np.testing.assert_allclose(finger.mass_matrix(), mass_matrix, rtol=1e-12)
+
+
+def test_a_load_at_the_tip_sways_a_cantilever_as_in_the_books():
+    """The first root of  1 + cos a cosh a + ratio a (cos a sinh a - sin a cosh a)  of a beam with a mass at its end."""
+    beam = uniform_finger(40)
+    mass, load = beam.link_masses.sum(), 0.1
+    for ratio in (load / mass, 0.0):
+
+        def condition(a, ratio=ratio):
+            return 1 + np.cos(a) * np.cosh(a) + ratio * a * (np.cos(a) * np.sinh(a) - np.sin(a) * np.cosh(a))
+
+        expected = brentq(condition, 0.1, 2.0) ** 2 * np.sqrt(BENDING_STIFFNESS / (mass / LENGTH)) / LENGTH**2
+        finger = replace(beam, tip_load=TipLoad(load, 0.0, 0.0)) if ratio else beam
+        squared = np.linalg.eigvals(np.linalg.solve(finger.mass_matrix(), np.diag(finger.stiffness))).real
+        assert np.sqrt(squared.min()) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("segments", range(1, 16))
@@ -232,12 +249,16 @@ def spectral_radius(plant):
     return np.abs(np.linalg.eigvals(np.column_stack(columns))).max()
 
 
+REAL = {"shear_factor": 0.857, "tip_load": TipLoad(0.02, 0.005, -0.004)}
+
+
+@pytest.mark.parametrize("parts", [{}, REAL], ids=["plain", "real"])
 @pytest.mark.parametrize("relaxation_time", [0.0, 1e-4, 0.015])
 @pytest.mark.parametrize("segments", [1, 3, 12])
 def test_stable_time_step_is_where_drakes_own_step_begins_to_grow(
-    shipped_finger, finger_plant, segments, relaxation_time
+    shipped_finger, finger_plant, segments, relaxation_time, parts
 ):
-    finger = replace(shipped_finger, segments=segments, relaxation_time=relaxation_time)
+    finger = replace(shipped_finger, segments=segments, relaxation_time=relaxation_time, **parts)
     limit = finger.stable_time_step()
     assert spectral_radius(finger_plant(finger, 0.999 * limit)) < 1 + 1e-6
     assert spectral_radius(finger_plant(finger, 1.001 * limit)) > 1 + 1e-4

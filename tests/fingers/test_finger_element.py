@@ -132,6 +132,30 @@ def test_mistakes_in_what_makes_a_finger_real(old, new, message):
     assert complaint(ET.fromstring(text.replace(old, new))).startswith(f"finger 'left': {message}")
 
 
+OF_SILICONE = 'youngs_modulus="8e5" density="1100"'
+
+
+def test_a_material_stands_for_modulus_and_density():
+    finger = read(edited(OF_SILICONE, 'material="elastosil_m4601"')).finger
+    complete = read(COMPLETE).finger
+    assert finger == replace(complete, base=replace(complete.base, youngs_modulus=0.66e6, density=1130.0))
+
+
+@pytest.mark.parametrize(
+    ("new", "message"),
+    [
+        (
+            'material="rubber"',
+            "base.material = 'rubber': not known; known: ecoflex_00_30, ecoflex_00_50, dragon_skin_10,",
+        ),
+        ('material="ecoflex_00_30" density="1"', "base.density = '1': the material gives it; leave one out"),
+        ('material="ecoflex_00_30" youngs_modulus="1"', "base.youngs_modulus = '1': the material gives it"),
+    ],
+)
+def test_mistakes_in_a_material(new, message):
+    assert complaint(ET.fromstring(edited(OF_SILICONE, new))).startswith(f"finger 'left': {message}")
+
+
 def test_a_shear_factor_is_of_the_body():
     text = edited('time="0.02"/>', 'time="0.02" shear_factor="-1"/>')
     assert complaint(ET.fromstring(text)).startswith("finger 'left': body.shear_factor = -1.0: give a finite number")

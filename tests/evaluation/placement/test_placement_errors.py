@@ -10,6 +10,7 @@ from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.placement.assumptions import SETS, Assumptions
 from soft_gripper.evaluation.placement.errors import contact_errors, mean_pose_error
 from soft_gripper.evaluation.placement.samples import read_contacts, read_held
+from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors
@@ -69,6 +70,16 @@ def test_only_held_samples_count_but_all_pass_through_the_sensors(free_finger):
     step = np.abs(ideal.ratios.ratios[6, 0] - ideal.ratios.ratios[4, 0])
     np.testing.assert_allclose(late[6], 0.5 * step * np.exp(-8 * 0.2), rtol=0.2)
     np.testing.assert_allclose(late[7], late[6] * np.exp(-0.2), rtol=1e-9)
+
+
+def test_a_finger_that_creeps_remembers_how_it_was_bent(free_finger):
+    """Of one that was held bent for ever."""
+    finger = replace(free_finger.layout.finger, creep=(CreepBranch(0.2, 0.01),))
+    bent = np.full_like(free_finger.q, 0.1)
+    held = replace(free_finger, layout=replace(free_finger.layout, finger=finger), q=bent)
+    (driving,) = read_held(held, Assumptions(), 0).driving
+    known = finger.pressure_torque(held.pressure)[2:]
+    np.testing.assert_allclose(driving[2:] - known, np.tile(0.02 * finger.stiffness, (6, 1)), rtol=1e-6)
 
 
 @pytest.fixture
