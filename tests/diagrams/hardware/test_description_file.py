@@ -27,6 +27,7 @@ def test_there_are_three():
         ("reference: .nan", "above 0"),
         ("event: bang", '"release" or "step"'),
         ("pressures: {columns: [p], unit: atm}", "one of Pa, hPa"),
+        ("pressures: {columns: [p], sections: [1, 2]}", "one for each of the 1 columns"),
         ("pressures: {columns: [p], unit: V}", "or V, with a scale"),
         ("pressures: {columns: [p], unit: psi, scale: 2}", "only a sensor that reads V"),
         ("lengths: {wires: {a: {column: l, side: left}}, spacing: 0.04}", '"inner" or "outer"'),

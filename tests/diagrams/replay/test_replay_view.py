@@ -23,4 +23,3 @@ def test_bodies_and_estimates_are_shown():
     for path in ("replay/measured/1", "replay/arcs_2/0", "replay/arcs_2/4"):
         assert meshcat.HasPath(path)
     assert not meshcat.HasPath("replay/arcs_2/5")
-    assert meshcat.get_mutable_recording().get_mutable_animation() is not None
