@@ -13,7 +13,7 @@ PERIOD = 0.02  # s, between samples; rows are held
 
 @dataclass(frozen=True)
 class ArmRecording:
-    """T samples, PERIOD apart, of an arm with S sections and C chambers."""
+    """T samples, PERIOD apart, of an arm with S sections and C chambers; NaN where a body is not seen."""
 
     name: str
     spacing: float  # m, between the wires of the two sides
@@ -47,9 +47,11 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     in_sections = (pressures.sections if pressures else None) or []
     fits = len(in_sections) == recording.pressures.shape[1] and set(in_sections) <= set(sections)
     require(fits, where, "pressures.sections", in_sections, f"say in which of the {len(sections)} each chamber is")
-    begin = recording.time[0]
-    time = np.arange(0.0, recording.time[-1] - begin, PERIOD)
-    rows = np.searchsorted(recording.time - begin, time + 1e-9, side="right") - 1
+    read = np.isfinite(np.column_stack([*wires.values(), recording.pressures])).all(axis=1)
+    require(read.any(), where, "lengths, pressures", None, "no row has all of them")
+    seconds = recording.time[read] - recording.time[read][0]
+    time = np.arange(0.0, seconds[-1], PERIOD)
+    rows = np.flatnonzero(read)[np.searchsorted(seconds, time + 1e-9, side="right") - 1]
     return ArmRecording(
         name=recording.name,
         spacing=described.spacing,
@@ -74,7 +76,9 @@ def _heading(R: Array) -> Array:
 
     Motion capture takes a body with symmetric markers for turned by half a turn, now and then: an axis has no sign.
     """
-    angle = np.arctan2(R[:, 0, 2], R[:, 2, 2])
-    angle = np.unwrap(angle, period=np.pi)
-    heading: Array = angle - np.pi * np.round(angle[0] / np.pi)
+    heading: Array = np.arctan2(R[:, 0, 2], R[:, 2, 2])
+    seen = np.isfinite(heading)
+    if seen.any():
+        angle = np.unwrap(heading[seen], period=np.pi)
+        heading[seen] = angle - np.pi * np.round(angle[0] / np.pi)
     return heading

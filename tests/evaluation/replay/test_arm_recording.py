@@ -54,6 +54,17 @@ def test_half_turns_of_a_body_are_seen_through(recording):
     np.testing.assert_allclose(arm.headings[:, 1], 0.3 * np.floor(arm.time / 0.05 + 1e-9) * 0.05, atol=1e-9)
 
 
+def test_rows_that_lack_a_reading_are_bridged_and_bodies_stay_unseen(recording):
+    recording.pressures[4:6, 2] = np.nan
+    recording.poses["middle"].R[10:12] = np.nan
+    arm, whole = arm_recording(recording), np.arange(0.0, 1.0, PERIOD)
+    assert np.isfinite(arm.inner).all()
+    np.testing.assert_allclose(arm.inner[12], arm.inner[9])  # 0.24 s: as at 0.18 s, the last whole row
+    lost = (whole > 0.499) & (whole < 0.599)
+    np.testing.assert_array_equal(np.isnan(arm.headings[:, 1]), lost)
+    assert arm.headings[-1, 1] == pytest.approx(0.3 * 0.95)
+
+
 def test_what_is_missing_is_named(recording):
     with pytest.raises(InputError, match="a body for the end of each of the 2 sections"):
         arm_recording(replace(recording, poses={"base": recording.poses["base"]}))
