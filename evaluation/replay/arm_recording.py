@@ -48,7 +48,7 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     fits = len(in_sections) == recording.pressures.shape[1] and set(in_sections) <= set(sections)
     require(fits, where, "pressures.sections", in_sections, f"say in which of the {len(sections)} each chamber is")
     read = np.isfinite(np.column_stack([*wires.values(), recording.pressures])).all(axis=1)
-    require(read.any(), where, "lengths, pressures", None, "no row has all of them")
+    require(bool(read.any()), where, "lengths, pressures", None, "no row has all of them")
     seconds = recording.time[read] - recording.time[read][0]
     time = np.arange(0.0, seconds[-1], PERIOD)
     rows = np.flatnonzero(read)[np.searchsorted(seconds, time + 1e-9, side="right") - 1]
