@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from soft_gripper.commands import (
-    calibrate,
     contact_trials,
     evaluate,
     expand,
@@ -18,6 +17,7 @@ from soft_gripper.commands import (
     show,
     tune,
 )
+from soft_gripper.commands.hardware import calibrate, replay
 from soft_gripper.errors import InputError, SimulationDivergedError
 
 COMMANDS = (
@@ -29,6 +29,7 @@ COMMANDS = (
     place_sensors,
     tune,
     calibrate,
+    replay,
     list_scenarios,
     show,
     expand,

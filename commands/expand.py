@@ -2,12 +2,14 @@
 
 import argparse
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
-from soft_gripper.commands.options import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 
 
@@ -25,15 +27,23 @@ def _run(options: argparse.Namespace) -> None:
     if not expanded.fingers:
         raise InputError(options.file, "finger", None, "there is no <finger> in the file to expand")
     for finger in expanded.fingers:
-        if finger.elastic_law is not None:
-            print(
-                f"note: the springs of '{finger.name}' follow Young's modulus; URDF has no elastic law", file=sys.stderr
-            )
+        for note in _left_out(finger):
+            print(f"note: '{finger.name}': {note}", file=sys.stderr)
     if options.out is None:
         print(expanded.text, end="")
         return
     with atomic_file(options.out) as partial:
         partial.write_text(expanded.text, encoding="utf-8")
+
+
+def _left_out(finger: Finger) -> Iterator[str]:
+    """What of a finger plain URDF cannot say."""
+    if finger.elastic_law is not None:
+        yield "the springs follow Young's modulus; URDF has no elastic law"
+    if finger.creep:
+        yield "the springs are the instantaneous ones; URDF has no creep"
+    if finger.pressure_law is not None:
+        yield "what drives the joints must apply the pressure law; URDF has none"
 
 
 def _segments(text: str | None) -> int | None:

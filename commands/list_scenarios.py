@@ -2,7 +2,7 @@
 
 import argparse
 
-from soft_gripper.commands.options import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
 
 

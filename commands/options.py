@@ -3,15 +3,12 @@
 import argparse
 import math
 from contextlib import suppress
-from typing import TypeAlias
 
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-
-Subparsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def add_scenario_options(parser: argparse.ArgumentParser) -> None:

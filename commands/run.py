@@ -7,9 +7,10 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
+from soft_gripper.commands.options import add_scenario_options, chosen_station
 from soft_gripper.commands.output import run_folder
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario

@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from soft_gripper.commands.options import Subparsers, add_scenario_options, chosen_station
+from soft_gripper.commands.options import add_scenario_options, chosen_station
+from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.view.block_diagram import save_block_diagram
 

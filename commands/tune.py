@@ -4,7 +4,8 @@ import argparse
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import Subparsers, chosen_station, whole_number
+from soft_gripper.commands.options import chosen_station, whole_number
+from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.commands.terminal.tables import print_steps
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.errors import InputError

@@ -8,8 +8,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimation.gripper_opening import Gripper
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.evaluation.true_chain import true_chain
+from soft_gripper.fingers.kinematics import as_points
 
 BAND = 0.02  # of the step, within which the opening has settled
 STEADY = 0.5  # s at the end of a step, over which the steady error is averaged
@@ -64,11 +64,5 @@ def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[flo
 
 def true_opening(station: Station, recording: Recording) -> Array:
     """True opening of the gripper at every sample, m."""
-    tips = np.stack([_true_tip(recording, finger) for finger in station.fingers], axis=1)
+    tips = np.stack([as_points(true_chain(recording, finger).tip) for finger in station.fingers], axis=1)
     return Gripper.of_bases([finger.X_WB for finger in station.fingers]).opening(tips)
-
-
-def _true_tip(recording: Recording, finger: PlantFinger) -> Array:
-    """Where the tip of a finger truly is at every sample, x and z in B, (T, 2) m."""
-    q = recording[f"{finger.name}.sampled_joint_angles"].values
-    return as_points(forward_kinematics(q, finger.finger.segment_length).tip)

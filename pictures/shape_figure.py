@@ -58,7 +58,8 @@ def read_shape(layout: SensorLayout, recording: Recording, time: float) -> Shape
     """The shape of the finger of `layout`, which was recorded with these sensors, at a time, s."""
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
-    chain = forward_kinematics(signals["sampled_joint_angles"], layout.finger.segment_length)
+    q, shear = signals["sampled_joint_angles"], signals.get("sampled_shear")
+    chain = forward_kinematics(q, layout.finger.segment_length, shear)
     arcs = arcs_of_table(signals["arcs"])
     return Shape(
         chain,

@@ -21,6 +21,8 @@ _MODULES = {
     "diagrams.recording.phase_spans": "phase_spans",
     "diagrams.random_seed": "seed_random_sources",
     "signals": "describe",
+    "piecewise_linear": "PiecewiseLinear",
+    "piecewise_linear_block": "PiecewiseLinearBlock",
     # In a diagram of one's own.
     "diagrams.loading.model_files": "add_fingers find_fingers model_path",
     "diagrams.wiring.drive": "add_pressure_drive",
@@ -32,7 +34,11 @@ _MODULES = {
     "diagrams.manipulation.arm": "make_arm",
     # Fingers.
     "fingers.cross_section": "CrossSection",
-    "fingers.finger": "Finger ContactMaterial ElasticLaw",
+    "fingers.finger": "Finger",
+    "fingers.finger_parts": "ContactMaterial ElasticLaw CreepBranch PressureLaw TipLoad",
+    "fingers.creep": "advance memory_torque",
+    "fingers.creep_torque": "CreepTorque",
+    "fingers.materials": "SILICONES",
     "fingers.urdf": "expand_urdf",
     "fingers.plant_finger": "PlantFinger",
     "fingers.kinematics": "forward_kinematics as_points as_planar",
@@ -51,6 +57,7 @@ _MODULES = {
     "sensors.base_pose_sensor": "BasePoseSensor",
     # Estimation.
     "shape.estimate": "ShapeEstimate ShapeFunction ContactForce",
+    "shape.driving_torque": "DrivingTorque recorded_driving memory_torques",
     "shape.uncertainty": "Uncertainty",
     "shape.sensor_uncertainty": "uncertainty_of",
     "shape.section_bends": "section_bends",

@@ -25,6 +25,8 @@ LAYERS = (
     "diagrams/manipulation",
     "diagrams/recording",
     "diagrams/view",
+    "diagrams/hardware",
+    "diagrams/replay",
     "diagrams",
     "pictures",
     "evaluation",
@@ -36,7 +38,9 @@ LAYERS = (
     "evaluation/recognition",
     "evaluation/contacts",
     "evaluation/placement",
+    "evaluation/replay",
     "commands/terminal",
+    "commands/hardware",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))

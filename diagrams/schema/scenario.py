@@ -214,6 +214,7 @@ class BelievedConfig:
     layer_modulus: str | None = None  # Pa
     relaxation_time: str | None = None  # s
     sensor_spacing: str | None = None  # m
+    creep: bool = True  # whether the estimators know that the finger creeps, if it does
     response: list[list[float]] | None = None  # of the sensors; None: as they are
     calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to what is believed so far
 

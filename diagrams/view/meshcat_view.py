@@ -91,8 +91,8 @@ def _contact_arrows() -> ContactVisualizerParams:
 
 def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> float:
     """End of the scale of colours, N m: what the pressure supply can do to a joint, rounded up."""
-    highest = max(abs(pressure.minimum), abs(pressure.maximum))
-    return round_limit(highest * max(finger.finger.pressure_gain.max() for finger in fingers))
+    limits = np.array([pressure.minimum, pressure.maximum])
+    return round_limit(max(np.abs(finger.finger.pressure_torque(limits)).max() for finger in fingers))
 
 
 def _drawn(

@@ -34,6 +34,7 @@ def believed_layout(finger: Finger, sensor: SensorConfig, believed: BelievedConf
 def believed_finger(finger: Finger, believed: BelievedConfig) -> Finger:
     """The finger as it is believed to be; raises as `believed_layout`."""
     found = finger if believed.file is None else _from_file(finger, believed.file)
+    found = found if believed.creep else replace(found, creep=())
     try:
         sections = {end: _changed(getattr(found, end), believed, _OF_SECTION) for end in ("base", "tip")}
         return replace(_changed(found, believed, _OF_FINGER), **sections)
@@ -44,10 +45,11 @@ def believed_finger(finger: Finger, believed: BelievedConfig) -> Finger:
 def describe_belief(believed: BelievedConfig) -> str:
     """The belief in a few words, for tables."""
     changes = [f"{name} {text}" for name in (*_OF_SECTION, *_OF_FINGER) if (text := getattr(believed, name))]
+    creep = [] if believed.creep else ["no creep"]
     response = ["response"] if believed.response is not None else []
     file = [believed.file.rpartition("/")[2]] if believed.file is not None else []
     calibration = [believed.calibration.rpartition("/")[2]] if believed.calibration is not None else []
-    return "; ".join([*file, *changes, *response, *calibration]) or "as simulated"
+    return "; ".join([*file, *changes, *creep, *response, *calibration]) or "as simulated"
 
 
 def _from_file(finger: Finger, file: str) -> Finger:

@@ -13,6 +13,7 @@ from soft_gripper.diagrams.wiring.named_wires import Ports, connect_known, vecto
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.driving_torque import DRIVING_TORQUE
 from soft_gripper.truth.metrics import PoseError
 
 
@@ -21,20 +22,22 @@ class ShapeBeside(Diagram):
 
     ::
 
-        strain -------------> estimator ---> estimated_joint_angles ---> FingerShape ---> pose
-        pressure (1) Pa ------^
-        X_WB (12) [R | p] ----^
+        strain --------------------------> estimator ---> estimated_joint_angles ---> FingerShape ---> pose
+        X_WB (12) [R | p] -------------------^ ^
+        pressure (1) Pa --> DrivingTorque -----+
 
-    FingerShape is there if the estimator does not put the pose out by itself.
+    As in FingerEstimation; the memory of a finger that creeps is that of this estimator's shapes.
     """
 
-    def __init__(self, estimator: System, finger: Finger):
+    def __init__(self, estimator: System, finger: Finger, period: float):
         """
         Raises:
             InputError: if the estimator does not estimate the joint angles of the finger.
         """
         super().__init__()
-        shape_wires(estimator, finger).build_into(self)
+        wires = shape_wires(estimator, finger, period)
+        del wires.outputs[DRIVING_TORQUE]
+        wires.build_into(self)
 
 
 def add_beside(
@@ -66,7 +69,8 @@ def add_beside(
     for kind in config.beside:
         make = find_estimator(kind, config.uncertainty, "estimator.beside")
         estimator = make_block("estimator.beside", make, layout, gravity, period)
-        estimation = builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", ShapeBeside(estimator, layout.finger))
+        estimation = ShapeBeside(estimator, layout.finger, period)
+        builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", estimation)
         connect_known(builder, estimation, estimation_inputs(known), "estimator")
         scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger))
         found = vector_outputs(estimation)

@@ -7,8 +7,9 @@ period of their samples, s:
     def make(layout: SensorLayout, period: float) -> System
 
 An estimator is a system with an output `estimated_joint_angles` (N) rad, see `FingerShape`. It may take the outputs of
-the sensor, `pressure` and `X_WB`. It is made from sensors and finger as they are believed to be, gravity in the world,
-m/s^2 (zero without `estimator.compensate_gravity`), and the period:
+the sensor, `pressure`, `X_WB`, and what drives the finger as it is believed to be, `driving_torque` (N) N m. It is made
+from sensors and finger as they are believed to be, gravity in the world, m/s^2 (zero without
+`estimator.compensate_gravity`), and the period:
 
     def make(layout: SensorLayout, gravity: Array, period: float) -> System
 """

@@ -1,4 +1,4 @@
-"""The drive, applied: pressures, and elastic laws of the user's, as torques on the joints of the fingers."""
+"""The drive, applied: pressures, elastic laws of the user's and creep, as torques on the joints of the fingers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ from pydrake.systems.primitives import Adder, MatrixGain
 
 from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.elastic_law import ElasticLawTorque
+from soft_gripper.fingers.creep_torque import CreepTorque
+from soft_gripper.fingers.elastic_law import elastic_law_block
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
 from soft_gripper.signals import describe
@@ -30,7 +31,8 @@ def add_pressure_drive(
     """Adds `{model}.pressure_drive` for every model with fingers, and connects it to the actuators.
 
     Args:
-        builder: of a diagram with the fingers' plant.
+        builder: of a diagram with the fingers' plant. A finger with an elastic law gets a `{finger}.elastic_law`, one
+            that creeps a `{finger}.creep`.
         fingers: in the finalized plant, all of each model.
         config: the `pressure` part of a scenario; of it the limits and the lag; None: its defaults.
 
@@ -51,7 +53,8 @@ def add_pressure_drive(
             drive.commands[name] = block.GetInputPort(f"{name}.pressure_command")
             drive.pressures[name] = block.GetOutputPort(f"{name}.pressure")
         elastic = [_add_elastic_law(builder, finger) for finger in driven if finger.finger.elastic_law is not None]
-        torques = [block.GetOutputPort("actuation"), *elastic]
+        creep = [_add_creep(builder, finger) for finger in driven if finger.finger.creep]
+        torques = [block.GetOutputPort("actuation"), *elastic, *creep]
         drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
     return drive
 
@@ -73,20 +76,28 @@ def _check_time_step(finger: PlantFinger) -> None:
 def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
     torque_maps = {finger.name: pressure_torque_map(finger) for finger in driven}
     time_step = driven[0].plant.time_step()
-    drive = PressureDrive(torque_maps, config.minimum, config.maximum, config.time_constant, time_step)
+    laws = {finger.name: finger.finger.pressure_law for finger in driven}
+    drive = PressureDrive(torque_maps, config.minimum, config.maximum, config.time_constant, time_step, laws)
     return builder.AddNamedSystem(f"{driven[0].model_name}.pressure_drive", drive)
 
 
 def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
     """What the finger's elastic law adds to its linear springs, as actuation of its model."""
     angles = builder.AddNamedSystem(f"{finger.name}.bent_angles", MatrixGain(finger.position_selector()))
-    law = builder.AddNamedSystem(f"{finger.name}.elastic_law", ElasticLawTorque(finger.finger))
+    law = builder.AddNamedSystem(f"{finger.name}.elastic_law", elastic_law_block(finger.finger))
     rows = np.ascontiguousarray(finger.actuator_selector().T)
     spread = builder.AddNamedSystem(f"{finger.name}.elastic_torque", MatrixGain(rows))
     builder.Connect(finger.plant.get_state_output_port(), angles.get_input_port())
     builder.Connect(angles.get_output_port(), law.get_input_port())
     builder.Connect(law.get_output_port(), spread.get_input_port())
     return spread.get_output_port()
+
+
+def _add_creep(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
+    """The memory torque of the finger, as actuation of its model."""
+    creep = builder.AddNamedSystem(f"{finger.name}.creep", CreepTorque(finger))
+    builder.Connect(finger.plant.get_state_output_port(), creep.get_input_port())
+    return creep.get_output_port()
 
 
 def _actuate(builder: DiagramBuilder, finger: PlantFinger, torques: Sequence[OutputPort]) -> OutputPort:

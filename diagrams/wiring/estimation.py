@@ -13,8 +13,10 @@ from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.contact_detector import ContactDetector
 from soft_gripper.estimation.force_estimator import ForceEstimator
+from soft_gripper.estimators.recursive_estimator import EFFECTIVE_DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.shape.finger_shape import ANGLES, FingerShape
 
 
@@ -23,14 +25,14 @@ class FingerEstimation(Diagram):
 
     ::
 
-        strain -------------> estimator ---> estimated_joint_angles ---> FingerShape -----> pose
-        pressure (1) Pa ------^                  |
-        X_WB (12) [R | p] ----^                  +---------------------> ForceEstimator --> external torque
-                                                                              |
-                                                 contact, if looked for <-- ContactDetector
+        strain --------------------------> estimator --> estimated_joint_angles --> FingerShape -----> pose
+        X_WB (12) [R | p] -------------------^ ^             |    |
+        pressure (1) Pa --> DrivingTorque -----+             |    +---------------> ForceEstimator --> external torque
+                                ^----- if it creeps ---------+                           |
+                                                            contact, if looked for <-- ContactDetector
 
-    FingerShape is there if the estimator does not put the pose out by itself. Wire recorded logs to the inputs, and
-    the same blocks estimate what happened on hardware.
+    FingerShape is there if the estimator does not put the pose out by itself. What drives the finger goes to the
+    ForceEstimator too. Wire recorded logs to the inputs, and the same blocks estimate what happened on hardware.
     """
 
     def __init__(
@@ -53,10 +55,10 @@ class FingerEstimation(Diagram):
             InputError: if the estimator does not estimate the joint angles of the finger.
         """
         super().__init__()
-        wires = shape_wires(estimator, layout.finger)
-        learnt = "effective_pressure" in vector_outputs(estimator)
+        wires = shape_wires(estimator, layout.finger, period)
+        learnt = EFFECTIVE_DRIVING_TORQUE in vector_outputs(estimator)
         force = ForceEstimator(layout.finger, gravity, period, learnt)
-        wires.add("force_estimator", force, {"pressure": "effective_pressure"} if learnt else {})
+        wires.add("force_estimator", force, {DRIVING_TORQUE: EFFECTIVE_DRIVING_TORQUE} if learnt else {})
         if contact_threshold is not None:
             detector = ContactDetector(
                 layout.finger.segments, int(layout.joints_per_section[0]), period, contact_threshold
@@ -67,17 +69,21 @@ class FingerEstimation(Diagram):
         wires.build_into(self)
 
 
-_LATER = {"free_bending_angles", "external_torque", "torque_tolerance", "contact", "contact_residual", "contact_time"}
+_TAKEN = {
+    *(DRIVING_TORQUE, "free_bending_angles", "external_torque", "torque_tolerance"),
+    *("contact", "contact_residual", "contact_time"),
+}
 
 
-def shape_wires(estimator: System, finger: Finger) -> NamedWires:
-    """An estimator, and FingerShape behind it unless the estimator puts the pose out by itself.
+def shape_wires(estimator: System, finger: Finger, period: float) -> NamedWires:
+    """An estimator, DrivingTorque before it, and FingerShape behind unless the estimator puts the pose out by itself.
 
     Raises:
         InputError: if the estimator does not estimate the joint angles of the finger.
     """
     shape, wires = FingerShape(finger), NamedWires()
     _check(estimator, finger.segments, shape)
+    wires.add(DRIVING_TORQUE, DrivingTorque(finger, period), later={ANGLES})
     wires.add("estimator", estimator)
     if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
         wires.add("shape", shape)
@@ -86,9 +92,9 @@ def shape_wires(estimator: System, finger: Finger) -> NamedWires:
 
 def _check(estimator: System, joints: int, shape: FingerShape) -> None:
     found = vector_outputs(estimator)
-    if found.keys() & _LATER:
-        taken = ", ".join(sorted(found.keys() & _LATER))
-        raise InputError("estimator", "output ports", taken, "are names of what follows from the shape")
+    if found.keys() & _TAKEN:
+        taken = ", ".join(sorted(found.keys() & _TAKEN))
+        raise InputError("estimator", "output ports", taken, "are names of what other blocks put out")
     for name, port in vector_outputs(shape).items():
         if name != "arcs" and name in found and found[name].size() != port.size():
             raise InputError("estimator", f"output port '{name}'", found[name].size(), f"give it {port.size()} entries")

@@ -1,6 +1,6 @@
 """Blocks wired by the names of their ports."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType, System
 
@@ -46,13 +46,23 @@ class NamedWires:
     def __init__(self) -> None:
         self._builder, self.outputs = DiagramBuilder(), Ports()
         self._exported: set[str] = set()
+        self._later: list[tuple[str, InputPort]] = []
 
-    def add(self, name: str, block: System, renamed: Mapping[str, str] | None = None) -> None:
-        """Adds a block and wires its inputs; `renamed` gives ports of the block another name in the diagram."""
+    def add(
+        self, name: str, block: System, renamed: Mapping[str, str] | None = None, later: Collection[str] = ()
+    ) -> None:
+        """Adds a block and wires its inputs.
+
+        `renamed` gives ports of the block another name in the diagram; inputs named in `later` take the output of a
+        block that is added after.
+        """
         self._builder.AddNamedSystem(name, block)
         names = renamed or {}
         for own, port in inputs(block).items():
-            self._feed(names.get(own, own), port)
+            if own in later:
+                self._later.append((own, port))
+            else:
+                self._feed(names.get(own, own), port)
         for own, output in vector_outputs(block).items():
             self.outputs.setdefault(names.get(own, own), output)
 
@@ -67,6 +77,8 @@ class NamedWires:
 
     def build_into(self, diagram: Diagram) -> None:
         """Turns the blocks into `diagram`."""
+        for name, later in self._later:
+            self._builder.Connect(self.outputs[name], later)
         for name, port in self.outputs.items():
             self._builder.ExportOutput(port, name)
         self._builder.BuildInto(diagram)

@@ -25,6 +25,7 @@ class FingerScoring(Diagram):
         contact_torque (N) N m --> true_external_torque --> delayed ----> external_torque_error  (N) N m
         external_torque (N) N m ------------------------------^
 
+    For a finger that shears there is also `shear` (N) m, which PoseError takes as `sampled_shear`.
     The true torque waits for the estimated one, which belongs to samples before, see `torque_balance`.
     """
 
@@ -33,10 +34,10 @@ class FingerScoring(Diagram):
         super().__init__()
         joints = finger.segments
         wires = NamedWires()
-        for name, source, unit in (
-            ("sampled_joint_angles", "joint_angles", "rad"),
-            ("true_external_torque", "contact_torque", "N m"),
-        ):
+        sampled = [("sampled_joint_angles", "joint_angles", "rad"), ("true_external_torque", "contact_torque", "N m")]
+        if finger.shear_factor > 0:
+            sampled.append(("sampled_shear", "shear", "m"))
+        for name, source, unit in sampled:
             hold = ZeroOrderHold(period, joints)
             wires.add(name, hold, {"u": source, "y": name})
             describe(hold.get_output_port(), unit, joint=range(joints))
@@ -68,6 +69,10 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     builder.Connect(forces, contact.get_input_port())
     scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period))
     sources = {**known, "contact_torque": contact.get_output_port()}
+    if finger.finger.shear_factor > 0:
+        shear = builder.AddNamedSystem(f"{finger.name}.shear", MatrixGain(finger.shear_selector()))
+        builder.Connect(finger.plant.get_state_output_port(), shear.get_input_port())
+        sources["shear"] = shear.get_output_port()
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
     return vector_outputs(scoring)

@@ -60,7 +60,7 @@ def estimate_contacts(
         for factor, known in ((scale.pressure, contacts.pressure), (scale.gravity, contacts.gravity))
     )
     function = SHAPE_FUNCTIONS[estimator](believed, Uncertainty(reading=case.reading))
-    found = function(readings.pressed, pressure, gravity).contact
+    found = function(readings.pressed, believed.finger.pressure_torque(pressure), gravity).contact
     assert found is not None
     return found._replace(force=scale.force * found.force, force_std=scale.force * found.force_std)
 

@@ -63,7 +63,7 @@ def _known(believed: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Arra
     """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
     theta = section_bends(believed, free.readings, _NOISE).theta
     weight = gravity_torque(believed.finger, believed.shared_equally(theta), np.asarray(free.gravity)[..., None])
-    return np.broadcast_to(free.pressure[:, None] * believed.finger.pressure_gain, weight.shape), weight, theta
+    return np.broadcast_to(believed.finger.pressure_torque(free.pressure), weight.shape), weight, theta
 
 
 def _ratio(believed: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:

@@ -12,7 +12,7 @@ from soft_gripper.diagrams.wiring.belief import describe_belief
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.evaluation.paper.held_steps import HeldStep, held_samples
 from soft_gripper.evaluation.paper.readings_again import read_again
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.evaluation.true_chain import true_chain
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.truth.metrics import fingertip_error, pose_error
@@ -97,6 +97,5 @@ def _rows(
 
 def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:
     """Pose and fingertip error at every sample, m, (T)."""
-    q, points = recording[f"{finger.name}.sampled_joint_angles"].values, shape.points(finger.finger)
-    truth = forward_kinematics(q, finger.finger.segment_length)
+    truth, points = true_chain(recording, finger), shape.points(finger.finger)
     return pose_error(truth.joints, points[..., :-1]), fingertip_error(truth.tip, points[..., -1])

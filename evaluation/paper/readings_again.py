@@ -6,6 +6,7 @@ The sensors are read again from the recorded joint angles, by the very functions
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording.recording import Recording
@@ -20,7 +21,8 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.arcs import Arcs
 from soft_gripper.shape.bending_plane import planar_gravity
-from soft_gripper.shape.estimate import ShapeEstimate
+from soft_gripper.shape.driving_torque import recorded_driving
+from soft_gripper.shape.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.shape.uncertainty import Uncertainty
 
 
@@ -42,10 +44,24 @@ class ReadAgain:
 
     def shape(self, estimator: str = "arcs") -> ShapeEstimate:
         """What an estimator of this project makes of the readings."""
-        function = SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty, self.period)
-        found = function(self.readings[1:], self.pressure[1:], self.gravity[1:])
-        # The first sample is recorded twice: a log at a time still shows the sample before.
-        return found.at(np.maximum(np.arange(len(self.readings)) - 1, 0))
+        found = self._function(estimator)(self.readings[1:], self._driving(estimator), self.gravity[1:])
+        return found.at(self._rows)
+
+    def driving(self, estimator: str = "arcs") -> Array:
+        """What drives the finger, if an estimator's shapes are what is remembered of it, N m, (T, N)."""
+        return self._driving(estimator)[self._rows]
+
+    @property
+    def _rows(self) -> NDArray[np.int_]:
+        """The first sample is recorded twice: a log at a time still shows the sample before."""
+        return np.maximum(np.arange(len(self.readings)) - 1, 0)
+
+    def _driving(self, estimator: str) -> Array:
+        function, samples = self._function(estimator), (self.readings[1:], self.pressure[1:], self.gravity[1:])
+        return recorded_driving(function, self.layout.finger, *samples, self.period)
+
+    def _function(self, estimator: str) -> ShapeFunction:
+        return SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty, self.period)
 
 
 def read_again(
@@ -83,7 +99,7 @@ def external_torque_again(
 ) -> Array:
     """The external torque for these readings at every sample, N m, (T, N); NaN until there are five samples."""
     q, X_WB = again.shape(estimator).q, recording[f"{finger.name}.X_WB"].values
-    motion = Motion(*map(windows, (q, again.pressure, X_WB)))
+    motion = Motion(*map(windows, (q, again.driving(estimator), X_WB)))
     balance = TorqueBalance(again.layout.finger)
     torque = balance.external_torque(motion, _gravity(station), station.scenario.sensor.period).torque
     # The first sample is recorded twice: a log at a time still shows the sample before.

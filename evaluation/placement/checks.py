@@ -47,6 +47,6 @@ def check_contacts(contacts: Contacts, assumptions: Assumptions) -> None:
     """Raises an InputError if the estimator estimates no contact."""
     layout = SensorLayout(contacts.finger, 1)
     estimate = SHAPE_FUNCTIONS[assumptions.estimator](layout, assumptions.uncertainty)
-    if estimate(np.zeros(layout.readings), np.zeros(()), 0j).contact is None:
+    if estimate(np.zeros(layout.readings), np.zeros(contacts.finger.segments), 0j).contact is None:
         expected = "estimates no contact; leave --contacts out, or give --estimator contact"
         raise InputError(_WHERE, "--estimator", assumptions.estimator, expected)

@@ -14,6 +14,7 @@ from soft_gripper.evaluation.placement.placements import Placement, as_borders
 from soft_gripper.evaluation.placement.section_ratios import SpanRatios, disturbed, span_ratios
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.driving_torque import memory_torques
 from soft_gripper.shape.estimate import ShapeEstimate
 
 
@@ -23,9 +24,9 @@ class Samples:
 
     layout: SensorLayout  # of any sections: finger, sides and response are its matter
     believed: list[Finger]  # the finger as it is believed to be, one after the other
+    driving: list[Array]  # (K, N) N m, of each of these
     ratios: SpanRatios  # (K, sets, paths, M)
     q: Array  # (K, N) rad
-    pressure: Array  # (K) Pa
     gravity: Planar  # (K) m/s^2, in the bending plane
 
     def estimates(self, placement: Placement, assumptions: Assumptions) -> Iterator[ShapeEstimate]:
@@ -33,11 +34,10 @@ class Samples:
         sections, borders = len(placement) + 1, as_borders(placement, self.layout.finger.segments)
         layout = replace(self.layout, sections=sections, borders=borders)
         readings = layout.response.reading(self.ratios.of(placement))
-        pressure = np.broadcast_to(self.pressure[:, None], readings.shape[:-1])
         gravity = np.broadcast_to(self.gravity[:, None], readings.shape[:-1])
-        for finger in self.believed:
+        for finger, driving in zip(self.believed, self.driving, strict=True):
             estimate = SHAPE_FUNCTIONS[assumptions.estimator](replace(layout, finger=finger), assumptions.uncertainty)
-            yield estimate(readings, pressure, gravity)
+            yield estimate(readings, np.repeat(driving[:, None], readings.shape[1], axis=1), gravity)
 
 
 def read_held(finger: HeldFinger, assumptions: Assumptions, number: int) -> Samples:
@@ -49,7 +49,14 @@ def read_held(finger: HeldFinger, assumptions: Assumptions, number: int) -> Samp
     read = _read(ideal, assumptions, finger.period, number)
     ratios = read._replace(ratios=read.ratios[finger.held])
     believed = assumptions.believed(finger.layout.finger)
-    return Samples(finger.layout, believed, ratios, finger.q[finger.held], finger.pressure, finger.gravity)
+    driving = [_driving(each, finger) for each in believed]
+    return Samples(finger.layout, believed, driving, ratios, finger.q[finger.held], finger.gravity)
+
+
+def _driving(believed: Finger, finger: HeldFinger) -> Array:
+    """At the held samples, (K, N) N m; what a finger that creeps remembers is how it was bent."""
+    memory = memory_torques(believed, finger.q, finger.period)[finger.held]
+    return believed.pressure_torque(finger.pressure) + memory
 
 
 def read_contacts(contacts: Contacts, like: SensorLayout, assumptions: Assumptions, number: int) -> Samples:
@@ -60,7 +67,8 @@ def read_contacts(contacts: Contacts, like: SensorLayout, assumptions: Assumptio
     read = _read(at_once, assumptions, 1.0, number)
     ratios = read._replace(ratios=read.ratios[0])
     believed = assumptions.believed(layout.finger)
-    return Samples(layout, believed, ratios, contacts.q, contacts.pressure, contacts.gravity)
+    driving = [each.pressure_torque(contacts.pressure) for each in believed]
+    return Samples(layout, believed, driving, ratios, contacts.q, contacts.gravity)
 
 
 def _of_segments(layout: SensorLayout) -> SensorLayout:

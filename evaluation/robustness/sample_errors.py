@@ -12,6 +12,7 @@ from soft_gripper.evaluation.robustness.finger_at_rest import FingerAtRest
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.driving_torque import recorded_driving
 from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.shape.position_band import position_std
 from soft_gripper.shape.uncertainty import Uncertainty
@@ -49,11 +50,12 @@ def estimated(
     function, rows = SHAPE_FUNCTIONS[estimator](layout, uncertainty, held.period), held.samples
     seeds = (1, readings.shape[1])
     pressure, gravity = (np.tile(values[:, None], seeds) for values in (gain * held.pressure, held.gravity))
-    if isinstance(function, RecursiveShape):
-        estimate = function.at(rows, readings, pressure, gravity)
-    else:
-        estimate = function(readings[rows], pressure[rows], gravity[rows])
     finger = layout.finger
+    driving = recorded_driving(function, finger, readings, pressure, gravity, held.period)
+    if isinstance(function, RecursiveShape):
+        estimate = function.at(rows, readings, driving, gravity)
+    else:
+        estimate = function(readings[rows], driving[rows], gravity[rows])
     truth = held.points(np.append(finger.joint_arc_lengths, finger.length))
     return errors_of(finger, estimate, truth[:, None])
 

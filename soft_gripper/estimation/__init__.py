@@ -1,1 +1,1 @@
-"""Readings, pressure and base pose -> shape, load, contact."""
+"""Shape, driving torque and base pose -> load, contact, width."""

@@ -2,12 +2,13 @@
 
 Of what a finger is believed to be, its stiffness is scaled: the joint angles q of a finger at rest follow from
 
-    k(q) / r = g p + w(q) ,
+    k(q) / r = g(p) + w(q) ,
 
-with k the elastic torque, g the pressure gain, w the torque of the weight and r the ratio that is found. The sensor i
-reads the extension ratio 1 + a_i (ratio_i(q) - 1) + b_i. Strain and pressure alone cannot tell larger gains of
-all sensors from a finger that bends further (but for its weight, which is too weak to rely on): the mean of the gains
-a_i is taken to be 1.
+with k the elastic torque of a finger that has crept, g the torque of the pressure, w that of the weight and r the ratio
+that is found. A finger that is believed to creep must rest for longer than its slowest branch. The sensor i reads the
+extension ratio 1 + a_i (ratio_i(q) - 1) + b_i. Strain and pressure alone cannot tell larger gains of all sensors from a
+finger that bends further (but for its weight, which is too weak to rely on): the mean of the gains a_i is taken to be
+1.
 """
 
 from functools import lru_cache

@@ -2,10 +2,11 @@
 
 At every joint i, with D'Alembert's weight m (g - a) on every link beyond it,
 
-    elastic(q_i) + d_i dq_i/dt = g_i p + sum over links of  m (r x (g - a))  + external_i ,
+    elastic(q_i) + d_i dq_i/dt = u_i + sum over links of  m (r x (g - a))  + external_i ,
 
-where r leads from the joint to a point of the link. Positive is what closes the finger. Accelerations are differences
-of estimated positions in the world, so that the motion of the base counts as bending does.
+with the driving torque u, where r leads from the joint to a point of the link. Positive is what closes the finger.
+Accelerations are differences of estimated positions in the world, so that the motion of the base counts as bending
+does.
 
 Differences need samples on both sides: the result belongs to the middle one of five, two samples ago. Every term is
 smoothed alike, by 2 3 2 over 7; the second difference of three samples becomes that of a parabola through five,
@@ -42,14 +43,14 @@ _FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
 
 # What else may remain without contact, as parts of what is known less well than the rest.
 _OF_INERTIA = 0.1  # of the torque of inertia
-_OF_PRESSURE = 0.15  # of what the torque of the pressure changes over the samples
+_OF_DRIVING = 0.15  # of what the driving torque changes over the samples
 
 
 class Motion(NamedTuple):
     """Samples of a finger, one after the other."""
 
     q: Array  # (..., 5, N) rad, joint angles
-    pressure: Array  # (..., 5) Pa
+    driving: Array  # (..., 5, N) N m, driving torque
     X_WB: Array  # (..., 5, 3, 4) pose of the base, [R | p]
 
 
@@ -60,14 +61,13 @@ class ExternalTorque:
     torque: Array  # (..., N) N m, positive where it closes the finger
     inertia: Array  # (..., N) N m, of the motion
     damping_change: Array  # (..., N) N m, by which damping may be taken too early or too late
-    pressure: Array  # (..., 5) Pa
-    finger: Finger
+    driving_change: Array  # (..., N) N m, of the driving torque over the five samples
 
     @property
     def tolerance(self) -> Array:
         """What may remain without contact, N m, (..., N)."""
-        change = np.ptp(self.pressure, axis=-1)[..., None] * self.finger.pressure_gain
-        return np.abs(self.damping_change) + _OF_INERTIA * np.abs(self.inertia) + _OF_PRESSURE * change
+        of_motion = np.abs(self.damping_change) + _OF_INERTIA * np.abs(self.inertia)
+        return of_motion + _OF_DRIVING * self.driving_change
 
 
 @dataclass(frozen=True)
@@ -97,11 +97,10 @@ class TorqueBalance:
         finger, moving = self.finger, motion.q if moving is None else moving
         filtered = _FILTERS @ moving
         inertia, weight = self._inertia_and_weight(motion._replace(q=moving), gravity, period)
-        pressure = (motion.pressure @ _VALUE)[..., None] * finger.pressure_gain
         damping = filtered[..., 1:, :] * (finger.damping / period)
         elastic = finger.elastic_torque(_VALUE @ motion.q)
-        torque = elastic + damping[..., 0, :] - pressure + inertia - weight
-        return ExternalTorque(torque, inertia, damping[..., 1, :], motion.pressure, finger)
+        torque = elastic + damping[..., 0, :] - _VALUE @ motion.driving + inertia - weight
+        return ExternalTorque(torque, inertia, damping[..., 1, :], np.ptp(motion.driving, axis=-2))
 
     def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
         """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""

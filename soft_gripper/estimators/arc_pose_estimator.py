@@ -14,6 +14,7 @@ from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.arcs import Arcs
 from soft_gripper.shape.bending_plane import bending_plane, to_world
+from soft_gripper.shape.driving_torque import DRIVING_TORQUE
 from soft_gripper.shape.finger_shape import ANGLES, ARC, ARC_UNITS, POSE_UNITS, arc_table
 from soft_gripper.signals import POSE, XYZ, XZ, describe
 
@@ -30,18 +31,18 @@ class ArcPoseEstimator(LeafSystem):
 
     ::
 
-        strain (paths * S) ---> +------------------+ ---> estimated_joint_angles (N) rad
-                                |                  | ---> theta                  (S) rad, bend of each section
-        pressure (1) Pa ------> |                  | ---> kappa                  (S) 1/m, curvature of each section
-                                | ArcPoseEstimator | ---> arcs                   (S x 7) x, z, heading, kappa, length,
-        X_WB (12) [R | p] ----> |                  |                                    center
-                                |                  | ---> joint_positions        (N x 2) x, z; m in B
-                                |                  | ---> joint_positions_world  (N x 3) m
-                                +------------------+ ---> tip_pose               (3) x, z, heading; m, m, rad in B
+        strain (paths * S) -------> +------------------+ ---> estimated_joint_angles (N) rad
+                                    |                  | ---> theta                  (S) rad, bend of each section
+        driving_torque (N) N m ---> |                  | ---> kappa                  (S) 1/m, curvature of each section
+                                    | ArcPoseEstimator | ---> arcs                   (S x 7) x, z, heading, kappa,
+        X_WB (12) [R | p] --------> |                  |                                    length, center
+                                    |                  | ---> joint_positions        (N x 2) x, z; m in B
+                                    |                  | ---> joint_positions_world  (N x 3) m
+                                    +------------------+ ---> tip_pose               (3) x, z, heading; m, m, rad in B
 
     `strain` are the readings of sensors as they are believed to be, `X_WB` the known pose of the finger's base.
-    Positions lie on the arcs. Joint angles share the bend of a section as stiffness, pressure and load have it, see
-    `bend_sharing`, so that force and contact can be estimated from them. Matrices leave their ports row after row.
+    Positions lie on the arcs. Joint angles share the bend of a section as stiffness, driving torque and load have it,
+    see `bend_sharing`, so that force and contact can be estimated from them. Matrices leave their ports row after row.
     Arcs are given by where and in which direction they begin, in B, for drawing with their centres (NaN for a
     straight arc, which has none). Stateless: a reading that is NaN or infinite makes the pose NaN from its section
     on, and all joint angles NaN, for as long as it lasts and no longer.
@@ -52,7 +53,7 @@ class ArcPoseEstimator(LeafSystem):
         super().__init__()
         self._layout, self._sharing, self._gravity = layout, BendSharing(layout), gravity
         self._strain = self.DeclareVectorInputPort("strain", layout.readings)
-        self._pressure = self.DeclareVectorInputPort("pressure", 1)
+        self._driving = self.DeclareVectorInputPort(DRIVING_TORQUE, layout.finger.segments)
         self._X_WB = self.DeclareVectorInputPort("X_WB", 12)
         self._pose = self._cache("pose", self._estimate, {self._strain.ticket()})
         self._plane = self._cache("bending plane", self._calc_plane, {self._X_WB.ticket()})
@@ -62,7 +63,7 @@ class ArcPoseEstimator(LeafSystem):
         self._in_plane = self._cache("gravity in the bending plane", self._calc_gravity, plane)
         in_plane = {self.cache_entry_ticket(self._in_plane.cache_index())}
         angles = self.DeclareVectorOutputPort(
-            ANGLES, len(joints), self._calc_angles, pose | in_plane | {self._pressure.ticket()}
+            ANGLES, len(joints), self._calc_angles, pose | in_plane | {self._driving.ticket()}
         )
         describe(angles, "rad", joint=joints)
         self._declare("theta", lambda pose: pose.arcs.theta, "rad", section=sections)
@@ -99,7 +100,7 @@ class ArcPoseEstimator(LeafSystem):
 
     def _calc_angles(self, context: Context, output: BasicVector) -> None:
         theta, gravity = self._pose.Eval(context).arcs.theta, self._in_plane.Eval(context)
-        output.SetFromVector(self._sharing.joint_angles(theta, self._pressure.Eval(context)[0], gravity))
+        output.SetFromVector(self._sharing.joint_angles(theta, self._driving.Eval(context), gravity))
 
     def _calc_world(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(to_world(self._pose.Eval(context).joints, self._plane.Eval(context)).ravel())

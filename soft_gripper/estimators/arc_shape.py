@@ -17,9 +17,9 @@ class ArcShape:
 
     layout: SensorLayout
 
-    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, joints and tip; see ShapeFunction."""
         arcs = arcs_from_readings(self.layout, readings)
-        q = BendSharing(self.layout).joint_angles(arcs.theta, pressure, np.asarray(gravity)[..., None])
+        q = BendSharing(self.layout).joint_angles(arcs.theta, driving, np.asarray(gravity)[..., None])
         curve = np.concatenate([joints_on_arcs(self.layout, arcs), arcs.end[..., -1:]], axis=-1)
         return ShapeEstimate(q, curve=curve)

@@ -1,16 +1,16 @@
 """How the joints of a sensor section share its bend.
 
 Two-sided readings give the sum of the joint angles of a section and no more. An arc shares it out equally. A finger
-does not. At every joint the elastic torque balances pressure, weight and external load,
+does not. At every joint the elastic torque balances driving torque, weight and external load,
 
-    k q = g p + w + tau ,
+    k q = u + w + tau ,
 
-with the stiffness k and the pressure gain g.
+with the stiffness k and the driving torque u, that of the pressure and what else is known of it.
 
 The load is smooth and zero beyond the tip: let it be linear between the middles of the sections, tau = T tau_S, with
 one unknown a section. The readings, A q = theta, determine these:
 
-    A (g p + w + T tau_S) / k = theta .
+    A (u + w + T tau_S) / k = theta .
 
 So the sum of each section's angles is the measured one, and free bending is exact for every number of sections.
 
@@ -36,20 +36,19 @@ class BendSharing:
 
     layout: SensorLayout
 
-    def joint_angles(self, theta: Array, pressure: Array, gravity: Planar | complex) -> Array:
+    def joint_angles(self, theta: Array, driving: Array, gravity: Planar | complex) -> Array:
         """Joint angles, (..., N) rad, of a finger under load.
 
         Args:
             theta: measured bend of the sections, rad, (..., S).
-            pressure: in the chamber, Pa, (...).
+            driving: torque at the joints, N m, (..., N).
             gravity: in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
         """
         finger = self.layout.finger
-        known = pressure[..., None] * finger.pressure_gain
         if finger.elastic_law is not None:
-            q = self._by_elastic_law(theta, known)
-            return self._by_elastic_law(theta, known + gravity_torque(finger, q, gravity))
-        q = theta @ self._of_bend.T + known @ self._of_torque.T
+            q = self._by_elastic_law(theta, driving)
+            return self._by_elastic_law(theta, driving + gravity_torque(finger, q, gravity))
+        q = theta @ self._of_bend.T + driving @ self._of_torque.T
         return q + gravity_torque(finger, q, gravity) @ self._of_torque.T
 
     def _by_elastic_law(self, theta: Array, known: Array) -> Array:

@@ -1,6 +1,6 @@
 """The shape under few contact forces, and these forces: what bends a finger most often is one thing that it touches.
 
-Free bending under pressure and weight, q_0, is taken out of the measured bends. Where what remains is as small as
+Free bending under driving torque and weight, q_0, is taken out of the measured bends. Where what remains is as small as
 noise and uncertainty make it, nothing is touched. Else the single force is looked for that explains it
 (`single_force`); where that leaves more than noise and there are sections enough, several that press on one side
 (`several_forces`). What the forces leave unexplained goes to the joints as `gaussian` shares it, so that every
@@ -38,25 +38,25 @@ class ContactShape:
     layout: SensorLayout
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
-    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, their covariance and the contact force; see ShapeFunction."""
         layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
-        gaussian = self._gaussian(readings, pressure, gravity)
+        gaussian = self._gaussian(readings, driving, gravity)
         theta, variance = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
-        known, q = pressure[..., None] * finger.pressure_gain + weight, gaussian.q
+        known, q = driving + weight, gaussian.q
         for _ in range(1 if finger.elastic_law is None else _PASSES):
-            fit = explain(layout, self.uncertainty, q, self._unexplained(q, theta, variance, known, pressure))
+            fit = explain(layout, self.uncertainty, q, self._unexplained(q, theta, variance, driving, weight))
             q = finger.angle(known + fit.torque)
-        gain, _ = condition(layout, self._gaussian.prior(gaussian.q, pressure), variance)
+        gain, _ = condition(layout, self._gaussian.prior(gaussian.q, driving), variance)
         q = q + (gain @ (theta - layout.sums(q))[..., None])[..., 0]
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
 
-    def _unexplained(self, q: Array, theta: Array, variance: Array, known: Array, pressure: Array) -> Bends:
-        """What known torques, (..., N) N m, leave of the bends of the sections, about the shape q."""
+    def _unexplained(self, q: Array, theta: Array, variance: Array, driving: Array, weight: Array) -> Bends:
+        """What driving torque and weight, (..., N) N m, leave of the bends of the sections, about the shape q."""
         layout, compliance = self.layout, self._gaussian.compliance(q)
-        free = q + compliance * (known - layout.finger.elastic_torque(q))
-        of_model = sections_of(layout, self._gaussian.of_model(q, pressure))
+        free = q + compliance * (driving + weight - layout.finger.elastic_torque(q))
+        of_model = sections_of(layout, self._gaussian.of_model(q, driving))
         return Bends(theta - layout.sums(free), of_model + variance[..., None] * np.eye(layout.sections), compliance)
 
     @cached_property
@@ -65,7 +65,9 @@ class ContactShape:
 
 
 def explain(layout: SensorLayout, uncertainty: Uncertainty, q: Array, bends: Bends) -> Fit:
-    """The contact that explains best what pressure and weight do not bend; NaN where fewer than two sections are read.
+    """The contact that explains best what driving torque and weight do not bend.
+
+    NaN where fewer than two sections are read.
 
     Args:
         layout: sensors and finger as they are believed to be.

@@ -1,19 +1,19 @@
-"""The most probable shape, and how uncertain it is: readings, pressure and weight weighed against each other.
+"""The most probable shape, and how uncertain it is: readings, driving torque and weight weighed against each other.
 
-At every joint the elastic torque balances pressure, weight and load,  k q = g p + w + tau . Before the sensors are
+At every joint the elastic torque balances driving torque, weight and load,  k q = u + w + tau . Before the sensors are
 read the joint angles are Gaussian about those of the free finger,
 
-    q ~ N(q_0, P) ,   q_0 = (g p + w) / k ,   P = C T C + c^2 b b^T + a^2 I ,   C = diag(1 / k) ,  b = g / k ,
+    q ~ N(q_0, P) ,   q_0 = (u + w) / k ,   P = C (T + r^2 u u^T + d^2 g g^T) C + a^2 I ,   C = diag(1 / k) ,
 
-with T the covariance of the load (`load_prior`), c^2 = (r p)^2 + d^2 the variance of the pressure that seems to act,
-when the bend per pressure is uncertain by the share r and the pressure by d, and a that of everything else. The
-readings say  A q = theta + noise , with variances R, so
+with T the covariance of the load (`load_prior`), r the uncertainty of the bend that the driving torque leads to, as a
+share, d that of the pressure, whose gain is g, and a that of everything else. The readings say  A q = theta + noise ,
+with variances R, so
 
     q | theta ~ N(q_0 + G (theta - A q_0), P - G A P) ,   G = P A^T (A P A^T + R)^-1 .
 
 The weight depends a little on q, so this is done twice. Lilge, Barfoot and Burgner-Kahrs (2022, doi
 10.1177/02783649221128843) estimate a continuum robot's shape with a Gaussian process in the same spirit; here the
-prior is on the load, not on the curvature, so that pressure and stiffness are put to use.
+prior is on the load, not on the curvature, so that driving torque and stiffness are put to use.
 
 Leading axes are free; S sections, N joints.
 """
@@ -41,29 +41,29 @@ class GaussianShape:
     layout: SensorLayout
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
-    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """The joint angles and their covariance; see ShapeFunction."""
         layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
         bends = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
-        driven, gravity = pressure[..., None] * finger.pressure_gain, np.asarray(gravity)[..., None]
+        gravity = np.asarray(gravity)[..., None]
         q = layout.shared_equally(bends.theta)
-        gain, covariance = condition(layout, self.prior(q, pressure), bends.variance)
+        gain, covariance = condition(layout, self.prior(q, driving), bends.variance)
         for _ in range(_PASSES):
-            free = finger.angle(driven + gravity_torque(finger, q, gravity))
+            free = finger.angle(driving + gravity_torque(finger, q, gravity))
             q = free + (gain @ (bends.theta - layout.sums(free))[..., None])[..., 0]
         return ShapeEstimate(q, covariance)
 
-    def prior(self, q: Array, pressure: Array) -> Array:
+    def prior(self, q: Array, driving: Array) -> Array:
         """The covariance P of the joint angles before the sensors are read, rad^2, (..., N, N)."""
-        return self._of_load(q) + self.of_model(q, pressure)
+        return self._of_load(q) + self.of_model(q, driving)
 
-    def of_model(self, q: Array, pressure: Array) -> Array:
-        """What of P is due to finger and pressure that are not as believed, c^2 b b^T + a^2 I, (..., N, N)."""
+    def of_model(self, q: Array, driving: Array) -> Array:
+        """What of P is due to finger and pressure that are not as believed, all but that of the load, (..., N, N)."""
         believed = self.uncertainty
-        bend = self.compliance(q) * self.layout.finger.pressure_gain
-        variance = (believed.bend_per_pressure * pressure) ** 2 + believed.pressure**2
-        unknown = believed.angle**2 * np.eye(q.shape[-1])
-        return variance[..., None, None] * (bend[..., None] * bend[..., None, :]) + unknown
+        compliance = self.compliance(q)
+        of_driving = compliance * (believed.bend_per_pressure * driving)
+        of_pressure = compliance * (believed.pressure * self.layout.finger.pressure_gain)
+        return _outer(of_driving) + _outer(of_pressure) + believed.angle**2 * np.eye(q.shape[-1])
 
     def _of_load(self, q: Array) -> Array:
         if self.layout.finger.elastic_law is None:
@@ -84,6 +84,11 @@ class GaussianShape:
     @cached_property
     def _torque_covariance(self) -> Array:
         return torque_covariance(self.layout.finger, self.uncertainty.load_pressure)
+
+
+def _outer(vector: Array) -> Array:
+    """All products of its entries, (..., N) -> (..., N, N)."""
+    return vector[..., None] * vector[..., None, :]
 
 
 def condition(layout: SensorLayout, covariance: Array, variance: Array) -> tuple[Array, Array]:

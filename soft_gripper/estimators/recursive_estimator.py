@@ -11,29 +11,34 @@ from soft_gripper.shape.bending_plane import bending_plane
 from soft_gripper.shape.estimate import ShapeEstimate
 from soft_gripper.signals import describe
 
+EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
+
 
 class RecursiveEstimator(ShapeEstimator):
     """Estimates the shape of one finger from sample to sample.
 
     ::
 
-        strain (paths * S) ---> +--------------------+ ---> all outputs of ShapeEstimator
-        pressure (1) Pa ------> | RecursiveEstimator | ---> effective_pressure  (1) Pa, see RecursiveShape
-        X_WB (12) [R | p] ----> +--------------------+ ---> loaded              (1) 0 or 1: something bends the finger
+        strain (paths * S) -------> +--------------------+ ---> all outputs of ShapeEstimator
+        driving_torque (N) N m ---> | RecursiveEstimator | ---> effective_driving_torque  (N) N m, see RecursiveShape
+        X_WB (12) [R | p] --------> +--------------------+ ---> loaded                    (1) 0 or 1: something bends
+                                                                                          the finger
 
     Give it inputs that are sampled together every period of its function, from time 0, in discrete state.
     """
 
     def __init__(self, function: RecursiveShape, gravity: Array):
         """`gravity` in the world, (3,) m/s^2, zero for none."""
-        super().__init__(lambda *_: function.estimate(function.begin(), np.zeros(())), function.layout, gravity)
+        super().__init__(lambda _, driving, __: function.estimate(function.begin(), driving), function.layout, gravity)
         self._recursive, self._start = function, function.begin()
         self.DeclareDiscreteState(_flat(self._start))
         self.DeclarePeriodicDiscreteUpdateEvent(function.period, 0.0, self._remember)
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc_known)
         self._known = self.DeclareCacheEntry("known", producer, {self.all_input_ports_ticket(), self.xd_ticket()})
         known = {self.cache_entry_ticket(self._known.cache_index())}
-        describe(self.DeclareVectorOutputPort("effective_pressure", 1, self._calc_pressure, known), "Pa")
+        joints = function.layout.finger.segments
+        effective = self.DeclareVectorOutputPort(EFFECTIVE_DRIVING_TORQUE, joints, self._calc_driving, known)
+        describe(effective, "N m", joint=range(joints))
         describe(self.DeclareVectorOutputPort("loaded", 1, self._calc_loaded, known), meanings=("free", "loaded"))
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
@@ -44,18 +49,18 @@ class RecursiveEstimator(ShapeEstimator):
     def _calc_known(self, context: Context, value: AbstractValue) -> None:
         before = _unflat(context.get_discrete_state_vector().value(), self._start)
         gravity = bending_plane(self._X_WB.Eval(context)).planar(self._gravity)
-        pressure = self._pressure.Eval(context)[0]
-        value.set_value(self._recursive.step(before, self._strain.Eval(context), pressure, gravity))
+        strain, driving = self._strain.Eval(context), self._driving.Eval(context)
+        value.set_value(self._recursive.step(before, strain, driving, gravity))
 
     def _calc(self, context: Context, value: AbstractValue) -> None:
         value.set_value(self._shape(context))
 
     def _shape(self, context: Context) -> ShapeEstimate:
-        return self._recursive.estimate(self._known.Eval(context), self._pressure.Eval(context)[0])
+        return self._recursive.estimate(self._known.Eval(context), self._driving.Eval(context))
 
-    def _calc_pressure(self, context: Context, output: BasicVector) -> None:
-        mean, pressure = self._known.Eval(context).mean, self._pressure.Eval(context)[0]
-        output.SetAtIndex(0, float(self._recursive.effective_pressure(mean, pressure)))
+    def _calc_driving(self, context: Context, output: BasicVector) -> None:
+        mean, driving = self._known.Eval(context).mean, self._driving.Eval(context)
+        output.SetFromVector(self._recursive.effective_driving(mean, driving))
 
     def _calc_loaded(self, context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, float(self._known.Eval(context).loaded))

@@ -3,7 +3,8 @@
 A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of the sensors, whose state x is
 
     z     the load, as its strongest modes:  tau = V z ; it changes slowly, or jumps
-    r, d  how much more the finger bends under pressure than is believed:  k q = g (p (1 + r) + d) + w + tau
+    r, d  how much more the finger bends than is believed, and the pressure that is measured too low:
+          k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
 
 All but the load are slow: next to constant, the offsets drift. They are learnt in free motion alone. Whether the
@@ -67,19 +68,19 @@ class RecursiveShape:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     period: float = 0.01  # s, between samples
 
-    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, covariance and contact of samples (T, ...) that follow each other; see ShapeFunction."""
-        return self.at(np.arange(len(readings)), readings, pressure, gravity)
+        return self.at(np.arange(len(readings)), readings, driving, gravity)
 
-    def at(self, rows: NDArray[np.int_], readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """The same at some of the samples, by their numbers, which increase; all are gone through."""
-        gravity, known = np.broadcast_to(gravity, pressure.shape), self.begin(pressure.shape[1:])
+        gravity, known = np.broadcast_to(gravity, driving.shape[:-1]), self.begin(driving.shape[1:-1])
         wanted, passed = set(rows.tolist()), []
-        for i, sample in enumerate(zip(readings, pressure, gravity, strict=True)):
+        for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
             known = self.step(known, *sample)
             if i in wanted:
                 passed.append(known)
-        return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), pressure[rows])
+        return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), driving[rows])
 
     def begin(self, shape: tuple[int, ...] = ()) -> Filter:
         """What is known of a straight finger before the first sample, with leading axes."""
@@ -90,15 +91,15 @@ class RecursiveShape:
             np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool), np.zeros((*shape, joints))
         )
 
-    def step(self, before: Filter, readings: Array, pressure: Array, gravity: Planar | complex) -> Filter:
+    def step(self, before: Filter, readings: Array, driving: Array, gravity: Planar | complex) -> Filter:
         """What is known after one more sample."""
         layout, finger = self.layout, self.layout.finger
         mean, covariance = before.mean, before.covariance + np.diag(self._walks)
         weight = gravity_torque(finger, before.q, np.asarray(gravity)[..., None])
-        torque = self.effective_pressure(mean, pressure)[..., None] * finger.pressure_gain + weight
+        torque = self.effective_driving(mean, driving) + weight
         free = finger.angle(torque)
         strain, gain = extension_ratios(layout, free) - 1, 1 + self._gains(mean)
-        by_state = self._by_state(free, strain, gain, pressure)
+        by_state = self._by_state(free, strain, gain, driving)
         difference: Array = layout.response.ratio(readings) - 1 - gain * strain - self._offsets(mean)
         read = np.isfinite(difference)
         difference = np.where(read, difference, 0.0)
@@ -110,13 +111,13 @@ class RecursiveShape:
         blind = self._is_blind(noise)
         loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
         mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded, blind & ~loaded)
-        torque = self.effective_pressure(mean, pressure)[..., None] * finger.pressure_gain + weight
+        torque = self.effective_driving(mean, driving) + weight
         q = finger.angle(torque + mean[..., :_MODES] @ self._modes.T)
         return Filter(mean, covariance, average, loaded, q)
 
-    def estimate(self, known: Filter, pressure: Array) -> ShapeEstimate:
-        """The shape after a sample at a pressure, Pa, (...)."""
-        by_joint = self._joints_by_state(known.q, pressure)
+    def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
+        """The shape after a sample at a driving torque, N m, (..., N)."""
+        by_joint = self._joints_by_state(known.q, driving)
         covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
         covariance = covariance + self.uncertainty.angle**2 * np.eye(known.q.shape[-1])
         load = by_joint[..., :_MODES]
@@ -128,9 +129,10 @@ class RecursiveShape:
         )
         return ShapeEstimate(known.q, covariance, explain(self.layout, self.uncertainty, known.q, bends).contact)
 
-    def effective_pressure(self, mean: Array, pressure: Array) -> Array:
-        """The pressure that bends the finger, as it is believed to be, as far as this one does, Pa, (...)."""
-        return pressure * (1 + mean[..., _MODES]) + mean[..., _MODES + 1]
+    def effective_driving(self, mean: Array, driving: Array) -> Array:
+        """What would drive the finger, as it is believed to be, as far as it is driven, N m, (..., N)."""
+        share, pressure = mean[..., _MODES, None], mean[..., _MODES + 1, None]
+        return driving * (1 + share) + pressure * self.layout.finger.pressure_gain
 
     def _gains(self, mean: Array) -> Array:
         return mean[..., _MODES + 2 : _MODES + 2 + self.layout.readings]
@@ -177,19 +179,19 @@ class RecursiveShape:
         finger = self.layout.finger
         return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
 
-    def _joints_by_state(self, q: Array, pressure: Array) -> Array:
+    def _joints_by_state(self, q: Array, driving: Array) -> Array:
         """By how much the joint angles move with the states, (..., N, n)."""
         compliance, finger = self._compliance(q), self.layout.finger
         moved = np.zeros((*q.shape, self._states))
         moved[..., :_MODES] = compliance[..., None] * self._modes
         moved[..., _MODES + 1] = compliance * finger.pressure_gain
-        moved[..., _MODES] = moved[..., _MODES + 1] * pressure[..., None]
+        moved[..., _MODES] = compliance * driving
         return moved
 
-    def _by_state(self, q: Array, strain: Array, gain: Array, pressure: Array) -> Array:
+    def _by_state(self, q: Array, strain: Array, gain: Array, driving: Array) -> Array:
         """By how much the readings' strains move with the states, (..., R, n)."""
         layout, readings = self.layout, np.arange(self.layout.readings)
-        sums = np.add.reduceat(self._joints_by_state(q, pressure), layout.section_ends[:-1], axis=-2)
+        sums = np.add.reduceat(self._joints_by_state(q, driving), layout.section_ends[:-1], axis=-2)
         bend = -(layout.offsets[:, None] / layout.rest_lengths).ravel()
         moved = (gain * bend)[..., None] * np.concatenate([sums] * layout.paths, axis=-2)
         moved[..., readings, _MODES + 2 + readings] = strain

@@ -1,4 +1,4 @@
-"""Forces on several places of one side, from the bends that pressure and weight do not explain.
+"""Forces on several places of one side, from the bends that driving torque and weight do not explain.
 
 Forces f_m >= 0 at many places bend the sections by  M f . Those that leave least unexplained, with a little weight on
 their squares so that there is one answer, are a non-negative least-squares problem (Lawson and Hanson 1974, ch. 23).

@@ -10,6 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValuePro
 from soft_gripper.arrays import Array
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.bending_plane import bending_plane
+from soft_gripper.shape.driving_torque import DRIVING_TORQUE
 from soft_gripper.shape.estimate import ContactForce, ShapeEstimate, ShapeFunction
 from soft_gripper.shape.finger_shape import ANGLES
 from soft_gripper.shape.position_band import position_std
@@ -23,14 +24,14 @@ class ShapeEstimator(LeafSystem):
 
     ::
 
-        strain (paths * S) ---> +----------------+ ---> estimated_joint_angles  (N) rad
-        pressure (1) Pa ------> | ShapeEstimator | ---> joint_angle_covariance  (N x N) rad^2
-        X_WB (12) [R | p] ----> |                | ---> position_std            (N + 1) m, of joints and tip across the
-                                |                |                              finger
-                                |                | ---> contact_force           (1) N, positive on the inner side
-                                |                | ---> contact_arc_length      (1) m, from the base
-                                |                | ---> contact_force_std       (1) N
-                                +----------------+ ---> contact_arc_length_std  (1) m
+        strain (paths * S) -------> +----------------+ ---> estimated_joint_angles  (N) rad
+        driving_torque (N) N m ---> | ShapeEstimator | ---> joint_angle_covariance  (N x N) rad^2
+        X_WB (12) [R | p] --------> |                | ---> position_std            (N + 1) m, of joints and tip across
+                                    |                |                              the finger
+                                    |                | ---> contact_force           (1) N, positive on the inner side
+                                    |                | ---> contact_arc_length      (1) m, from the base
+                                    |                | ---> contact_force_std       (1) N
+                                    +----------------+ ---> contact_arc_length_std  (1) m
 
     Covariance and contact are there if the function gives them. Stateless.
     """
@@ -40,11 +41,11 @@ class ShapeEstimator(LeafSystem):
         super().__init__()
         self._function, self._finger, self._gravity = function, layout.finger, gravity
         self._strain = self.DeclareVectorInputPort("strain", layout.readings)
-        self._pressure = self.DeclareVectorInputPort("pressure", 1)
+        self._driving = self.DeclareVectorInputPort(DRIVING_TORQUE, layout.finger.segments)
         self._X_WB = self.DeclareVectorInputPort("X_WB", 12)
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc)
         self._estimate = self.DeclareCacheEntry("shape", producer, {self.all_input_ports_ticket()})
-        straight = function(layout.response.reading(np.ones(layout.readings)), np.zeros(()), 0j)
+        straight = function(layout.response.reading(np.ones(layout.readings)), np.zeros(layout.finger.segments), 0j)
         self._declare_ports(straight)
 
     def _declare_ports(self, found: ShapeEstimate) -> None:
@@ -74,8 +75,7 @@ class ShapeEstimator(LeafSystem):
 
     def _calc(self, context: Context, value: AbstractValue) -> None:
         gravity = bending_plane(self._X_WB.Eval(context)).planar(self._gravity)
-        pressure = self._pressure.Eval(context)[0]
-        value.set_value(self._function(self._strain.Eval(context), pressure, gravity))
+        value.set_value(self._function(self._strain.Eval(context), self._driving.Eval(context), gravity))
 
 
 def _contact_field(field: str) -> Callable[[ShapeEstimate], Array]:

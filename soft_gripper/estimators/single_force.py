@@ -1,4 +1,4 @@
-"""One force on a finger, from the bends that pressure and weight do not explain.
+"""One force on a finger, from the bends that driving torque and weight do not explain.
 
 A force F at arc length s bends the sections by  F a(s) ,  a(s) = A C u(s) , with u the torque of 1 N at the joints, C
 their compliance and A the sums over sections. For bends r with the covariance R the most probable F at a given s, and
@@ -49,7 +49,7 @@ class Fit(NamedTuple):
 class Bends(NamedTuple):
     """What is to be explained."""
 
-    theta: Array  # (..., S) rad, bends of the sections beyond those of pressure and weight
+    theta: Array  # (..., S) rad, bends of the sections beyond those of driving torque and weight
     covariance: Array  # (..., S, S) rad^2
     compliance: Array  # (..., N) or (N) rad/(N m), of the joints
 

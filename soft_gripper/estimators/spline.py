@@ -1,4 +1,4 @@
-"""The smoothest shape that has the measured bends: no stiffness, pressure or weight is believed in.
+"""The smoothest shape that has the measured bends: no stiffness, drive or weight is believed in.
 
 Of all joint angles with the sums that are read, those with the least sum of squared differences from joint to joint:
 the curvature is continuous, and its slope is as small as can be. It is the limit of the most probable curvature that
@@ -27,8 +27,8 @@ class SplineShape:
 
     layout: SensorLayout
 
-    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
-        """The joint angles; see ShapeFunction. Pressure and gravity do not matter."""
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """The joint angles; see ShapeFunction. What drives the finger, and gravity, do not matter."""
         bends = section_bends(self.layout, readings, _NOISE)
         gain, _ = condition(self.layout, self._walk, bends.variance)
         return ShapeEstimate((gain @ bends.theta[..., None])[..., 0])

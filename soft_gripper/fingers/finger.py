@@ -1,7 +1,9 @@
 """A soft finger as physical parameters, and the chain of rigid segments that stands for it."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,31 +11,22 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection, misfits
+from soft_gripper.fingers.finger_parts import (
+    ContactMaterial,
+    CreepBranch,
+    ElasticLaw,
+    LinkInertias,
+    PressureLaw,
+    TipLoad,
+)
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _MAY_BE_ZERO = (
-    *("relaxation_time", "friction", "dissipation"),
+    *("relaxation_time", "friction", "dissipation", "shear_factor"),
     *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
 )
+_OF_ANY_SIGN = ("chamber_center", "x", "z")
 _ROUNDING = 1e-9  # m
-
-
-@dataclass(frozen=True)
-class ContactMaterial:
-    """How the finger's skin meets what it touches (Drake's hydroelastic contact parameters)."""
-
-    friction: float = 0.9  # Coulomb, static and dynamic alike
-    hydroelastic_modulus: float = 2e5  # Pa
-    dissipation: float = 3.0  # s/m, Hunt and Crossley
-
-
-@dataclass(frozen=True)
-class ElasticLaw:
-    """Bending moment against curvature as points, at base and tip; linear between them along the finger."""
-
-    curvature: tuple[float, ...]  # 1/m, increasing
-    base_moment: tuple[float, ...]  # N m, increasing
-    tip_moment: tuple[float, ...]  # N m, increasing
 
 
 @dataclass(frozen=True)
@@ -56,23 +49,38 @@ class Finger:
     sensor_spacing: float  # m, between inner and outer sensor path (Delta_R)
     segments: int = 12
     relaxation_time: float = 0.015  # s, Kelvin-Voigt: damping over stiffness
-    contact: ContactMaterial = ContactMaterial()
+    contact: ContactMaterial = field(default_factory=ContactMaterial)
     elastic_law: ElasticLaw | None = None  # in the place of E I times curvature
+    creep: tuple[CreepBranch, ...] = ()  # stiffness is the instantaneous one, which fades by these
+    pressure_law: PressureLaw | None = None  # None: as much as the pressure
+    shear_factor: float = 0.0  # shear correction factor kappa (Timoshenko); 0: rigid in shear
+    tip_load: TipLoad | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.segments, int | np.integer) or self.segments < 1:
             self._reject("segments", self.segments, "give a whole number of at least 1")
-        for label, part in (("", self), ("base.", self.base), ("tip.", self.tip), ("contact.", self.contact)):
-            for field in fields(part):
-                value = getattr(part, field.name)
-                if isinstance(value, int | float):
-                    self._require_in_range(label + field.name, value)
+        for label, part in self._parts():
+            for name in (of_part.name for of_part in fields(part)):
+                if isinstance(value := getattr(part, name), int | float):
+                    self._require_in_range(label + name, value)
         for end, section in (("base", self.base), ("tip", self.tip)):
             for name, value, expected in misfits(section):
                 self._reject(f"{end}.{name}", value, expected)
         self._check_sensor_paths()
-        if self.elastic_law is not None:
-            self._check_elastic_law(self.elastic_law)
+        self._check_curve("elastic_law", self.elastic_law)
+        self._check_curve("pressure_law", self.pressure_law)
+        self._check_pressure_law()
+        self._check_creep()
+
+    def _parts(self) -> Iterator[tuple[str, Any]]:
+        """What holds numbers, and how it is called."""
+        yield "", self
+        for name in ("base", "tip", "contact"):
+            yield f"{name}.", getattr(self, name)
+        for branch in self.creep:
+            yield "creep.", branch
+        if self.tip_load is not None:
+            yield "tip_load.", self.tip_load
 
     def _check_sensor_paths(self) -> None:
         inner, outer = self.sensor_offsets
@@ -82,19 +90,32 @@ class Finger:
                 expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at its {end}; give less"
                 self._reject("sensor_spacing", self.sensor_spacing, expected)
 
-    def _check_elastic_law(self, law: ElasticLaw) -> None:
-        for field in fields(law):
-            values = getattr(law, field.name)
+    def _check_curve(self, name: str, law: ElasticLaw | PressureLaw | None) -> None:
+        columns = [] if law is None else [(column.name, getattr(law, column.name)) for column in fields(law)]
+        for column, values in columns:
             increasing = np.isfinite(values).all() and np.all(np.diff(values) > 0)
-            if len(values) < 2 or len(values) != len(law.curvature) or not increasing:
-                self._reject(f"elastic_law.{field.name}", values, "give as many increasing numbers in each list")
+            if len(values) < 2 or len(values) != len(columns[0][1]) or not increasing:
+                self._reject(f"{name}.{column}", values, "give as many increasing numbers in each list")
+
+    def _check_pressure_law(self) -> None:
+        law = self.pressure_law
+        if law is not None and 0 in law.pressure and law.effective[law.pressure.index(0)] != 0:
+            self._reject("pressure_law.effective", law.effective, "without pressure nothing bends: give 0 for 0")
+
+    def _check_creep(self) -> None:
+        shares = [branch.share for branch in self.creep]
+        if sum(shares) >= 1:
+            self._reject("creep.share", shares, "nothing would be left of the stiffness: give less than 1 in all")
+        if np.any(self.joint_law.slopes <= sum(shares) * self.stiffness[:, None]):
+            expected = "more creeps away than the elastic law has at its flattest: give smaller shares"
+            self._reject("creep.share", shares, expected)
 
     def _require_in_range(self, field: str, value: float) -> None:
         name = field.rpartition(".")[2]
         least, allowed = "of at least 0", value >= 0
         if name not in _MAY_BE_ZERO:
             least, allowed = "above 0", value > 0
-        if name == "chamber_center":
+        if name in _OF_ANY_SIGN:
             least, allowed = "", True
         if not np.isfinite(value) or not allowed:
             self._reject(field, value, f"give a finite number {least}".strip())
@@ -114,7 +135,7 @@ class Finger:
     def section(self, s: Array | float) -> CrossSection:
         """The cross-section at arc lengths `s` (m), what it is built of linear from base to tip."""
         along = np.asarray(s) / self.length
-        ends = ((getattr(self.base, field.name), getattr(self.tip, field.name)) for field in fields(CrossSection))
+        ends = ((getattr(self.base, part.name), getattr(self.tip, part.name)) for part in fields(CrossSection))
         return CrossSection(*(base + (tip - base) * along for base, tip in ends))
 
     @cached_property
@@ -143,6 +164,12 @@ class Finger:
     def stiffness(self) -> Array:
         """Bending stiffness of every joint, k_i = E I(s_i) / ds, N m/rad, shape (N,)."""
         return np.asarray(self._at_joints.bending_stiffness) / self.segment_length
+
+    @cached_property
+    def shear_stiffness(self) -> Array:
+        """Of every joint across its link, kappa G A(s_i) / ds, N/m, shape (N,); rubber is incompressible, G = E / 3."""
+        section = self._at_joints
+        return np.asarray(self.shear_factor * section.youngs_modulus / 3 * section.area) / self.segment_length
 
     def elastic_torque(self, q: Array) -> Array:
         """Torque that joint angles (..., N) rad call up against them, N m, (..., N)."""
@@ -174,25 +201,40 @@ class Finger:
         """Joint torque per pressure (the chamber law), A(s_i) e(s_i), N m/Pa, shape (N,)."""
         return np.asarray(self._at_joints.chamber_area * self._at_joints.chamber_eccentricity)
 
+    def pressure_torque(self, pressure: Array | float) -> Array:
+        """Torque of a pressure on the joints, (...) Pa -> (..., N) N m, positive closes."""
+        law = self.pressure_law
+        effective = np.asarray(pressure) if law is None else law.curve(np.asarray(pressure))
+        return effective[..., None] * self.pressure_gain
+
     @cached_property
     def link_ends(self) -> Array:
         """Arc lengths where the N + 1 rigid links begin and end, m, shape (N + 2,): base, joints, tip."""
         return np.concatenate([[0.0], self.joint_arc_lengths, [self.length]])
 
     @cached_property
+    def links(self) -> LinkInertias:
+        """Of the N + 1 rigid links from the base to the tip, the load at the tip included."""
+        section, lengths, load = self._at_links, np.diff(self.link_ends), self.tip_load
+        mass = np.asarray(section.density * section.area * lengths)
+        center = (lengths / 2 + 1j * section.mass_center).astype(complex)
+        bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
+        return bare if load is None else bare.loaded(load.mass, complex(lengths[-1] + load.z, load.x))
+
+    @property
     def link_masses(self) -> Array:
         """Mass of every link from the base to the tip, kg, shape (N + 1,)."""
-        return self._at_links.density * self._at_links.area * np.diff(self.link_ends)
+        return self.links.mass
 
-    @cached_property
+    @property
     def link_centers(self) -> Planar:
         """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
-        return (np.diff(self.link_ends) / 2 + 1j * self._at_links.mass_center).astype(complex)
+        return self.links.center
 
-    @cached_property
+    @property
     def link_gyration(self) -> Array:
         """Squares of the radii of gyration of the links about their centres along x, y and z, m^2, (3, N + 1)."""
-        return np.array([*self._at_links.gyration, np.diff(self.link_ends) ** 2 / 12])
+        return self.links.gyration
 
     @cached_property
     def mass_moments(self) -> Planar:
@@ -217,12 +259,18 @@ class Finger:
 
     def mass_matrix(self) -> Array:
         """Joint-space mass matrix of the straight finger, kg m^2, shape (N, N)."""
+        return self._mass_matrix[: self.segments, : self.segments]
+
+    @cached_property
+    def _mass_matrix(self) -> Array:
+        """Of bending at every joint and then of shear at every joint, (2 N, 2 N)."""
         joints, mass = self.joint_arc_lengths, self.link_masses
-        middle = (self.link_ends[:-1] + self.link_ends[1:]) / 2
+        middle = self.link_ends[:-1] + self.link_centers.real
         rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + self.link_centers.imag**2)
-        moved = middle[:, None] > joints[None, :]
-        lever = np.where(moved, middle[:, None] - joints[None, :], 0.0)
-        return lever.T @ (mass[:, None] * lever) + moved.T @ (rotational[:, None] * moved)
+        moved = (self.link_ends[:-1, None] >= joints).astype(float)
+        across = np.hstack([moved * (middle[:, None] - joints), moved])  # how far each joint moves each link
+        turned = np.hstack([moved, 0 * moved])
+        return across.T @ (mass[:, None] * across) + turned.T @ (rotational[:, None] * turned)
 
     def stable_time_step(self) -> float:
         """Largest step, s, at which explicit springs with implicit joint damping stay stable.
@@ -232,9 +280,11 @@ class Finger:
         singular. Where the damping is beta times the stiffness, a mode of natural frequency w comes there at
         dt = beta + sqrt(beta^2 + 4 / w^2).
         """
-        stiffness, damping = np.diag(self.joint_law.slopes.max(axis=-1)), np.diag(self.damping)
-        zero, one = np.zeros_like(damping), np.eye(self.segments)
-        inverse_mass = np.linalg.inv(self.mass_matrix())
+        shear = self.shear_stiffness if self.shear_factor > 0 else np.zeros(0)
+        stiffness = np.concatenate([self.joint_law.slopes.max(axis=-1), shear])
+        damping = np.concatenate([self.damping, self.relaxation_time * shear])
+        one = np.eye(len(stiffness))
+        inverse_mass = np.linalg.inv(self._mass_matrix[: len(stiffness), : len(stiffness)])
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
-        steps = np.block([[zero, one], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
+        steps = np.block([[0 * one, one], [inverse_mass * stiffness / 4, -inverse_mass * damping / 2]])
         return 1 / float(np.linalg.eigvals(steps).real.max())

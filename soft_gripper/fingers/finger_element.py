@@ -12,13 +12,24 @@
       <sensors spacing="0.017"/>
       <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="3"/>
       <elastic_law angle="-0.3 0 0.1 0.3" base_torque="-0.4 0 0.1 0.4" tip_torque="-0.3 0 0.08 0.3"/>
+      <creep share="0.2 0.1" time="0.3 4"/>
+      <pressure_law pressure="-5e4 0 1e5 2e5" effective="-5e4 0 1.05e5 2.3e5"/>
+      <tip_load mass="0.05" xyz="0.015 0 0"/>
     </finger>
 
 `base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, which lies on the
-neutral axis. `origin`, `contact` and `elastic_law` may be left out, as may `segments`, `relaxation_time`, the chamber
-and the strain-limiting layer; the rest may not.
-An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file;
-it takes the place of Young's modulus, which is left to the damping. For the frame beside the fingers see `urdf`.
+neutral axis. All elements from `contact` on and `origin` may be left out, as may `segments`, `relaxation_time`, the
+chamber and the strain-limiting layer; the rest may not. What the elements mean is in `finger_parts`; beside that:
+
+- `material` of `base` and `tip`, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `materials`.
+- `shear_factor` of `body` (none: rigid in shear) is the shear correction factor of Timoshenko's beam, 0.857 for a
+  rectangle of what is incompressible (G. R. Cowper, *The Shear Coefficient in Timoshenko's Beam Theory*, J. Appl.
+  Mech. 33, 1966: 10 (1 + nu) / (12 + 11 nu)).
+- An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file; it
+  takes the place of Young's modulus, which is left to damping, creep and shear.
+- A tip load is a point mass at `xyz` m in the frame {finger}_tip; y is 0.
+
+For the frame beside the fingers see `urdf`.
 """
 
 import difflib
@@ -29,27 +40,35 @@ from typing import Any
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection
-from soft_gripper.fingers.finger import ContactMaterial, ElasticLaw, Finger
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
+from soft_gripper.fingers.materials import SILICONES
 
 _CHILDREN = {
     "parent": ["link"],
     "origin": ["xyz", "rpy"],
-    "body": ["length", "segments", "relaxation_time"],
-    "base": [f.name for f in fields(CrossSection)],
-    "tip": [f.name for f in fields(CrossSection)],
+    "body": ["length", "segments", "relaxation_time", "shear_factor"],
+    "base": [*(f.name for f in fields(CrossSection)), "material"],
+    "tip": [*(f.name for f in fields(CrossSection)), "material"],
     "sensors": ["spacing"],
     "contact": [f.name for f in fields(ContactMaterial)],
     "elastic_law": ["angle", "base_torque", "tip_torque"],
+    "creep": [f.name for f in fields(CreepBranch)],
+    "pressure_law": [f.name for f in fields(PressureLaw)],
+    "tip_load": ["mass", "xyz"],
 }
 # What the file calls the fields of a Finger that have another name there.
 _IN_FILE = {
     "length": "body.length",
     "segments": "body.segments",
     "relaxation_time": "body.relaxation_time",
+    "shear_factor": "body.shear_factor",
     "sensor_spacing": "sensors.spacing",
     "elastic_law.curvature": "elastic_law.angle",
     "elastic_law.base_moment": "elastic_law.base_torque",
     "elastic_law.tip_moment": "elastic_law.tip_torque",
+    "tip_load.x": "tip_load.xyz",
+    "tip_load.z": "tip_load.xyz",
 }
 _REQUIRED = ("parent", "body", "base", "tip", "sensors")
 
@@ -107,12 +126,29 @@ class _Reader:
             raise InputError(self.where, f"{tag}.{attribute}", value, "give three finite numbers")
         return (x, y, z)
 
-    def record(self, tag: str, cls: type) -> Any:
+    def record(self, tag: str, cls: type, **known: float) -> Any:
         """A dataclass whose fields are the attributes of <tag>; those with a default may be left out."""
         child = self.element.find(tag)
         given = set() if child is None else set(child.keys())
-        names = [f.name for f in fields(cls) if f.name in given or f.default is MISSING]
-        return cls(**{name: self.number(tag, name) for name in names})
+        names = [f.name for f in fields(cls) if f.name not in known and (f.name in given or f.default is MISSING)]
+        return cls(**known, **{name: self.number(tag, name) for name in names})
+
+    def section(self, tag: str) -> CrossSection:
+        """A cross-section, whose silicone may be given by its name."""
+        child = self.element.find(tag)
+        name = None if child is None else child.get("material")
+        if child is None or name is None:
+            section: CrossSection = self.record(tag, CrossSection)
+            return section
+        if name not in SILICONES:
+            raise InputError(self.where, f"{tag}.material", name, f"not known; known: {', '.join(SILICONES)}")
+        silicone = SILICONES[name]
+        known = {"youngs_modulus": silicone.youngs_modulus, "density": silicone.density}
+        for field in known:
+            if child.get(field) is not None:
+                raise InputError(self.where, f"{tag}.{field}", child.get(field), "the material gives it; leave one out")
+        section = self.record(tag, CrossSection, **known)
+        return section
 
     def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
         value = self.text(tag, attribute)
@@ -124,18 +160,37 @@ class _Reader:
     def elastic_law(self, segment_length: float) -> ElasticLaw | None:
         if self.element.find("elastic_law") is None:
             return None
-        angle, base, tip = (self.numbers("elastic_law", a) for a in _CHILDREN["elastic_law"])
+        angle, base, tip = self.columns("elastic_law")
         return ElasticLaw(tuple(a / (segment_length or 1.0) for a in angle), base, tip)
 
+    def columns(self, tag: str) -> list[tuple[float, ...]]:
+        """The attributes of <tag>, each a list of numbers."""
+        return [self.numbers(tag, attribute) for attribute in _CHILDREN[tag]]
+
+    def creep(self) -> tuple[CreepBranch, ...]:
+        if self.element.find("creep") is None:
+            return ()
+        shares, times = self.columns("creep")
+        if len(shares) != len(times):
+            raise InputError(self.where, "creep.time", times, "give as many numbers as there are shares")
+        return tuple(map(CreepBranch, shares, times))
+
+    def pressure_law(self) -> PressureLaw | None:
+        return None if self.element.find("pressure_law") is None else PressureLaw(*self.columns("pressure_law"))
+
+    def tip_load(self) -> TipLoad | None:
+        if self.element.find("tip_load") is None:
+            return None
+        x, y, z = self.vector("tip_load", "xyz")
+        if y != 0:
+            raise InputError(self.where, "tip_load.xyz", (x, y, z), "the finger bends in a plane; give 0 for y")
+        return TipLoad(self.number("tip_load", "mass"), x, z)
+
     def body(self) -> dict[str, Any]:
-        values: dict[str, Any] = {"length": self.number("body", "length")}
         body = self.element.find("body")
         assert body is not None
-        if body.get("segments") is not None:
-            values["segments"] = self.number("body", "segments", int)
-        if body.get("relaxation_time") is not None:
-            values["relaxation_time"] = self.number("body", "relaxation_time")
-        return values
+        given = [name for name in _CHILDREN["body"] if name == "length" or body.get(name) is not None]
+        return {name: self.number("body", name, int if name == "segments" else float) for name in given}
 
 
 def _check_names(where: str, kind: str, names: list[str], known: list[str]) -> None:
@@ -160,11 +215,14 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     if segments is not None:
         body["segments"] = segments
     parts = {
-        "base": reader.record("base", CrossSection),
-        "tip": reader.record("tip", CrossSection),
+        "base": reader.section("base"),
+        "tip": reader.section("tip"),
         "contact": reader.record("contact", ContactMaterial),
         "sensor_spacing": reader.number("sensors", "spacing"),
         "elastic_law": reader.elastic_law(body["length"] / max(in_file, 1)),
+        "creep": reader.creep(),
+        "pressure_law": reader.pressure_law(),
+        "tip_load": reader.tip_load(),
     }
     mount = (reader.text("parent", "link"), reader.vector("origin", "xyz"), reader.vector("origin", "rpy"))
     try:

@@ -6,10 +6,14 @@ import numpy as np
 
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_parts import TipLoad
 
 DRAKE = "{http://drake.mit.edu}"
 ET.register_namespace("drake", DRAKE.strip("{}"))
 _COLOR = "0.93 0.55 0.36 1"
+_SLIDING = 1e-6  # mass of a link that slides over that of the link before
+_STEEL = 7850.0  # kg/m^3
+_STEEL_COLOR = "0.6 0.62 0.65 1"
 
 
 def link_name(finger: str, index: int) -> str:
@@ -22,6 +26,16 @@ def joint_name(finger: str, index: int) -> str:
     return f"{finger}_joint_{index}"
 
 
+def shear_joint_name(finger: str, index: int) -> str:
+    """Name of the joint that shears before bending joint `index`, if the finger does."""
+    return f"{finger}_shear_{index}"
+
+
+def _before(finger: Finger, index: int) -> str:
+    """What a bending joint turns from: the link before it, or what that shears to."""
+    return f"{finger.name}_shear_link_{index}" if finger.shear_factor else link_name(finger.name, index)
+
+
 def finger_to_urdf(mounted: FingerElement) -> list[ET.Element]:
     """The URDF elements that stand for a finger, in the order base to tip.
 
@@ -32,9 +46,10 @@ def finger_to_urdf(mounted: FingerElement) -> list[ET.Element]:
     links = [_link(finger, i) for i in range(finger.segments + 1)]
     joints = [_joint(finger, i) for i in range(finger.segments)]
     springs = [spring for i in range(finger.segments) for spring in _spring_pair(finger, i)]
+    shear = [part for i in range(finger.segments if finger.shear_factor else 0) for part in _shear(finger, i)]
     actuators = [_actuator(finger, i) for i in range(finger.segments)]
     other = [_tip_frame(finger), _self_collision_filter(finger)]
-    return [*links, _mount(mounted), *joints, *springs, *actuators, *other]
+    return [*links, _mount(mounted), *shear, *joints, *springs, *actuators, *other]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -50,25 +65,46 @@ def _text(*values: float) -> str:
 def _link(finger: Finger, index: int) -> ET.Element:
     begin, end = finger.link_ends[index : index + 2]
     length, middle = end - begin, np.array((begin + end) / 2)
-    section, mass = finger.section(middle), float(finger.link_masses[index])
-    width, center = float(section.width), finger.link_centers[index]
-    middle_of_section = -float(section.neutral_axis)
+    section = finger.section(middle)
+    width, middle_of_section = float(section.width), -float(section.neutral_axis)
     origin = _element("origin", xyz=_text(middle_of_section, 0, length / 2))
     box = _element("geometry", _element("box", size=_text(section.thickness, width, length)))
-    x, y, z = finger.link_gyration[:, index]
-    moments = {"ixx": _text(mass * (y + z)), "iyy": _text(mass * (x + z)), "izz": _text(mass * (x + y))}
     return _element(
         "link",
-        _element(
-            "inertial",
-            _element("origin", xyz=_text(center.imag, 0, center.real)),
-            _element("mass", value=_text(mass)),
-            _element("inertia", **moments, ixy="0", ixz="0", iyz="0"),
-        ),
+        _inertial_of_link(finger, index),
         _element("visual", origin, box, _material(finger)),
         *([_knuckle(finger, width, begin)] if index else []),
+        *([_ball(finger.tip_load, length)] if finger.tip_load is not None and index == finger.segments else []),
         _element("collision", origin, box, _proximity(finger)),
         name=link_name(finger.name, index),
+    )
+
+
+def _inertial_of_link(finger: Finger, index: int) -> ET.Element:
+    links = finger.links
+    mass = float(links.mass[index])
+    x, y, z = mass * links.gyration[:, index]
+    return _inertial(mass, complex(links.center[index]), (y + z, x + z, x + y), -mass * float(links.product[index]))
+
+
+def _inertial(mass: float, center: complex, moments: tuple[float, ...], ixz: float = 0.0) -> ET.Element:
+    values = {name: _text(moment) for name, moment in zip(("ixx", "iyy", "izz"), moments, strict=True)}
+    return _element(
+        "inertial",
+        _element("origin", xyz=_text(center.imag, 0, center.real)),
+        _element("mass", value=_text(mass)),
+        _element("inertia", **values, ixy="0", ixz=_text(ixz), iyz="0"),
+    )
+
+
+def _ball(load: TipLoad, length: float) -> ET.Element:
+    """A visual ball of steel, on the last link, as heavy as the load."""
+    radius = (load.mass / (4 / 3 * np.pi * _STEEL)) ** (1 / 3)
+    return _element(
+        "visual",
+        _element("origin", xyz=_text(load.x, 0, length + load.z)),
+        _element("geometry", _element("sphere", radius=_text(radius))),
+        _element("material", _element("color", rgba=_STEEL_COLOR), name="steel"),
     )
 
 
@@ -126,11 +162,12 @@ def _joint_height(finger: Finger, index: int) -> float:
 
 
 def _joint(finger: Finger, index: int) -> ET.Element:
+    height = 0.0 if finger.shear_factor else _joint_height(finger, index)
     return _element(
         "joint",
-        _element("parent", link=link_name(finger.name, index)),
+        _element("parent", link=_before(finger, index)),
         _element("child", link=link_name(finger.name, index + 1)),
-        _element("origin", xyz=_text(0, 0, _joint_height(finger, index))),
+        _element("origin", xyz=_text(0, 0, height)),
         _element("axis", xyz="0 1 0"),
         _element("dynamics", damping=_text(finger.damping[index])),
         name=joint_name(finger.name, index),
@@ -146,24 +183,48 @@ def _spring_pair(finger: Finger, index: int) -> list[ET.Element]:
     """
     h = finger.segment_length / 2
     d = np.sqrt(3) / 2 * h
-    z = _joint_height(finger, index)
-    values = {
-        "free_length": _text(2 * h),
-        "stiffness": _text(finger.stiffness[index] / (2 * d**2)),
-        "damping": "0",
-    }
+    z = 0.0 if finger.shear_factor else _joint_height(finger, index)
+    bodies, stiffness = (_before(finger, index), link_name(finger.name, index + 1)), finger.stiffness[index]
+    return [_spring(bodies, (x, 0, z - h), (x, 0, h), 2 * h, stiffness / (2 * d**2)) for x in (d, -d)]
+
+
+def _spring(
+    bodies: tuple[str, str], p_AP: tuple[float, ...], p_BQ: tuple[float, ...], free_length: float, stiffness: float
+) -> ET.Element:
     tag = DRAKE + "linear_spring_damper"
-    return [
-        _element(
-            tag,
-            _element(f"{tag}_body_A", name=link_name(finger.name, index)),
-            _element(f"{tag}_p_AP", value=_text(x, 0, z - h)),
-            _element(f"{tag}_body_B", name=link_name(finger.name, index + 1)),
-            _element(f"{tag}_p_BQ", value=_text(x, 0, h)),
-            *(_element(f"{tag}_{key}", value=value) for key, value in values.items()),
-        )
-        for x in (d, -d)
-    ]
+    return _element(
+        tag,
+        _element(f"{tag}_body_A", name=bodies[0]),
+        _element(f"{tag}_p_AP", value=_text(*p_AP)),
+        _element(f"{tag}_body_B", name=bodies[1]),
+        _element(f"{tag}_p_BQ", value=_text(*p_BQ)),
+        _element(f"{tag}_free_length", value=_text(free_length)),
+        _element(f"{tag}_stiffness", value=_text(stiffness)),
+        _element(f"{tag}_damping", value="0"),
+    )
+
+
+def _shear(finger: Finger, index: int) -> list[ET.Element]:
+    """What lets the finger shear before a joint: a link of next to no mass that slides along x on the link before.
+
+    Its spring lies along x too, so that it is linear, and begins a length of the finger away, where nothing gets to.
+    Without any mass cenic refuses the link.
+    """
+    before, sliding, height = link_name(finger.name, index), _before(finger, index), _joint_height(finger, index)
+    mass = _SLIDING * float(finger.link_masses[index])
+    joint = _element(
+        "joint",
+        _element("parent", link=before),
+        _element("child", link=sliding),
+        _element("origin", xyz=_text(0, 0, height)),
+        _element("axis", xyz="1 0 0"),
+        _element("dynamics", damping=_text(finger.relaxation_time * finger.shear_stiffness[index])),
+        name=shear_joint_name(finger.name, index),
+        type="prismatic",
+    )
+    away = (-finger.length, 0, height)
+    spring = _spring((before, sliding), away, (0, 0, 0), finger.length, float(finger.shear_stiffness[index]))
+    return [_element("link", _inertial(mass, 0j, (mass * finger.segment_length**2,) * 3), name=sliding), joint, spring]
 
 
 def _actuator(finger: Finger, index: int) -> ET.Element:

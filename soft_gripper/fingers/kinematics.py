@@ -37,12 +37,16 @@ def as_planar(points: Array) -> Planar:
     return planar
 
 
-def forward_kinematics(q: Array, segment_length: float) -> Chain:
-    """Points of the chain whose joints sit in the middles of equal segments."""
+def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | None = None) -> Chain:
+    """Points of the chain whose joints sit in the middles of its segments, which are alike or (..., N) m long.
+
+    `shear` (..., N) m is how far the chain slides before every joint, along x of the link before it; None: nowhere.
+    """
     headings: Array = _sums_from_zero(q)
-    half_links = np.exp(1j * headings) * (segment_length / 2)
-    segment_ends: Planar = _sums_from_zero(half_links[..., :-1] + half_links[..., 1:])
-    return Chain(segment_ends[..., :-1] + half_links[..., :-1], segment_ends, headings)
+    directions, half = np.exp(1j * headings), np.asarray(segment_length) / 2
+    to_joints = directions[..., :-1] * (half if shear is None else half + 1j * shear)
+    segment_ends: Planar = _sums_from_zero(to_joints + directions[..., 1:] * half)
+    return Chain(segment_ends[..., :-1] + to_joints, segment_ends, headings)
 
 
 def _sums_from_zero(steps: NDArray[Any]) -> Any:

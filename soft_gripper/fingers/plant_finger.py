@@ -1,5 +1,6 @@
 """A finger in a MultibodyPlant: which of its links, joints and actuators are the finger's."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +11,7 @@ from pydrake.multibody.tree import Joint, ModelInstanceIndex, RigidBody
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_links import joint_name, link_name
+from soft_gripper.fingers.finger_links import joint_name, link_name, shear_joint_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,15 @@ class PlantFinger:
 
     def position_selector(self) -> Array:
         """Matrix that picks the joint angles out of the plant's state, (N, nq + nv)."""
-        starts = [joint.position_start() for joint in self.joints]
+        return self._position_selector(joint_name)
+
+    def shear_selector(self) -> Array:
+        """Matrix that picks what a finger with a shear factor slides before its joints, m, (N, nq + nv)."""
+        return self._position_selector(shear_joint_name)
+
+    def _position_selector(self, name: Callable[[str, int], str]) -> Array:
+        names = (name(self.finger.name, i) for i in range(self.finger.segments))
+        starts = [self.plant.GetJointByName(name, self.model).position_start() for name in names]
         return np.eye(self.plant.num_multibody_states())[starts]
 
     def torque_selector(self) -> Array:

@@ -1,6 +1,6 @@
 """PressureDrive: pressures -> torques on the joints, all of Drake's C++ primitives."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
@@ -14,7 +14,10 @@ from pydrake.systems.primitives import (
 )
 
 from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger_parts import PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.piecewise_linear import PiecewiseLinear
+from soft_gripper.piecewise_linear_block import PiecewiseLinearBlock
 from soft_gripper.signals import describe
 
 
@@ -28,8 +31,8 @@ class PressureDrive(Diagram):
                                        +---------------+ ---> actuation          (nu) N m, of the model's joints
 
     There is a command, (1) Pa, for every finger; one source wired to all of them is a common pressure.
-    Inside: Saturation -> first-order lag (if there is one) -> MatrixGain (the chamber law,
-    tau_i = p A(s_i) e(s_i)).
+    Inside: Saturation -> first-order lag (if there is one) -> laws of the pressure (if there are any) -> MatrixGain
+    (the chamber law, tau_i = p A(s_i) e(s_i)).
     """
 
     def __init__(
@@ -39,14 +42,16 @@ class PressureDrive(Diagram):
         maximum: float,
         time_constant: float = 0.0,
         time_step: float = 0.0,
+        laws: Mapping[str, PressureLaw | None] | None = None,
     ):
         """
         Args:
-            torque_maps: for every finger the actuation of the model by one pascal, (nu,) N m/Pa; see
+            torque_maps: for every finger the actuation of the model by one effective pascal, (nu,) N m/Pa; see
                 `pressure_torque_map`.
             minimum, maximum: limits of the pressure, Pa.
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
             time_step: of a discrete plant, s; the lag then goes in the same steps. 0 for a continuous one.
+            laws: of the fingers' pressures; None: pressure bends as it is.
         """
         super().__init__()
         builder = DiagramBuilder()
@@ -57,10 +62,12 @@ class PressureDrive(Diagram):
         if time_constant > 0:
             chain.append(builder.AddNamedSystem("lag", _lag(time_constant, time_step, count)))
         pressures = builder.AddNamedSystem("pressures", Demultiplexer(count))
+        builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
+        if laws is not None and any(laws.values()):
+            chain.append(builder.AddNamedSystem("laws", _effective([laws.get(finger) for finger in torque_maps])))
         chambers = builder.AddNamedSystem("chambers", MatrixGain(np.column_stack(list(torque_maps.values()))))
         for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
             builder.Connect(upstream.get_output_port(), downstream.get_input_port())
-        builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
         for i, finger in enumerate(torque_maps):
             builder.ExportInput(commands.get_input_port(i), f"{finger}.pressure_command")
             builder.ExportOutput(pressures.get_output_port(i), f"{finger}.pressure")
@@ -78,6 +85,13 @@ def _lag(time_constant: float, time_step: float, count: int) -> System:
     return LinearSystem(A=kept * one, B=(1 - kept) * one, C=one, D=0 * one, time_period=time_step)
 
 
+def _effective(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
+    """The laws of several pressures side by side; each is straight between the points of all."""
+    points = np.unique(np.concatenate([law.pressure for law in laws if law is not None]))
+    effective = np.array([points if law is None else law.curve(points) for law in laws])
+    return PiecewiseLinearBlock(PiecewiseLinear(np.broadcast_to(points, effective.shape), effective))
+
+
 def pressure_torque_map(finger: PlantFinger) -> Array:
-    """Actuation of the finger's model by one pascal in its chamber, (nu,) N m/Pa."""
+    """Actuation of the finger's model by one effective pascal in its chamber, (nu,) N m/Pa."""
     return finger.finger.pressure_gain @ finger.actuator_selector()

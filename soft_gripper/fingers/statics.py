@@ -1,4 +1,4 @@
-"""A finger in balance: what pressure alone bends, and the torque of its own weight.
+"""A finger in balance: what pressure alone bends, the torque of its own weight, and both for a finger that has crept.
 
 Leading axes are free; N joints.
 """
@@ -8,14 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.creep import shares
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _REPETITIONS = 30
 
 
 def free_bending_angles(finger: Finger, pressure: Array) -> Array:
-    """Equation (7): joint angles under pressure (...) Pa alone, rad, (..., N)."""
-    return finger.angle(pressure[..., None] * finger.pressure_gain)
+    """Equation (7): joint angles under pressure (...) Pa alone, before anything creeps, rad, (..., N)."""
+    return finger.angle(finger.pressure_torque(pressure))
 
 
 def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array:
@@ -29,21 +31,28 @@ def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array
     return torque
 
 
+def relaxed_law(finger: Finger) -> PiecewiseLinear:
+    """Torque against angle of every joint that has been held for long: what creep leaves of the elastic torque."""
+    law, crept = finger.joint_law, float(shares(finger).sum()) * finger.stiffness
+    return PiecewiseLinear(law.x, law.y - crept[:, None] * law.x)
+
+
 def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | complex) -> Array:
-    """Joint angles in balance with pressure (...) Pa and the finger's own weight, rad, (..., N).
+    """Joint angles of a finger that has crept, in balance with pressure (...) Pa and its own weight, rad, (..., N).
 
     `gravity` is as for `gravity_torque`, a number or (...) m/s^2. Found by repetition, which converges as long as the
     finger does not buckle under its weight.
     """
-    driven, gravity = np.asarray(pressure)[..., None] * finger.pressure_gain, np.asarray(gravity)[..., None]
-    q = finger.angle(driven)
+    driven, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
+    angle = relaxed_law(finger).inverse()
+    q = angle(driven)
     for _ in range(_REPETITIONS):
-        q = finger.angle(driven + gravity_torque(finger, q, gravity))
+        q = angle(driven + gravity_torque(finger, q, gravity))
     return q
 
 
 def softened(finger: Finger, ratio: float) -> Finger:
-    """The finger with all that is elastic in it divided by `ratio`; its neutral axis and pressure gain stay."""
+    """The finger with all that is elastic in it divided by `ratio`; its neutral axis, creep and pressure gain stay."""
     base, tip = (
         replace(end, youngs_modulus=end.youngs_modulus / ratio, layer_modulus=end.layer_modulus / ratio)
         for end in (finger.base, finger.tip)

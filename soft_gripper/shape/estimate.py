@@ -47,12 +47,12 @@ class ShapeEstimate(NamedTuple):
 
 
 class ShapeFunction(Protocol):
-    """An estimator: from readings, pressure and gravity to the shape."""
+    """An estimator: from readings, driving torque and gravity to the shape."""
 
-    def __call__(self, readings: Array, pressure: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """
         Args:
             readings: of the strain sensors, (..., paths * S); NaN where there is none.
-            pressure: in the chamber, Pa, (...).
+            driving: torque at the joints that is known before anything is read, N m, (..., N); see `driving_torque`.
             gravity: in the bending plane, z + i x in B, m/s^2, a number or (...).
         """

@@ -1,7 +1,8 @@
 """FingerShape: estimated joint angles -> all that follows from them.
 
 This is the contract between the estimators of the shape and what uses it. An estimator is a system with the output
-port `estimated_joint_angles` (N) rad; it takes what it needs of `strain`, `pressure` and `X_WB`, by these names. What
+port `estimated_joint_angles` (N) rad; it takes what it needs of `strain`, `pressure`, `driving_torque` and `X_WB`, by
+these names. What
 else is asked of the shape follows from the joint angles, by this block; an estimator that knows it better puts it out
 by itself, under the same names. Where it is known, it adds `joint_angle_covariance` (N x N) rad^2.
 """

@@ -20,7 +20,7 @@ class Uncertainty:
 
     reading: float = 1e-4  # of the extension ratios that sensors read
     angle: float = 2e-4  # rad, of a joint's angle where the finger is not as it is believed to be
-    bend_per_pressure: float = 0.005  # share of the bend that a pressure leads to
+    bend_per_pressure: float = 0.005  # share of the bend that pressure, and the memory of creep, lead to
     pressure: float = 0.0  # Pa, of the pressure's measurement
     gain: float = 0.0  # share of the strain, of each sensor; learnt by `recursive`
     offset: float = 0.0  # of the extension ratio, of each sensor; learnt by `recursive`

@@ -89,6 +89,18 @@ def test_expand_writes_the_same_to_a_file() -> None:
     assert files() == ["plain.urdf"]
 
 
+def test_expand_says_what_urdf_has_no_words_for() -> None:
+    assert soft_gripper("expand", FINGER).err == ""
+    text = FINGER.read_text()
+    added = '<creep share="0.2" time="0.3"/><pressure_law pressure="0 1e5" effective="0 1.1e5"/>'
+    Path("real.urdf").write_text(text.replace("</finger>", f"{added}</finger>"))
+    notes = soft_gripper("expand", "real.urdf").err.splitlines()
+    assert [note.partition("; ")[0].partition(" must ")[0] for note in notes] == [
+        "note: 'finger': the springs are the instantaneous ones",
+        "note: 'finger': what drives the joints",
+    ]
+
+
 def test_expand_takes_another_number_of_segments_for_every_finger(load_plant) -> None:
     two_fingers = "package://soft_gripper/grippers/two_finger.urdf"
     text = soft_gripper("expand", two_fingers, "--segments", 7).out

@@ -5,6 +5,7 @@ from collections import Counter
 from functools import cache
 
 import pytest
+from creeping_fingers import FINGER, write_creeping
 from finger_plants import free_bending
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
@@ -94,6 +95,16 @@ def test_errors_of_sensors_work_once_a_sample():
         "truth.metrics._calc_chain",
     ):
         assert runs[0.01][f"soft_gripper.{name}"] == 200
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.002])
+def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
+    """Of two fingers. Without creep nothing is remembered."""
+    files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
+    for overrides, remembered in ((files, 200), ([], 0)):
+        calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides))
+        found = [calls[f"soft_gripper.shape.driving_torque.{name}"] for name in ("_calc_torque", "_remember")]
+        assert found == [200, remembered]
 
 
 CALLBACKS = {  # calls in a second, with two fingers

@@ -17,9 +17,10 @@ SHAPE = ["theta", "kappa", "arcs", "joint_positions", "tip_pose", "joint_positio
 BLOCKS = {
     "sensors": {"sensor": (["joint_angles"], ["extension_ratio", "strain"]), "sampled_pressure": (["u"], ["y"])},
     "estimation": {
-        "estimator": (["strain", "pressure", "X_WB"], ["estimated_joint_angles", *SHAPE]),
+        "driving_torque": (["pressure"], ["driving_torque"]),
+        "estimator": (["strain", "driving_torque", "X_WB"], ["estimated_joint_angles", *SHAPE]),
         "force_estimator": (
-            ["estimated_joint_angles", "pressure", "X_WB"],
+            ["estimated_joint_angles", "driving_torque", "X_WB"],
             ["free_bending_angles", "external_torque", "torque_tolerance"],
         ),
     },
@@ -32,7 +33,7 @@ DETECTOR = (["external_torque", "torque_tolerance"], ["contact", "contact_residu
 PARTS = {
     "sensors": (["joint_angles", "pressure"], ["extension_ratio", "strain", "sampled_pressure"]),
     "estimation": (
-        ["strain", "pressure", "X_WB"],
+        ["pressure", "strain", "X_WB"],
         [port for _, outputs in BLOCKS["estimation"].values() for port in outputs if port != "torque_tolerance"],
     ),
     "scoring": (

@@ -1,9 +1,12 @@
 """Calibration: gains, offsets and the ratio of a finger that is other than believed are found again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from soft_gripper.estimation.calibration import FreeBending, calibrate
+from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -54,3 +57,11 @@ def test_a_common_gain_is_taken_for_bend(shipped_finger):
     found = calibrate(layout, free_bending(layout, 1.0, np.full(8, 1.1), np.zeros(8)))
     assert found.gains.mean() == pytest.approx(1.0)
     assert found.bend_ratio == pytest.approx(1.1, rel=0.01)
+
+
+def test_a_finger_that_creeps_is_calibrated_as_it_rests(shipped_finger):
+    """It bends as one does that is softer by what has crept away."""
+    creeps = SensorLayout(replace(shipped_finger, creep=(CreepBranch(0.15, 0.3), CreepBranch(0.05, 2.0))), 4)
+    softer = SensorLayout(softened(shipped_finger, 1 / 0.8), 4)
+    found = calibrate(creeps, free_bending(softer, 1.1, np.ones(8), np.zeros(8)))
+    assert found.bend_ratio == pytest.approx(1.1, rel=1e-4)

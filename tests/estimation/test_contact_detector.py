@@ -214,7 +214,7 @@ def run_carried_finger(sections, time_step, torque, since):
     joint_angles = add(MatrixGain(carried.position_selector()), plant.get_state_output_port())
     strain = add(StrainSensor(layout, PERIOD), joint_angles).get_system().GetOutputPort("strain")
     X_WB = add(BasePoseSensor(carried.base.index(), PERIOD), plant.get_body_poses_output_port())
-    known = add(ConstantVectorSource([0.0])), X_WB  # pressure and pose of the base
+    known = add(ConstantVectorSource(np.zeros(12))), X_WB  # driving torque and pose of the base
     q = add(ArcPoseEstimator(layout, GRAVITY), strain, *known)
     forces = add(ForceEstimator(carried.finger, GRAVITY, PERIOD), q, *known).get_system()
     balance = (forces.GetOutputPort(name) for name in ("external_torque", "torque_tolerance"))

@@ -43,13 +43,14 @@ class Estimator:
         self.context = self.block.CreateDefaultContext()
         self.samples = 0
 
-    def sample(self, q, pressure=PRESSURE, X_WB=POSES[3]):
+    def sample(self, q, driving=0.0, X_WB=POSES[3]):
         """Free bending angles, external torque and tolerance at the next sample."""
         if self.samples:
             self.context.SetTime(self.samples * PERIOD)
             self.context.SetDiscreteState(self.block.EvalUniquePeriodicDiscreteUpdate(self.context))
         self.samples += 1
-        values = {"estimated_joint_angles": q, "pressure": [pressure], "X_WB": pose_entries(X_WB)}
+        driving = np.broadcast_to(driving, np.shape(q))
+        values = {"estimated_joint_angles": q, "driving_torque": driving, "X_WB": pose_entries(X_WB)}
         for name, value in values.items():
             self.block.GetInputPort(name).FixValue(self.context, value)
         return [self.block.get_output_port(i).Eval(self.context) for i in range(3)]
@@ -83,23 +84,23 @@ def test_ports(tapered_finger):
     block = ForceEstimator(tapered_finger, GRAVITY, PERIOD)
     inputs = [(block.get_input_port(i).get_name(), block.get_input_port(i).size()) for i in range(3)]
     outputs = [(block.get_output_port(i).get_name(), block.get_output_port(i).size()) for i in range(3)]
-    assert inputs == [("estimated_joint_angles", 5), ("pressure", 1), ("X_WB", 12)]
+    assert inputs == [("estimated_joint_angles", 5), ("driving_torque", 5), ("X_WB", 12)]
     assert outputs == [("free_bending_angles", 5), ("external_torque", 5), ("torque_tolerance", 5)]
     assert [signal_of(block.get_output_port(i)).unit for i in range(3)] == ["rad", "N m", "N m"]
 
 
 def test_ports_are_the_pure_functions_of_the_last_five_samples(tapered_finger, bent):
-    estimator, q, pressure, angles = Estimator(tapered_finger), 0.1 * bent(12, 5), 1e5 * bent(12), bent(12, 3)
+    estimator, q, driving, angles = Estimator(tapered_finger), 0.1 * bent(12, 5), 0.1 * bent(12, 5), bent(12, 3)
     poses = [RigidTransform(RollPitchYaw(angle), 0.01 * angle) for angle in angles]
     X_WB = np.array([pose.GetAsMatrix34() for pose in poses])
-    for last, sample in enumerate(zip(q, pressure, poses, strict=True)):
+    for last, sample in enumerate(zip(q, driving, poses, strict=True)):
         free, torque, tolerance = estimator.sample(*sample)
-        np.testing.assert_array_equal(free, free_bending_angles(tapered_finger, pressure[last]))
+        np.testing.assert_array_equal(free, tapered_finger.angle(driving[last]))
         if last < 4:
             assert np.isnan([torque, tolerance]).all()
             continue
         five = slice(last - 4, last + 1)
-        motion = Motion(q[five], pressure[five], X_WB[five])
+        motion = Motion(q[five], driving[five], X_WB[five])
         expected = TorqueBalance(tapered_finger).external_torque(motion, GRAVITY, PERIOD)
         np.testing.assert_allclose(torque, expected.torque, rtol=1e-12, atol=1e-16)
         np.testing.assert_allclose(tolerance, expected.tolerance, rtol=1e-12, atol=1e-16)
@@ -108,8 +109,9 @@ def test_ports_are_the_pure_functions_of_the_last_five_samples(tapered_finger, b
 @pytest.mark.parametrize("X_WB", POSES, ids=["upright", "hanging", "horizontal", "askew"])
 def test_compensation_takes_out_the_weight_and_nothing_else(shipped_finger, balanced_finger, X_WB):
     q, weight = balanced_finger(X_WB)
-    _, compensated, _ = Estimator(shipped_finger).rest(q, PRESSURE, X_WB)
-    _, without, _ = Estimator(shipped_finger, np.zeros(3)).rest(q, PRESSURE, X_WB)
+    driving = shipped_finger.pressure_torque(PRESSURE)
+    _, compensated, _ = Estimator(shipped_finger).rest(q, driving, X_WB)
+    _, without, _ = Estimator(shipped_finger, np.zeros(3)).rest(q, driving, X_WB)
     np.testing.assert_allclose(compensated, 0, atol=1e-12)
     np.testing.assert_allclose(without, weight, atol=1e-12)
     assert np.abs(weight).max() > 2e-3
@@ -140,7 +142,7 @@ def test_torque_belongs_to_two_samples_ago(shipped_finger):
     """A finger that is bent slowly has the torque of where it was."""
     finger = replace(shipped_finger, relaxation_time=0.0)
     estimator, ramp = Estimator(finger, np.zeros(3)), 1e-4 * np.arange(12)[:, None] * np.ones(12)
-    torques = [estimator.sample(q, pressure=0.0)[1] for q in ramp]
+    torques = [estimator.sample(q)[1] for q in ramp]
     np.testing.assert_allclose(torques[4:], finger.stiffness * ramp[2:-2], atol=1e-7)
 
 
@@ -153,7 +155,7 @@ def test_in_a_station_each_sample_is_taken_once(time_step):
         # A recording shows the sample before: the first is in its second row.
         q, pressure, estimated = (recording[f"{finger.name}.{name}"].values[1:].squeeze() for name in names)
         X_WB = np.broadcast_to(finger.X_WB.GetAsMatrix34(), (len(q), 3, 4))
-        motion = Motion(windows(q), windows(pressure), windows(X_WB))
+        motion = Motion(*map(windows, (q, finger.finger.pressure_torque(pressure), X_WB)))
         expected = TorqueBalance(finger.finger).external_torque(motion, GRAVITY, PERIOD)
         assert np.isnan(estimated[:4]).all()
         np.testing.assert_allclose(estimated[4:], expected.torque, atol=1e-12)
@@ -204,13 +206,14 @@ def test_noisy_shapes_are_not_differentiated(shipped_finger):
     assert torques[True].std() < 1.5 * 2e-3 * shipped_finger.stiffness[0]
 
 
-def test_a_finger_moves_as_its_pressure_moves_it(shipped_finger):
+def test_a_finger_moves_as_it_is_driven(shipped_finger):
     """Free bending under a slowly changing pressure: the same with and without differences of its shape."""
     pressures = PRESSURE + 2e3 * np.sin(2 * np.pi * np.arange(60) * PERIOD)
     found = {}
     for noisy in (False, True):
         estimator = Estimator(None, block=ForceEstimator(shipped_finger, np.zeros(3), PERIOD, noisy))
         shapes = free_bending_angles(shipped_finger, pressures)
-        found[noisy] = [estimator.sample(q, p)[1] for q, p in zip(shapes, pressures, strict=True)]
+        driving = shipped_finger.pressure_torque(pressures)
+        found[noisy] = [estimator.sample(*sample)[1] for sample in zip(shapes, driving, strict=True)]
     np.testing.assert_allclose(found[True][5:], found[False][5:], atol=1e-9)
     assert np.abs(found[False][5:]).max() > 1e-5

@@ -27,7 +27,7 @@ from soft_gripper.signals import signal_of
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
 GRAVITY = np.array([0.0, 0.0, -9.81])
-PRESSURE = 60e3  # Pa
+DRIVING = np.linspace(0.05, 0.02, 12)  # N m
 
 
 class Fixed:
@@ -36,7 +36,7 @@ class Fixed:
     def __init__(self, layout):
         self.system = ArcPoseEstimator(layout, GRAVITY)
         self.context = self.system.CreateDefaultContext()
-        self.fix(pressure=[PRESSURE], X_WB=pose_entries(X_WB))
+        self.fix(driving_torque=DRIVING, X_WB=pose_entries(X_WB))
 
     def fix(self, **values):
         for port, value in values.items():
@@ -55,7 +55,7 @@ def expected(layout, strain):
     joints, leading = joints_on_arcs(layout, arcs), strain.shape[:-1]
     frame = X_WB.rotation().matrix()
     x, _, z = X_WB.rotation().inverse() @ GRAVITY
-    angles = BendSharing(layout).joint_angles(arcs.theta, np.full(leading, PRESSURE), complex(z, x))
+    angles = BendSharing(layout).joint_angles(arcs.theta, np.broadcast_to(DRIVING, (*leading, 12)), complex(z, x))
     xyz = as_points(joints)[..., :1] * frame[:, 0] + as_points(joints)[..., 1:] * frame[:, 2]
     columns = (
         as_points(arcs.start),
@@ -98,8 +98,8 @@ def test_world_positions_are_those_of_drakes_transform(layout, strain):
         np.testing.assert_allclose(world, X_WB.multiply([x, 0.0, z]), atol=1e-15)
 
 
-@pytest.mark.parametrize("change", [{"pressure": [-30e3]}, {"X_WB": pose_entries(RigidTransform())}], ids=list)
-def test_joint_angles_follow_pressure_and_weight(layout, strain, change):
+@pytest.mark.parametrize("change", [{"driving_torque": -DRIVING}, {"X_WB": pose_entries(RigidTransform())}], ids=list)
+def test_joint_angles_follow_drive_and_weight(layout, strain, change):
     """The bend of the sections stays as it is measured; only its shares change."""
     estimator = Fixed(layout)
     before = estimator.read(strain)
@@ -153,7 +153,7 @@ def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch
 def test_ports_and_no_state(layout):
     system = ArcPoseEstimator(layout, GRAVITY)
     inputs = [(system.get_input_port(i).get_name(), system.get_input_port(i).size()) for i in range(3)]
-    assert inputs == [("strain", layout.paths * layout.sections), ("pressure", 1), ("X_WB", 12)]
+    assert inputs == [("strain", layout.paths * layout.sections), ("driving_torque", 12), ("X_WB", 12)]
     assert system.num_input_ports() == 3
     assert signal_of(system.GetOutputPort("tip_pose")).unit == ("m", "m", "rad")
     assert signal_of(system.GetOutputPort("joint_positions_world")).axes == {"joint": range(12), "xyz": ("x", "y", "z")}
@@ -167,7 +167,7 @@ def wired(layout):
     sensor = builder.AddSystem(StrainSensor(layout, 0.01))
     estimator = builder.AddSystem(ArcPoseEstimator(layout, GRAVITY))
     builder.Connect(sensor.GetOutputPort("strain"), estimator.GetInputPort("strain"))
-    for port, value in (("pressure", [PRESSURE]), ("X_WB", pose_entries(X_WB))):
+    for port, value in (("driving_torque", DRIVING), ("X_WB", pose_entries(X_WB))):
         source = builder.AddSystem(ConstantVectorSource(value))
         builder.Connect(source.get_output_port(), estimator.GetInputPort(port))
     return builder, sensor, estimator

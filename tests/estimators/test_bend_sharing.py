@@ -1,4 +1,4 @@
-"""BendSharing: the joints of a section bend as stiffness, pressure, weight and load have it; known loads are found."""
+"""BendSharing: the joints of a section bend as stiffness, drive, weight and load have it; known loads are found."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from finger_plants import LENGTH, uniform_finger
 from soft_gripper.estimation.torque_balance import TorqueBalance
 from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.estimators.section_arcs import arcs_from_readings
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -44,8 +44,9 @@ def sums(layout, q):
 
 def found(layout, theta, pressure=PRESSURE):
     """External torque at the joints of a finger at rest, without weight, from the bend of its sections."""
-    q = BendSharing(layout).joint_angles(theta, pressure, 0.0)
-    return TorqueBalance(layout.finger).external_torque(at_rest(q, float(pressure)), np.zeros(3), 0.01).torque
+    driving = layout.finger.pressure_torque(pressure)
+    q = BendSharing(layout).joint_angles(theta, driving, 0.0)
+    return TorqueBalance(layout.finger).external_torque(at_rest(q, driving), np.zeros(3), 0.01).torque
 
 
 def under_load(finger, torque):
@@ -72,13 +73,13 @@ def test_joints_of_a_section_add_up_to_its_reading(steep_finger, bent, sections,
     """Whatever is read, in whatever direction gravity pulls."""
     layout = SensorLayout(replace(steep_finger, elastic_law=law), sections)
     theta, gravity = bent(50, sections), 9.81 * np.exp(1j * np.arange(50))[:, None]
-    q = BendSharing(layout).joint_angles(theta, 1e5 * bent(50), gravity)
+    q = BendSharing(layout).joint_angles(theta, 0.05 * bent(50, 12), gravity)
     np.testing.assert_allclose(sums(layout, q), theta, rtol=0, atol=1e-14)
 
 
 def test_a_sensor_a_joint_leaves_nothing_to_share(tapered_finger, bent):
     layout, theta = SensorLayout(tapered_finger, 5), bent(20, 5)
-    q = BendSharing(layout).joint_angles(theta, 1e5 * bent(20), GRAVITY)
+    q = BendSharing(layout).joint_angles(theta, 0.05 * bent(20, 5), GRAVITY)
     np.testing.assert_allclose(q, theta, atol=1e-15)
 
 
@@ -91,7 +92,7 @@ def test_free_bending_is_exact(request, name, law):
     q = free_bending_angles(finger, pressure)
     for sections in range(1, min(finger.segments, 6) + 1):
         layout = SensorLayout(finger, sections)
-        shared = BendSharing(layout).joint_angles(sums(layout, q), pressure, 0.0)
+        shared = BendSharing(layout).joint_angles(sums(layout, q), finger.pressure_torque(pressure), 0.0)
         np.testing.assert_allclose(shared, q, rtol=0, atol=1e-14)
 
 
@@ -102,7 +103,7 @@ def test_free_bending_of_a_steep_taper_leaves_little_torque_at_the_base(steep_fi
     strain = extension_ratios(layout, free_bending_angles(steep_finger, np.array(pressure)))
     theta = arcs_from_readings(layout, layout.response.reading(strain)).theta
     assert abs(found(layout, theta, np.array(pressure))[0]) < 2e-3
-    equal = at_rest(layout.shared_equally(theta), pressure)
+    equal = at_rest(layout.shared_equally(theta), steep_finger.pressure_torque(pressure))
     assert abs(balance.external_torque(equal, np.zeros(3), 0.01).torque[0]) > 10e-3
 
 
@@ -112,7 +113,7 @@ def test_shape_under_a_load_at_the_tip_is_found_exactly(sections):
     finger = uniform_finger(12)
     layout, q = SensorLayout(finger, sections), under_load(finger, from_force(finger, LENGTH, -0.8))
     sharing, theta = BendSharing(layout), sums(layout, q)
-    np.testing.assert_allclose(sharing.joint_angles(theta, PRESSURE, 0.0), q, atol=1e-14)
+    np.testing.assert_allclose(sharing.joint_angles(theta, finger.pressure_torque(PRESSURE), 0.0), q, atol=1e-14)
     if sections <= 2:
         tips = [forward_kinematics(shape, 0.01).tip for shape in (q, sharing.layout.shared_equally(theta))]
         assert abs(tips[0] - tips[1]) > 1e-3
@@ -120,12 +121,12 @@ def test_shape_under_a_load_at_the_tip_is_found_exactly(sections):
 
 @LAWS
 @pytest.mark.parametrize("sections", [1, 2, 3, 5])
-def test_joints_bear_the_pressure_and_a_load_that_is_linear_between_sections(tapered_finger, bent, sections, law):
+def test_joints_bear_what_drives_them_and_a_load_that_is_linear_between_sections(tapered_finger, bent, sections, law):
     layout = SensorLayout(replace(tapered_finger, elastic_law=law), sections)
     finger, sharing = layout.finger, BendSharing(layout)
-    for theta, pressure in zip(bent(20, sections), 1e5 * bent(20), strict=True):
-        q = sharing.joint_angles(theta, pressure, 0.0)
-        load = finger.elastic_torque(q) - pressure * finger.pressure_gain
+    for theta, driving in zip(bent(20, sections), 0.05 * bent(20, 5), strict=True):
+        q = sharing.joint_angles(theta, driving, 0.0)
+        load = finger.elastic_torque(q) - driving
         means = np.linalg.lstsq(sharing.interpolation, load, rcond=None)[0]
         np.testing.assert_allclose(sharing.interpolation @ means, load, atol=1e-13)
 
@@ -140,7 +141,8 @@ def test_weight_is_no_load(steep_finger, sections, law):
         q = finger.angle(PRESSURE * finger.pressure_gain + gravity_torque(finger, q, GRAVITY))
     layout = SensorLayout(finger, sections)
     sharing, theta = BendSharing(layout), sums(layout, q)
-    shapes = [sharing.joint_angles(theta, PRESSURE, gravity) for gravity in (GRAVITY, 0.0)]
+    driving = finger.pressure_torque(PRESSURE)
+    shapes = [sharing.joint_angles(theta, driving, gravity) for gravity in (GRAVITY, 0.0)]
     wrong, without = (np.abs(finger.elastic_torque(shape) - finger.elastic_torque(q)).max() for shape in shapes)
     assert wrong < (0.01 if law is None else 0.1) * without
 
@@ -160,7 +162,7 @@ def test_an_elastic_law_converges(steep_finger, law):
         for force in np.linspace(-1.0, 1.0, 21):
             torque = from_force(finger, LENGTH, force)
             q = under_load(finger, torque)
-            shared = BendSharing(layout).joint_angles(sums(layout, q), PRESSURE, 0.0)
+            shared = BendSharing(layout).joint_angles(sums(layout, q), finger.pressure_torque(PRESSURE), 0.0)
             np.testing.assert_allclose(shared, q, atol=1e-12)
 
 
@@ -169,8 +171,8 @@ def test_a_law_that_is_the_linear_spring_shares_alike(shipped_finger, bent):
     moment = finger.stiffness[0] * finger.segment_length
     law = ElasticLaw((-1.0, 1.0), (-moment, moment), (-moment, moment))
     linear, lawful = (BendSharing(SensorLayout(f, 3)) for f in (finger, replace(finger, elastic_law=law)))
-    theta, pressure = bent(10, 3), 1e5 * bent(10)
-    shares = [sharing.joint_angles(theta, pressure, 0.0) for sharing in (linear, lawful)]
+    theta, driving = bent(10, 3), 0.05 * bent(10, 12)
+    shares = [sharing.joint_angles(theta, driving, 0.0) for sharing in (linear, lawful)]
     np.testing.assert_allclose(*shares, atol=1e-13)
 
 
@@ -205,10 +207,10 @@ def test_nothing_is_found_where_nothing_is(sections):
 @pytest.mark.parametrize("bad", range(3))
 def test_an_unknown_section_makes_all_joints_unknown_in_its_sample_alone(shipped_finger, bent, bad, law):
     sharing = BendSharing(SensorLayout(replace(shipped_finger, elastic_law=law), 3))
-    theta, pressure = bent(4, 3), 1e5 * bent(4)
-    known = sharing.joint_angles(theta, pressure, GRAVITY)
-    theta[1, bad], pressure[3] = np.nan, np.nan
-    q = sharing.joint_angles(theta, pressure, GRAVITY)
+    theta, driving = bent(4, 3), 0.05 * bent(4, 12)
+    known = sharing.joint_angles(theta, driving, GRAVITY)
+    theta[1, bad], driving[3] = np.nan, np.nan
+    q = sharing.joint_angles(theta, driving, GRAVITY)
     assert np.isnan(q[[1, 3]]).all()
     np.testing.assert_array_equal(q[[0, 2]], known[[0, 2]])
 
@@ -216,8 +218,8 @@ def test_an_unknown_section_makes_all_joints_unknown_in_its_sample_alone(shipped
 @LAWS
 def test_a_batch_is_its_samples(tapered_finger, bent, law):
     sharing = BendSharing(SensorLayout(replace(tapered_finger, elastic_law=law), 3))
-    theta, pressure, gravity = bent(4, 2, 3), 1e5 * bent(4, 2), GRAVITY * np.exp(1j * bent(4, 2, 1))
-    q = sharing.joint_angles(theta, pressure, gravity)
+    theta, driving, gravity = bent(4, 2, 3), 0.05 * bent(4, 2, 5), GRAVITY * np.exp(1j * bent(4, 2, 1))
+    q = sharing.joint_angles(theta, driving, gravity)
     for index in np.ndindex(4, 2):
-        alone = sharing.joint_angles(theta[index], pressure[index], complex(gravity[index][0]))
+        alone = sharing.joint_angles(theta[index], driving[index], complex(gravity[index][0]))
         np.testing.assert_allclose(q[index], alone, rtol=1e-12, atol=1e-16)

@@ -9,7 +9,7 @@ from loaded_fingers import Push, in_balance
 from soft_gripper.estimators.contact_shape import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.single_force import FRICTION
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.uncertainty import Uncertainty
@@ -27,7 +27,7 @@ def readings(layout, q, noise=0.0, rng=None):
 
 
 def estimated(layout, q, pressure, gravity=0j, **noise):
-    return ContactShape(layout)(readings(layout, q, **noise), np.array(pressure), gravity)
+    return ContactShape(layout)(readings(layout, q, **noise), layout.finger.pressure_torque(pressure), gravity)
 
 
 def face(finger, s, side):
@@ -73,7 +73,8 @@ def test_noise_is_rarely_taken_for_a_force(shipped_finger):
     free = in_balance(shipped_finger, 80e3, 0j)
     q = free * (1 + 0.005 * rng.standard_normal((2000, 1))) + 2e-4 * rng.standard_normal((2000, 12))
     read = readings(layout, q, 1e-4, rng)
-    found = ContactShape(layout)(read, np.full(2000, 80e3), np.zeros(2000)).contact.force
+    driving = shipped_finger.pressure_torque(np.full(2000, 80e3))
+    found = ContactShape(layout)(read, driving, np.zeros(2000)).contact.force
     assert np.count_nonzero(found) < 8
 
 
@@ -85,7 +86,9 @@ def test_with_one_section_the_force_is_unknown_and_the_shape_the_most_probable(s
     read = readings(layout, q)
     if lost is not None:
         read[[lost, lost + 2]] = np.nan
-    found, shape = (make(layout)(read, np.array(80e3), 9.81) for make in (ContactShape, GaussianShape))
+    found, shape = (
+        make(layout)(read, shipped_finger.pressure_torque(80e3), 9.81) for make in (ContactShape, GaussianShape)
+    )
     assert np.isnan(found.contact).all()
     np.testing.assert_allclose(found.q, shape.q, rtol=0, atol=1e-4)
     np.testing.assert_array_equal(found.covariance, shape.covariance)
@@ -97,7 +100,7 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
     for lost in range(4):
         spoiled = read.copy()
         spoiled[[lost, lost + 4]] = np.nan
-        contact = ContactShape(layout)(spoiled, np.array(80e3), 9.81).contact
+        contact = ContactShape(layout)(spoiled, shipped_finger.pressure_torque(80e3), 9.81).contact
         assert contact.force == pytest.approx(0.8, rel=0.02)
         assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
 
@@ -160,7 +163,7 @@ def scores(layout, rubs, samples=120):
         q.append(bent + 2e-4 * rng.standard_normal(finger.segments))
         true.append((force, s))
     read = readings(layout, np.array(q), 1e-4, rng)
-    found = ContactShape(layout)(read, pressures, np.zeros(samples)).contact
+    found = ContactShape(layout)(read, finger.pressure_torque(pressures), np.zeros(samples)).contact
     force, s = np.transpose(true)
     return np.abs([(found.force - force) / found.force_std, (found.arc_length - s) / found.arc_length_std])
 
@@ -187,7 +190,7 @@ def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
     layout = SensorLayout(shipped_finger, **sections)
     read = readings(layout, in_balance(shipped_finger, 80e3, 0j, [Push(0.084, 0.8)]))
     found = [
-        ContactShape(layout, Uncertainty(reading=noise))(read, np.array(80e3), 0j).contact
+        ContactShape(layout, Uncertainty(reading=noise))(read, shipped_finger.pressure_torque(80e3), 0j).contact
         for noise in (1e-3, 3e-4, 1e-4, 3e-5)
     ]
     for name in ("force_std", "arc_length_std"):
@@ -200,7 +203,8 @@ def test_every_measured_bend_is_met(shipped_finger, bent):
     """Of shapes that no few forces explain, as closely as by the most probable shape."""
     layout, believed = SensorLayout(shipped_finger, **FOUR), Uncertainty(reading=1e-6)
     q = np.repeat(bent(5, 4) / 4, 3, axis=-1)
-    found = ContactShape(layout, believed)(readings(layout, q), np.full(5, 5e4), np.zeros(5))
+    driving = shipped_finger.pressure_torque(np.full(5, 5e4))
+    found = ContactShape(layout, believed)(readings(layout, q), driving, np.zeros(5))
     np.testing.assert_allclose(layout.sums(found.q), layout.sums(q), rtol=0, atol=1e-6)
 
 
@@ -213,10 +217,10 @@ def test_a_batch_is_its_samples(shipped_finger, law):
     q = [in_balance(finger, 40e3, g, p) for g, p in zip(gravity.reshape(-1), pushes, strict=True)]
     read = readings(layout, np.array(q)).reshape(3, 2, 8)
     read[2, 0, [1, 5]], read[2, 1] = np.nan, np.nan
-    pressure, contact = np.full((3, 2), 40e3), ContactShape(layout)
-    found = contact(read, pressure, gravity)
+    driving, contact = finger.pressure_torque(np.full((3, 2), 40e3)), ContactShape(layout)
+    found = contact(read, driving, gravity)
     assert np.count_nonzero(found.contact.force > 0) == 3
     for index in np.ndindex(3, 2):
-        alone = contact(read[index], pressure[index], complex(gravity[index]))
+        alone = contact(read[index], driving[index], complex(gravity[index]))
         for whole, part in zip((found.q, *found.contact), (alone.q, *alone.contact), strict=True):
             np.testing.assert_allclose(whole[index], part, rtol=1e-6, atol=1e-9)

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
 from soft_gripper.estimators.load_prior import torque_covariance
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.section_bends import section_bends
@@ -40,7 +40,8 @@ def readings(layout, q):
 
 
 def estimated(layout, read, pressure=PRESSURE, gravity=0j, uncertainty=None):
-    return GaussianShape(layout, uncertainty or Uncertainty())(read, np.full(read.shape[:-1], pressure), gravity)
+    driving = layout.finger.pressure_torque(np.full(read.shape[:-1], pressure))
+    return GaussianShape(layout, uncertainty or Uncertainty())(read, driving, gravity)
 
 
 def least_squares(layout, read, believed):
@@ -132,7 +133,7 @@ def test_where_nothing_is_read_the_finger_bends_freely_with_the_uncertainty_of_b
     found = estimated(layout, np.full(6, np.nan), 30e3)
     free = free_bending_angles(layout.finger, np.array(30e3))
     np.testing.assert_allclose(found.q, free, rtol=0, atol=1e-6)
-    before = GaussianShape(layout).prior(free, np.array(30e3))
+    before = GaussianShape(layout).prior(free, layout.finger.pressure_torque(30e3))
     np.testing.assert_allclose(found.covariance, before, rtol=0, atol=1e-5 * before.max())
 
 
@@ -160,7 +161,7 @@ def test_a_law_that_is_the_linear_spring_estimates_alike(shipped_finger, bent):
 def test_where_a_law_is_softer_the_load_is_less_certain(shipped_finger):
     layout = SensorLayout(replace(shipped_finger, elastic_law=SOFTENING), 2)
     gaussian = GaussianShape(layout)
-    little, much = (gaussian.prior(np.full(12, angle), np.array(0.0)) for angle in (0.01, 0.2))
+    little, much = (gaussian.prior(np.full(12, angle), np.zeros(12)) for angle in (0.01, 0.2))
     ratio = np.sqrt(np.diagonal(much) / np.diagonal(little))
     stiffness = layout.finger.joint_law.slopes
     np.testing.assert_allclose(ratio, stiffness[:, 1] / stiffness[:, 2], rtol=1e-2)
@@ -200,9 +201,9 @@ def test_a_batch_is_its_samples(shipped_finger, bent, law):
     layout = SensorLayout(replace(shipped_finger, elastic_law=law), 3)
     gaussian, read = GaussianShape(layout), readings(layout, bent(3, 2, 12) / 4)
     read[1, 1, 2] = np.nan
-    pressure, gravity = 1e5 * bent(3, 2), 9.81 * np.exp(1j * bent(3, 2))
-    found = gaussian(read, pressure, gravity)
+    driving, gravity = 0.05 * bent(3, 2, 12), 9.81 * np.exp(1j * bent(3, 2))
+    found = gaussian(read, driving, gravity)
     for index in np.ndindex(3, 2):
-        alone = gaussian(read[index], pressure[index], complex(gravity[index]))
+        alone = gaussian(read[index], driving[index], complex(gravity[index]))
         np.testing.assert_allclose(found.q[index], alone.q, atol=1e-13)
         np.testing.assert_allclose(found.covariance[index], alone.covariance, atol=1e-15)

@@ -35,7 +35,7 @@ class Motion(NamedTuple):
     """What truly happens."""
 
     q: Array  # (T, N) rad
-    pressure: Array  # (T) Pa
+    driving: Array  # (T, N) N m
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,9 @@ def free(shipped_finger: Finger) -> Motion:
     """Twelve seconds of free motion, from straight to far bent, back and forth."""
     time = np.arange(1200) * PERIOD
     pressure = 60e3 * (1 - np.cos(2 * np.pi * time / 6)) - 20e3 * np.sin(2 * np.pi * time / 4)
-    return Motion(resting_angles(shipped_finger, pressure, np.full(time.shape, DOWN)), pressure)
+    return Motion(
+        resting_angles(shipped_finger, pressure, np.full(time.shape, DOWN)), shipped_finger.pressure_torque(pressure)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +53,8 @@ def grasp(free: Motion, shipped_finger: Finger) -> Motion:
     """The same, then a force that comes in a third of a second with the pressure, and stays."""
     rise = [in_balance(shipped_finger, share * HELD, DOWN, [Push(PLACE, share * FORCE)]) for share in SHARES]
     q = np.concatenate([free.q, rise, np.tile(rise[-1], (170, 1))])
-    return Motion(q, np.concatenate([free.pressure, HELD * SHARES, np.full(170, HELD)]))
+    held = shipped_finger.pressure_torque(np.concatenate([HELD * SHARES, np.full(170, HELD)]))
+    return Motion(q, np.concatenate([free.driving, held]))
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +77,9 @@ def tip_errors(finger: Finger, true: Array, q: Array) -> Array:
     return 1e3 * np.abs(tips[1] - tips[0])
 
 
-def last_known(shape: RecursiveShape, readings: Array, pressure: Array):
+def last_known(shape: RecursiveShape, readings: Array, driving: Array):
     known = shape.begin()
-    for sample in zip(readings, pressure, strict=True):
+    for sample in zip(readings, driving, strict=True):
         known = shape.step(known, *sample, DOWN)
     return known
 
@@ -86,17 +89,17 @@ def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
     """The believed finger bends less, or more, than the true one."""
     believed = SensorLayout(softened(layout.finger, 1 / ratio), 2, borders=(1 / 3,))
     shape = RecursiveShape(believed, UNCERTAIN)
-    known = last_known(shape, read(layout, free), free.pressure)
-    at = np.array(100e3)
-    assert shape.effective_pressure(known.mean, at) / at == pytest.approx(ratio, abs=0.015)
+    known = last_known(shape, read(layout, free), free.driving)
+    at = layout.finger.pressure_torque(100e3)
+    np.testing.assert_allclose(shape.effective_driving(known.mean, at), ratio * at, rtol=0.015)
     assert not known.loaded
 
 
 def test_it_beats_what_is_estimated_from_one_sample(free, layout):
     """Noise is averaged, and gains and offsets learnt."""
     readings = read(layout, free, gain_error=0.01, offset=1e-3)
-    found = RecursiveShape(layout, UNCERTAIN)(readings, free.pressure, DOWN).q
-    alone = GaussianShape(layout, UNCERTAIN)(readings, free.pressure, DOWN).q
+    found = RecursiveShape(layout, UNCERTAIN)(readings, free.driving, DOWN).q
+    alone = GaussianShape(layout, UNCERTAIN)(readings, free.driving, DOWN).q
     late = slice(600, None)
     errors = [tip_errors(layout.finger, free.q[late], q[late]).mean() for q in (found, alone)]
     assert errors[0] < 0.6 * errors[1]
@@ -104,12 +107,12 @@ def test_it_beats_what_is_estimated_from_one_sample(free, layout):
 
 def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
-    found = shape(readings, grasp.pressure, DOWN)
+    found = shape(readings, grasp.driving, DOWN)
     assert np.mean(found.contact.force[-100:]) == pytest.approx(FORCE, rel=0.05)
     assert np.mean(found.contact.arc_length[-100:]) == pytest.approx(PLACE, abs=3e-3)
     assert not np.any(found.contact.force[600:1195])
     slow = slice(5, None)
-    before, after = (last_known(shape, readings[:end], grasp.pressure[:end]) for end in (1250, 1400))
+    before, after = (last_known(shape, readings[:end], grasp.driving[:end]) for end in (1250, 1400))
     assert before.loaded
     assert after.loaded
     np.testing.assert_array_equal(before.mean[slow], after.mean[slow])
@@ -119,7 +122,9 @@ def test_a_drifting_sensor_is_followed(layout, shipped_finger):
     """2 % over a minute: a third of what it costs an estimate that knows no offsets, or less."""
     time = np.arange(6000) * PERIOD
     pressure = 60e3 * (1 - np.cos(2 * np.pi * time / 5))
-    motion = Motion(resting_angles(shipped_finger, pressure, np.full(time.shape, DOWN)), pressure)
+    motion = Motion(
+        resting_angles(shipped_finger, pressure, np.full(time.shape, DOWN)), shipped_finger.pressure_torque(pressure)
+    )
     steady = read(layout, motion)
     drifting = steady.copy()
     drifting[:, 3] += 0.02 * time / 60
@@ -127,7 +132,7 @@ def test_a_drifting_sensor_is_followed(layout, shipped_finger):
 
     def growth(shape):
         errors = [
-            tip_errors(shipped_finger, motion.q[late], shape(readings, pressure, DOWN).q[late]).mean()
+            tip_errors(shipped_finger, motion.q[late], shape(readings, motion.driving, DOWN).q[late]).mean()
             for readings in (steady, drifting)
         ]
         return errors[1] - errors[0]
@@ -138,7 +143,7 @@ def test_a_drifting_sensor_is_followed(layout, shipped_finger):
 def test_dropouts_cost_little(grasp, layout):
     """One reading in ten is lost."""
     shape = RecursiveShape(layout, UNCERTAIN)
-    whole, holes = (shape(read(layout, grasp, dropout=share), grasp.pressure, DOWN).q for share in (0.0, 0.1))
+    whole, holes = (shape(read(layout, grasp, dropout=share), grasp.driving, DOWN).q for share in (0.0, 0.1))
     errors = [tip_errors(layout.finger, grasp.q[100:], q[100:]).mean() for q in (holes, whole)]
     assert np.isfinite(holes).all()
     assert errors[0] < 1.3 * errors[1]
@@ -148,7 +153,7 @@ def test_a_dead_sensor_widens_the_band(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
     dead = readings.copy()
     dead[1250:, 3] = np.nan  # the outer one of the second section, as it is pressed
-    whole, broken = (shape(each, grasp.pressure, DOWN) for each in (readings, dead))
+    whole, broken = (shape(each, grasp.driving, DOWN) for each in (readings, dead))
     assert np.isfinite(broken.q).all()
     band = [position_std(layout.finger, found.q[-1], found.covariance[-1]) for found in (whole, broken)]
     assert (band[1][1:] > band[0][1:]).all()
@@ -159,7 +164,7 @@ def test_one_spike_is_no_shape(free, layout):
     readings = read(layout, free)
     readings[900, 2] += 0.5
     shape = RecursiveShape(layout, UNCERTAIN)
-    q = shape(readings, free.pressure, DOWN).q
+    q = shape(readings, free.driving, DOWN).q
     assert tip_errors(layout.finger, free.q[900], q[900]) < 1.0
     assert tip_errors(layout.finger, free.q[901:], q[901:]).max() < 2.0
 
@@ -168,10 +173,10 @@ def test_samples_side_by_side_are_as_one_by_one(grasp, layout):
     """Leading axes after time: two recordings at once."""
     shape = RecursiveShape(layout, UNCERTAIN)
     both = np.stack([read(layout, grasp, seed) for seed in (1, 2)], axis=1)[::20]
-    pressure = np.repeat(grasp.pressure[::20, None], 2, axis=1)
-    together = shape(both, pressure, DOWN)
+    driving = np.repeat(grasp.driving[::20, None], 2, axis=1)
+    together = shape(both, driving, DOWN)
     for i in range(2):
-        alone = shape(both[:, i], pressure[:, i], DOWN)
+        alone = shape(both[:, i], driving[:, i], DOWN)
         np.testing.assert_allclose(together.q[:, i], alone.q, atol=1e-12)
         np.testing.assert_allclose(together.contact.force[:, i], alone.contact.force, atol=1e-9)
 
@@ -179,10 +184,10 @@ def test_samples_side_by_side_are_as_one_by_one(grasp, layout):
 def test_block_remembers_as_the_function_does(grasp, layout):
     """From the first sample on; what it puts out at a sample is what the function makes of all up to it."""
     shape, count = RecursiveShape(layout, UNCERTAIN, PERIOD), 60
-    readings, pressure = read(layout, grasp)[1170 : 1170 + count], grasp.pressure[1170 : 1170 + count]
+    readings, driving = read(layout, grasp)[1170 : 1170 + count], grasp.driving[1170 : 1170 + count]
     builder, time = DiagramBuilder(), np.arange(count + 1) * PERIOD
     block = builder.AddSystem(RecursiveEstimator(shape, np.array([0.0, 0.0, 9.81])))
-    for port, values in (("strain", readings), ("pressure", pressure[:, None])):
+    for port, values in (("strain", readings), ("driving_torque", driving)):
         held = np.vstack([values, values[-1:]]).T
         source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(time, held)))
         hold = builder.AddSystem(ZeroOrderHold(PERIOD, len(held)))
@@ -192,14 +197,14 @@ def test_block_remembers_as_the_function_does(grasp, layout):
     builder.Connect(pose.get_output_port(), block.GetInputPort("X_WB"))
     logs = {
         name: builder.AddSystem(VectorLogSink(block.GetOutputPort(name).size(), PERIOD))
-        for name in ("estimated_joint_angles", "contact_force", "loaded", "effective_pressure")
+        for name in ("estimated_joint_angles", "contact_force", "loaded", "effective_driving_torque")
     }
     for name, log in logs.items():
         builder.Connect(block.GetOutputPort(name), log.get_input_port())
     diagram = builder.Build()
     simulator = Simulator(diagram)
     simulator.AdvanceTo(count * PERIOD - PERIOD / 2)
-    found = shape(readings, pressure, DOWN)
+    found = shape(readings, driving, DOWN)
     # The first sample is logged twice: a log at a time still shows the sample before.
     logged = {name: log.FindLog(simulator.get_context()).data()[:, 1:] for name, log in logs.items()}
     samples = logged["loaded"].shape[1]

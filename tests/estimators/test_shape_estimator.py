@@ -47,6 +47,11 @@ def layout(shipped_finger):
 
 
 @pytest.fixture
+def driving(layout):
+    return layout.finger.pressure_torque(PRESSURE)
+
+
+@pytest.fixture
 def strain(layout):
     q = in_balance(layout.finger, PRESSURE, IN_PLANE, [Push(0.09, 0.8)])
     return layout.response.reading(extension_ratios(layout, q))
@@ -56,9 +61,9 @@ def block_of(kind, layout):
     return ShapeEstimator(SHAPE_FUNCTIONS[kind](layout, Uncertainty()), layout, GRAVITY)
 
 
-def fixed(block, strain):
+def fixed(block, strain, driving):
     context = block.CreateDefaultContext()
-    for name, value in (("strain", strain), ("pressure", [PRESSURE]), ("X_WB", pose_entries(X_WB))):
+    for name, value in (("strain", strain), ("driving_torque", driving), ("X_WB", pose_entries(X_WB))):
         block.GetInputPort(name).FixValue(context, value)
     return context
 
@@ -70,11 +75,11 @@ def test_there_is_a_port_for_all_that_is_estimated(kind, layout):
     assert {name: signal_of(port).unit for name, port in ports.items()} == {name: UNITS[name] for name in names}
 
 
-def test_ports_have_what_the_function_gives(kind, layout, strain):
+def test_ports_have_what_the_function_gives(kind, layout, strain, driving):
     block = block_of(kind, layout)
-    context = fixed(block, strain)
+    context = fixed(block, strain, driving)
     found = {name: port.Eval(context) for name, port in vector_outputs(block).items()}
-    shape = SHAPE_FUNCTIONS[kind](layout, Uncertainty())(strain, np.array(PRESSURE), IN_PLANE)
+    shape = SHAPE_FUNCTIONS[kind](layout, Uncertainty())(strain, driving, IN_PLANE)
     expected = {"estimated_joint_angles": shape.q}
     if shape.covariance is not None:
         expected["joint_angle_covariance"] = shape.covariance.ravel()
@@ -88,11 +93,11 @@ def test_ports_have_what_the_function_gives(kind, layout, strain):
 
 
 @pytest.mark.parametrize("lost", [[0], [1, 4], list(range(6))])
-def test_what_is_not_read_lasts_no_longer_than_it_is_not(kind, layout, strain, lost):
+def test_what_is_not_read_lasts_no_longer_than_it_is_not(kind, layout, strain, driving, lost):
     """The arcs have no shape then; the others do without."""
     block = block_of(kind, layout)
     angles = block.GetOutputPort("estimated_joint_angles")
-    context = fixed(block, strain)
+    context = fixed(block, strain, driving)
     before = angles.Eval(context).copy()
     spoiled = strain.copy()
     spoiled[lost] = np.nan
@@ -108,7 +113,7 @@ def test_each_sample_is_estimated_once_for_all_ports(layout):
     builder = DiagramBuilder()
     sensor = builder.AddSystem(StrainSensor(layout, 0.01))
     block = builder.AddSystem(ShapeEstimator(function, layout, GRAVITY))
-    for port in (sensor.GetInputPort("joint_angles"), block.GetInputPort("pressure"), block.GetInputPort("X_WB")):
+    for port in (sensor.GetInputPort("joint_angles"), block.GetInputPort("driving_torque"), block.GetInputPort("X_WB")):
         builder.ExportInput(port, port.get_name())
     builder.Connect(sensor.GetOutputPort("strain"), block.GetInputPort("strain"))
     for port in vector_outputs(block).values():
@@ -116,7 +121,11 @@ def test_each_sample_is_estimated_once_for_all_ports(layout):
     diagram = builder.Build()
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    for name, value in (("joint_angles", np.full(12, 0.05)), ("pressure", [PRESSURE]), ("X_WB", pose_entries(X_WB))):
+    for name, value in (
+        ("joint_angles", np.full(12, 0.05)),
+        ("driving_torque", np.full(12, 0.05)),
+        ("X_WB", pose_entries(X_WB)),
+    ):
         diagram.GetInputPort(name).FixValue(context, value)
     simulator.Initialize()
     function.reset_mock()
@@ -124,12 +133,12 @@ def test_each_sample_is_estimated_once_for_all_ports(layout):
     assert function.call_count == 10
 
 
-def test_the_base_turns_gravity(layout, strain):
+def test_the_base_turns_gravity(layout, strain, driving):
     block = block_of("gaussian", layout)
-    context = fixed(block, strain)
+    context = fixed(block, strain, driving)
     angles = block.GetOutputPort("estimated_joint_angles")
     askew = angles.Eval(context).copy()
     block.GetInputPort("X_WB").FixValue(context, pose_entries(RigidTransform()))
-    upright = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())(strain, np.array(PRESSURE), -9.0 + 0.5j).q
+    upright = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())(strain, driving, -9.0 + 0.5j).q
     np.testing.assert_allclose(angles.Eval(context), upright, atol=1e-15)
     assert np.abs(askew - upright).max() > 1e-6

@@ -22,7 +22,9 @@ def test_free_bending_is_estimated_by_all(shipped_finger, name, sections, one_si
     pressure = np.array([[0.0, 50e3, 150e3]])
     q = free_bending_angles(shipped_finger, pressure)
     strain = layout.response.reading(extension_ratios(layout, q))
-    shape = SHAPE_FUNCTIONS[name](layout, Uncertainty())(strain, pressure, np.zeros((1, 3)))
+    shape = SHAPE_FUNCTIONS[name](layout, Uncertainty())(
+        strain, shipped_finger.pressure_torque(pressure), np.zeros((1, 3))
+    )
     np.testing.assert_allclose(shape.q, q, rtol=0, atol=1e-2)
     assert shape.points(shipped_finger).shape == (1, 3, 13)
 
@@ -31,7 +33,7 @@ def test_uncertainty_is_taken_from_what_is_believed(shipped_finger):
     layout = SensorLayout(shipped_finger, 2)
     for name in ("gaussian", "contact"):
         little, much = (
-            SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(np.zeros(4), np.zeros(()), 0j).covariance
+            SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(np.zeros(4), np.zeros(12), 0j).covariance
             for noise in (1e-5, 1e-2)
         )
         assert (np.diagonal(much) > np.diagonal(little)).all()

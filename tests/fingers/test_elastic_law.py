@@ -10,8 +10,8 @@ from finger_plants import built_at, free_bending
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.fingers.elastic_law import ElasticLawTorque
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.elastic_law import elastic_law_block
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
@@ -74,20 +74,20 @@ def run(file, *overrides):
 
 def test_block_is_what_turns_the_springs_into_the_law(tapered_finger):
     finger = replace(tapered_finger, elastic_law=LAW)
-    block = ElasticLawTorque(finger)
+    block = elastic_law_block(finger)
     context = block.CreateDefaultContext()
     angles, laws = np.array(LAW.curvature) * 0.12 / 5, at_joints(finger, LAW.base_moment, LAW.tip_moment)
     for q in np.random.default_rng(1).uniform(-3, 3, (200, 5)):  # the points end at -1.2 and 0.96 rad
-        block.GetInputPort("joint_angles").FixValue(context, q)
+        block.GetInputPort("x").FixValue(context, q)
         law = [straight_on(angle, angles, torques) for angle, torques in zip(q, laws, strict=True)]
-        torque = block.GetOutputPort("torque").Eval(context)
+        torque = block.GetOutputPort("y").Eval(context)
         np.testing.assert_allclose(torque, finger.stiffness * q - law, atol=1e-12)
 
 
 @pytest.mark.parametrize("points", [2, 3, 5])
 def test_all_blocks_inside_are_drakes(shipped_finger, points):
     law = ElasticLaw(LAW.curvature[:points], LAW.base_moment[:points], LAW.tip_moment[:points])
-    systems = ElasticLawTorque(replace(shipped_finger, elastic_law=law)).GetSystems()
+    systems = elastic_law_block(replace(shipped_finger, elastic_law=law)).GetSystems()
     assert {type(system).__module__ for system in systems} == {"pydrake.systems.primitives"}
 
 

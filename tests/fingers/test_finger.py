@@ -4,17 +4,18 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from finger_plants import built_at
+from finger_plants import BENDING_STIFFNESS, LENGTH, built_at, uniform_finger
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, PressureLaw, TipLoad
 
 # Softer in the middle than at the ends of the curve, and softer at the tip of the finger than at its base.
 LAW = ElasticLaw((-30.0, -10.0, 5.0, 40.0), (-0.5, -0.1, 0.05, 0.8), (-0.3, -0.06, 0.02, 0.4))
 
 MAY_BE_ZERO = ("relaxation_time", "friction", "dissipation", "chamber_width", "chamber_thickness")
-MAY_BE_ZERO += ("layer_thickness", "layer_modulus")
+MAY_BE_ZERO += ("layer_thickness", "layer_modulus", "shear_factor")
 HAS_A_SIGN = ("chamber_center",)
 
 
@@ -49,6 +50,44 @@ def test_every_invalid_number_is_named(shipped_finger):
 def test_segments_are_whole(shipped_finger, segments):
     with pytest.raises(InputError, match=f"segments = {segments!r}: give a whole number"):
         replace(shipped_finger, segments=segments)
+
+
+WRONG_PARTS = [
+    ({"creep": (CreepBranch(0.0, 1.0),)}, "creep.share = 0.0: give a finite number above 0"),
+    ({"creep": (CreepBranch(0.2, 1.0), CreepBranch(0.1, -1.0))}, "creep.time = -1.0: give a finite number above 0"),
+    ({"creep": (CreepBranch(0.5, 1.0),) * 2}, "creep.share = [0.5, 0.5]: nothing would be left of the stiffness"),
+    ({"pressure_law": PressureLaw((0.0,), (0.0,))}, "pressure_law.pressure = (0.0,): give as many increasing"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0,))}, "pressure_law.effective = (0.0,): give as many increasing"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0, -1.0))}, "pressure_law.effective = (0.0, -1.0): give as many"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (1.0, 2.0))}, "pressure_law.effective = (1.0, 2.0): without pressure"),
+    ({"tip_load": TipLoad(0.0, 0.0, 0.0)}, "tip_load.mass = 0.0: give a finite number above 0"),
+    ({"tip_load": TipLoad(0.1, float("nan"), 0.0)}, "tip_load.x = nan: give a finite number"),
+]
+
+
+@pytest.mark.parametrize(("parts", "message"), WRONG_PARTS, ids=str)
+def test_wrong_parts_are_named(shipped_finger, parts, message):
+    with pytest.raises(InputError) as caught:
+        replace(shipped_finger, **parts)
+    assert str(caught.value).startswith(f"finger 'finger': {message}")
+
+
+def test_an_elastic_law_keeps_more_than_creeps_away(shipped_finger):
+    flat, creep = linear_law(shipped_finger, 0.3), (CreepBranch(0.2, 0.3), CreepBranch(0.1, 4.0))
+    with pytest.raises(InputError, match=r"creep\.share = \[0\.2, 0\.1\]: more creeps away than the elastic law has"):
+        replace(shipped_finger, elastic_law=flat, creep=creep)
+    replace(shipped_finger, elastic_law=linear_law(shipped_finger, 0.35), creep=creep)
+
+
+def test_torque_of_a_pressure_goes_by_its_law(tapered_finger):
+    """Twice the torque up to 100 kPa, three times what is beyond, and straight on below zero."""
+    law = PressureLaw((0.0, 1e5, 2e5), (0.0, 2e5, 5e5))
+    pressures = np.array([[-1e4, 0.0, 5e4], [1e5, 1.5e5, 4e5]])
+    effective = np.array([[-2e4, 0.0, 1e5], [2e5, 3.5e5, 11e5]])
+    for finger, expected in ((tapered_finger, pressures), (replace(tapered_finger, pressure_law=law), effective)):
+        torque = finger.pressure_torque(pressures)
+        np.testing.assert_allclose(torque, expected[..., None] * finger.pressure_gain, atol=1e-12)
+        np.testing.assert_allclose(finger.pressure_torque(5e4), torque[0, 2], rtol=1e-12)
 
 
 def test_zero_damping_and_friction_are_allowed(shipped_finger):
@@ -159,12 +198,28 @@ def test_mass_is_density_times_volume(shipped_finger, tapered_finger):
     assert replace(tapered_finger, segments=200).link_masses.sum() == pytest.approx(exact, rel=1e-5)
 
 
+@pytest.mark.parametrize("load", [None, TipLoad(0.05, 0.015, -0.004)])
 @pytest.mark.parametrize("segments", [1, 2, 5, 12])
-def test_mass_matrix_is_drakes(tapered_finger, finger_plant, segments):
-    finger = replace(tapered_finger, segments=segments)
+def test_mass_matrix_is_drakes(tapered_finger, finger_plant, segments, load):
+    finger = replace(tapered_finger, segments=segments, tip_load=load)
     plant = finger_plant(finger)
     mass_matrix = plant.CalcMassMatrix(plant.CreateDefaultContext())
     np.testing.assert_allclose(finger.mass_matrix(), mass_matrix, rtol=1e-12)
+
+
+def test_a_load_at_the_tip_sways_a_cantilever_as_in_the_books():
+    """The first root of  1 + cos a cosh a + ratio a (cos a sinh a - sin a cosh a)  of a beam with a mass at its end."""
+    beam = uniform_finger(40)
+    mass, load = beam.link_masses.sum(), 0.1
+    for ratio in (load / mass, 0.0):
+
+        def condition(a, ratio=ratio):
+            return 1 + np.cos(a) * np.cosh(a) + ratio * a * (np.cos(a) * np.sinh(a) - np.sin(a) * np.cosh(a))
+
+        expected = brentq(condition, 0.1, 2.0) ** 2 * np.sqrt(BENDING_STIFFNESS / (mass / LENGTH)) / LENGTH**2
+        finger = replace(beam, tip_load=TipLoad(load, 0.0, 0.0)) if ratio else beam
+        squared = np.linalg.eigvals(np.linalg.solve(finger.mass_matrix(), np.diag(finger.stiffness))).real
+        assert np.sqrt(squared.min()) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("segments", range(1, 16))
@@ -194,12 +249,16 @@ def spectral_radius(plant):
     return np.abs(np.linalg.eigvals(np.column_stack(columns))).max()
 
 
+REAL = {"shear_factor": 0.857, "tip_load": TipLoad(0.02, 0.005, -0.004)}
+
+
+@pytest.mark.parametrize("parts", [{}, REAL], ids=["plain", "real"])
 @pytest.mark.parametrize("relaxation_time", [0.0, 1e-4, 0.015])
 @pytest.mark.parametrize("segments", [1, 3, 12])
 def test_stable_time_step_is_where_drakes_own_step_begins_to_grow(
-    shipped_finger, finger_plant, segments, relaxation_time
+    shipped_finger, finger_plant, segments, relaxation_time, parts
 ):
-    finger = replace(shipped_finger, segments=segments, relaxation_time=relaxation_time)
+    finger = replace(shipped_finger, segments=segments, relaxation_time=relaxation_time, **parts)
     limit = finger.stable_time_step()
     assert spectral_radius(finger_plant(finger, 0.999 * limit)) < 1 + 1e-6
     assert spectral_radius(finger_plant(finger, 1.001 * limit)) > 1 + 1e-4

@@ -7,8 +7,9 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection
-from soft_gripper.fingers.finger import ContactMaterial, ElasticLaw, Finger
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import read_finger_element
+from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
 
 CHAMBER = 'chamber_width="9e-3" chamber_thickness="8e-3" chamber_center="-1e-3"'
 LAYER = 'layer_thickness="2e-4" layer_modulus="1e9"'
@@ -24,6 +25,10 @@ COMPLETE = f"""
   <contact friction="0.7" hydroelastic_modulus="1e5" dissipation="2"/>
 </finger>"""
 LAW = '<elastic_law angle="-0.2 0 0.4" base_torque="-0.4 0 0.5" tip_torque="-0.3 0 0.25"/>'
+REAL = """
+  <creep share="0.2 0.1" time="0.3 4"/>
+  <pressure_law pressure="0 1e5" effective="0 1.1e5"/>
+  <tip_load mass="0.05" xyz="0.015 0 -0.002"/>"""
 REQUIRED = {
     "parent": ["link"],
     "body": ["length"],
@@ -95,6 +100,65 @@ def test_segments_take_the_place_of_the_files():
 def test_elastic_law_is_that_of_the_segments_in_the_file(segments):
     law = read(edited("<sensors", f"{LAW}<sensors"), segments).finger.elastic_law
     assert law == ElasticLaw((-10.0, 0.0, 20.0), (-0.4, 0.0, 0.5), (-0.3, 0.0, 0.25))
+
+
+def test_what_makes_a_finger_real():
+    finger = read(edited('time="0.02"/>', 'time="0.02" shear_factor="0.857"/>').replace("<sensors", f"{REAL}<sensors"))
+    expected = replace(
+        read(COMPLETE).finger,
+        creep=(CreepBranch(0.2, 0.3), CreepBranch(0.1, 4.0)),
+        pressure_law=PressureLaw((0.0, 1e5), (0.0, 1.1e5)),
+        shear_factor=0.857,
+        tip_load=TipLoad(0.05, 0.015, -0.002),
+    )
+    assert finger.finger == expected
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"0.3 4"', '"0.3"', "creep.time = (0.3,): give as many numbers as there are shares"),
+        ('"0.3 4"', '"0.3 soon"', "creep.time = '0.3 soon': give numbers"),
+        ('"0.2 0.1"', '"0.2 0.9"', "creep.share = [0.2, 0.9]: nothing would be left"),
+        (' effective="0 1.1e5"', "", "pressure_law.effective = None: the attribute is missing"),
+        (' mass="0.05"', "", "tip_load.mass = None: the attribute is missing"),
+        ('"0.05"', '"-0.05"', "tip_load.mass = -0.05: give a finite number above 0"),
+        ("0.015 0 -0.002", "0.015 0.01 -0.002", "tip_load.xyz = (0.015, 0.01, -0.002): the finger bends in a plane"),
+    ],
+)
+def test_mistakes_in_what_makes_a_finger_real(old, new, message):
+    text = edited("<sensors", f"{REAL}<sensors")
+    assert old in text
+    assert complaint(ET.fromstring(text.replace(old, new))).startswith(f"finger 'left': {message}")
+
+
+OF_SILICONE = 'youngs_modulus="8e5" density="1100"'
+
+
+def test_a_material_stands_for_modulus_and_density():
+    finger = read(edited(OF_SILICONE, 'material="elastosil_m4601"')).finger
+    complete = read(COMPLETE).finger
+    assert finger == replace(complete, base=replace(complete.base, youngs_modulus=0.66e6, density=1130.0))
+
+
+@pytest.mark.parametrize(
+    ("new", "message"),
+    [
+        (
+            'material="rubber"',
+            "base.material = 'rubber': not known; known: ecoflex_00_30, ecoflex_00_50, dragon_skin_10,",
+        ),
+        ('material="ecoflex_00_30" density="1"', "base.density = '1': the material gives it; leave one out"),
+        ('material="ecoflex_00_30" youngs_modulus="1"', "base.youngs_modulus = '1': the material gives it"),
+    ],
+)
+def test_mistakes_in_a_material(new, message):
+    assert complaint(ET.fromstring(edited(OF_SILICONE, new))).startswith(f"finger 'left': {message}")
+
+
+def test_a_shear_factor_is_of_the_body():
+    text = edited('time="0.02"/>', 'time="0.02" shear_factor="-1"/>')
+    assert complaint(ET.fromstring(text)).startswith("finger 'left': body.shear_factor = -1.0: give a finite number")
 
 
 @pytest.mark.parametrize(

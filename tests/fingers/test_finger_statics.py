@@ -4,8 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from finger_plants import BENDING_STIFFNESS, LENGTH, uniform_finger
 
-from soft_gripper.fingers.finger import ElasticLaw
+from soft_gripper.fingers.creep import memory_torque
+from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, PressureLaw, TipLoad
+from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import free_bending_angles, gravity_torque, resting_angles, softened
 
 LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))
@@ -55,4 +58,45 @@ def test_at_rest_the_elastic_torque_balances_pressure_and_weight(shipped_finger,
     external = pressure * shipped_finger.pressure_gain + gravity_torque(shipped_finger, q, gravity)
     np.testing.assert_allclose(shipped_finger.elastic_torque(q), external, atol=1e-12)
     if not gravity:
-        np.testing.assert_allclose(q, free_bending_angles(shipped_finger, np.array(pressure)))
+        np.testing.assert_allclose(q, free_bending_angles(shipped_finger, np.array(pressure)), atol=1e-14)
+
+
+def test_a_load_bends_a_cantilever_as_in_the_books():
+    """Down by  m g L^3 / 3 E I  beside what its own weight does; joints at the middles are of second order."""
+    errors, load, gravity = [], TipLoad(0.1, 0.0, 0.0), 1e-3
+    for segments in (10, 20, 40):
+        bare = uniform_finger(segments)
+        angles = [resting_angles(finger, 0.0, 1j * gravity) for finger in (bare, replace(bare, tip_load=load))]
+        one, other = (forward_kinematics(q, bare.segment_length).tip.imag for q in angles)
+        errors.append((other - one) / (load.mass * gravity * LENGTH**3 / (3 * BENDING_STIFFNESS)) - 1)
+    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4, rtol=0.01)
+    assert abs(errors[-1]) < 1e-3
+
+
+def test_weight_of_a_load_is_drakes(tapered_finger, drake_weight, bent):
+    finger = replace(tapered_finger, tip_load=TipLoad(0.05, 0.015, -0.004))
+    for q in bent(5, 5):
+        torque = gravity_torque(finger, q, np.array(-7 + 4j))
+        np.testing.assert_allclose(torque, drake_weight(finger, q, [4.0, 2.0, -7.0]), atol=1e-12)
+
+
+CREEP = (CreepBranch(0.2, 0.3), CreepBranch(0.1, 4.0))
+
+
+@pytest.mark.parametrize("law", [None, LAW])
+def test_a_finger_that_has_crept_rests_where_its_internal_angles_have_followed(shipped_finger, law):
+    """In the balance  elastic(q) = pressure + weight + memory  with z = q at every branch."""
+    finger = replace(shipped_finger, elastic_law=law, creep=CREEP)
+    for pressure, gravity in ((-20e3, 9.81j), (90e3, -6 - 7j)):
+        q = resting_angles(finger, pressure, gravity)
+        known = finger.pressure_torque(pressure) + gravity_torque(finger, q, gravity)
+        memory = memory_torque(finger, np.broadcast_to(q, (2, 12)))
+        np.testing.assert_allclose(finger.elastic_torque(q), known + memory, atol=1e-12)
+
+
+def test_pressure_bends_by_its_law_and_before_anything_creeps(tapered_finger):
+    finger = replace(tapered_finger, pressure_law=PressureLaw((0.0, 1e5), (0.0, 1.2e5)), creep=CREEP)
+    q = free_bending_angles(finger, PRESSURES)
+    np.testing.assert_allclose(q, 1.2 * free_bending_angles(tapered_finger, PRESSURES), rtol=1e-12)
+    crept = resting_angles(finger, PRESSURES, np.zeros(PRESSURES.shape))
+    np.testing.assert_allclose(crept, q / 0.7, rtol=1e-12, atol=1e-14)

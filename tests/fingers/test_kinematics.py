@@ -1,5 +1,7 @@
 """Planar kinematics, compared with Drake's and with the circle."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from soft_gripper.fingers.kinematics import (
     segment_path_lengths,
     sensor_path,
 )
+from soft_gripper.fingers.plant_finger import PlantFinger
 
 OFFSETS = [-0.018, -0.009, 0.0, 0.009]  # m
 SEGMENT = 0.01  # m
@@ -30,6 +33,20 @@ def test_forward_kinematics_is_drakes(tapered_finger, finger_plant, bent):
     np.testing.assert_allclose(as_points(chain.joints), joints[:, [0, 2]], atol=1e-15)
     np.testing.assert_allclose(chain.headings, headings, atol=1e-14)
     np.testing.assert_allclose(as_points(chain.segment_ends[1:]), np.array(middles)[:, [0, 2]], atol=1e-15)
+    tip = plant.GetFrameByName("tapered_tip").CalcPoseInWorld(context).translation()
+    np.testing.assert_allclose(as_points(chain.tip), tip[[0, 2]], atol=1e-15)
+
+
+def test_a_chain_that_shears_is_drakes(tapered_finger, finger_plant, bent):
+    finger = replace(tapered_finger, shear_factor=0.857)
+    plant, q, shear = finger_plant(finger), bent(5), 0.01 * bent(2, 5)[1]
+    context = plant.CreateDefaultContext()
+    of_plant = PlantFinger(finger, plant, plant.GetModelInstanceByName("robot"))
+    state = q @ of_plant.position_selector() + shear @ of_plant.shear_selector()
+    plant.SetPositionsAndVelocities(context, state)
+    chain = forward_kinematics(q, finger.segment_length, shear)
+    joints = np.array([plant.EvalBodyPoseInWorld(context, link).translation() for link in of_plant.links[1:]])
+    np.testing.assert_allclose(as_points(chain.joints), joints[:, [0, 2]], atol=1e-15)
     tip = plant.GetFrameByName("tapered_tip").CalcPoseInWorld(context).translation()
     np.testing.assert_allclose(as_points(chain.tip), tip[[0, 2]], atol=1e-15)
 

@@ -56,6 +56,6 @@ def test_bands_know_the_errors_of_sensors_with_gains(shipped_finger, bend):
     readings = layout.response.reading(disturb(errors, ratios, 0.01, np.random.default_rng(3)))[0]
     believed = uncertainty_of(errors)
     believed.load_pressure = 1e7
-    shape = GaussianShape(layout, believed)(readings, np.zeros(4000), 0j)
+    shape = GaussianShape(layout, believed)(readings, np.zeros((4000, 12)), 0j)
     claimed = np.sqrt(shape.covariance.sum(axis=(-2, -1)).mean())
     assert shape.q.sum(axis=-1).std() == pytest.approx(claimed, rel=0.15)

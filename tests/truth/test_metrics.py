@@ -1,5 +1,7 @@
 """Pose and fingertip errors: the paper's metric, and the block that computes it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,10 +25,10 @@ def test_batch_is_the_loop(bent):
         assert pose_error(true, found)[index] == pose_error(true[index], found[index])
 
 
-def evaluate(finger, q, joints, tip):
+def evaluate(finger, q, joints, tip, **shear):
     block = PoseError(finger)
     context = block.CreateDefaultContext()
-    inputs = {"sampled_joint_angles": q, "joint_positions": as_points(joints).ravel(), "tip_pose": tip}
+    inputs = {"sampled_joint_angles": q, "joint_positions": as_points(joints).ravel(), "tip_pose": tip, **shear}
     for name, value in inputs.items():
         block.GetInputPort(name).FixValue(context, value)
     return [block.GetOutputPort(name).Eval(context)[0] for name in ("pose_error", "fingertip_error")]
@@ -39,6 +41,14 @@ def test_block_holds_the_estimate_against_the_chain(shipped_finger, bent):
     assert evaluate(shipped_finger, q, chain.joints, [x, z, 0.0]) == [0.0, 0.0]
     errors = evaluate(shipped_finger, q, chain.joints + 3e-3 + 4e-3j, [x + 6e-3, z - 8e-3, 0.0])
     np.testing.assert_allclose(errors, [5e-3, 10e-3], rtol=1e-12)
+
+
+def test_the_truth_shears(shipped_finger, bent):
+    finger, q, shear = replace(shipped_finger, shear_factor=0.857), bent(12), 0.01 * bent(12)
+    chain = forward_kinematics(q, finger.segment_length, shear)
+    tip = [*as_points(chain.tip), 0.0]
+    assert evaluate(finger, q, chain.joints, tip, sampled_shear=shear) == [0.0, 0.0]
+    assert evaluate(finger, q, chain.joints + 3e-3, tip, sampled_shear=shear)[0] == pytest.approx(3e-3, rel=1e-9)
 
 
 def test_an_unknown_pose_has_no_error(shipped_finger):

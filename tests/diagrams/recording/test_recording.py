@@ -84,9 +84,10 @@ def expected_signals(station, recording, finger):
     arcs = arcs_from_readings(layout, strain)
     joints, tip = joints_on_arcs(layout, arcs), arcs.end[..., -1]
     begin, center = as_points(arcs.start), as_points(arcs.centers)
-    estimated = BendSharing(layout).joint_angles(arcs.theta, held_pressure, plane.planar(gravity))
+    driving = finger.finger.pressure_torque(held_pressure)
+    estimated = BendSharing(layout).joint_angles(arcs.theta, driving, plane.planar(gravity))
     X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(q), 1, 1))
-    motion = Motion(*map(windows, (estimated, held_pressure, X_WB)))
+    motion = Motion(*map(windows, (estimated, driving, X_WB)))
     balance = TorqueBalance(finger.finger).external_torque(motion, gravity, station.scenario.sensor.period)
     return {
         "extension_ratio": ratios,
@@ -101,6 +102,7 @@ def expected_signals(station, recording, finger):
         "fingertip_error": fingertip_error(truth.tip, tip),
         "free_bending_angles": free_bending_angles(finger.finger, held_pressure),
         "sampled_pressure": held_pressure,
+        "driving_torque": driving,
         "X_WB": X_WB,
         "estimated_joint_angles": estimated,
         "external_torque": balance.torque,

@@ -43,7 +43,7 @@ class Scene:
         builder.Connect(poses.get_output_port(), visualizer.GetInputPort("body_poses"))
         for vector, port in (
             (strain, pose.GetInputPort("strain")),
-            (np.zeros(1), pose.GetInputPort("pressure")),
+            (np.zeros(layout.finger.segments), pose.GetInputPort("driving_torque")),
             (pose_entries(X_WB), pose.GetInputPort("X_WB")),
             (torque, visualizer.GetInputPort(f"{NAME}.external_torque")),
         ):

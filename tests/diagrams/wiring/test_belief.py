@@ -10,6 +10,7 @@ from soft_gripper.diagrams.schema.scenario import BelievedConfig, SensorConfig
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.wiring.belief import believed_finger, believed_layout, describe_belief
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_parts import CreepBranch
 
 CURVE = [[1.0, 0.0], [2.0, 3.0]]
 TWO = "package://soft_gripper/grippers/two_finger.urdf"
@@ -46,6 +47,12 @@ def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name,
         sections = {"base": tapered_finger.base, "tip": tapered_finger.tip}
         ends = {end: replace(section, **{name: change(getattr(section, name))}) for end, section in sections.items()}
         assert believed(tapered_finger, **{name: text}) == replace(tapered_finger, **ends)
+
+
+def test_creep_need_not_be_known(tapered_finger):
+    creeps = replace(tapered_finger, creep=(CreepBranch(0.2, 0.3),))
+    assert believed(creeps) == creeps
+    assert believed(creeps, creep=False) == tapered_finger
 
 
 @pytest.mark.parametrize("text", ["10", "0.1"])
@@ -89,6 +96,7 @@ def test_what_cannot_be_believed(tapered_finger, changes, message):
 
 def test_description_for_tables():
     assert describe_belief(BelievedConfig()) == "as simulated"
+    assert describe_belief(BelievedConfig(creep=False)) == "no creep"
     belief = BelievedConfig(file=TWO, youngs_modulus="+10 %", length="0.1", response=CURVE, calibration="my/own.yaml")
     assert describe_belief(belief) == "two_finger.urdf; youngs_modulus +10 %; length 0.1; response; own.yaml"
 

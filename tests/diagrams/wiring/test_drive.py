@@ -16,6 +16,8 @@ from soft_gripper.signals import signal_of
 COMMANDS = {"left_finger": 40e3, "right_finger": -20e3}  # Pa
 STIFFER = '<elastic_law angle="-0.2 0.2" base_torque="-0.5 0.5" tip_torque="-0.5 0.5"/>'
 
+FURTHER = '<pressure_law pressure="0 2e4 1e5" effective="0 4e4 3.6e5"/>'
+
 
 class Driven:
     """A gripper with its drive, the joints bent by so much, rad."""
@@ -91,6 +93,36 @@ def test_an_elastic_law_takes_the_place_of_the_springs(stiff_file):
     added = driven.torques(left) - COMMANDS["left_finger"] * left.finger.pressure_gain
     np.testing.assert_allclose(added, (left.finger.stiffness - 2.5) * 0.1, rtol=1e-9)
     np.testing.assert_allclose(driven.torques(right), COMMANDS["right_finger"] * right.finger.pressure_gain)
+
+
+def test_pressures_bend_by_the_law_of_their_finger(tmp_path):
+    """The left finger bends by twice the pressure up to 20 kPa and four times beyond, the right one as the pressure."""
+    text = (DIRECTORY / "grippers/two_finger.urdf").read_text()
+    path = tmp_path / "gripper.urdf"
+    path.write_text(text.replace("</finger>", f"{FURTHER}</finger>", 1))
+    driven = Driven(path, NO_LAG)
+    for finger, effective in zip(driven.fingers, (120e3, -20e3), strict=True):
+        assert driven.value(driven.drive.pressures[finger.name]) == [COMMANDS[finger.name]]
+        np.testing.assert_allclose(driven.torques(finger), effective * finger.finger.pressure_gain)
+        np.testing.assert_allclose(driven.torques(finger), finger.finger.pressure_torque(COMMANDS[finger.name]))
+
+
+def test_a_finger_that_creeps_drives_itself_on(tmp_path):
+    """By nothing where it was bent just now, by a fifth of its stiffness where it has been bent for long."""
+    text = (DIRECTORY / "grippers/two_finger.urdf").read_text()
+    path = tmp_path / "gripper.urdf"
+    path.write_text(text.replace("</finger>", '<creep share="0.2" time="0.3"/></finger>', 1))
+    driven = Driven(path, NO_LAG, bend=0.1)
+    left, right = driven.fingers
+    creep = driven.diagram.GetSubsystemByName("left_finger.creep")
+    for angle in (0.0, 0.1):
+        creep.set_internal_angles(
+            creep.GetMyMutableContextFromRoot(driven.root), np.full((1, 12), angle), np.full(12, 0.1)
+        )
+        added = driven.torques(left) - COMMANDS["left_finger"] * left.finger.pressure_gain
+        np.testing.assert_allclose(added, 0.2 * left.finger.stiffness * angle, atol=1e-12)
+    np.testing.assert_allclose(driven.torques(right), COMMANDS["right_finger"] * right.finger.pressure_gain)
+    assert not driven.diagram.HasSubsystemNamed("right_finger.creep")
 
 
 def test_a_step_that_is_too_long_is_refused():

@@ -24,7 +24,7 @@ class Sum(LeafSystem):
 
 class Wired(Diagram):
     def __init__(self, *blocks):
-        """Blocks as (name, system, renamed)."""
+        """Blocks as (name, system, renamed, later)."""
         super().__init__()
         wires = NamedWires()
         for block in blocks:
@@ -49,6 +49,12 @@ def test_a_block_behind_feeds_nothing_before_it():
     diagram = Wired(("first", Sum("d", "c")), ("second", Sum("c", "a")))
     assert list(inputs(diagram)) == ["c", "a"]
     assert evaluate(diagram, a=1.0, c=5.0) == {"d": 5.0, "c": 1.0}
+
+
+def test_but_an_input_may_wait_for_a_block_behind():
+    diagram = Wired(("first", Sum("d", "c", "a"), None, {"c"}), ("second", Sum("c", "a")))
+    assert list(inputs(diagram)) == ["a"]
+    assert evaluate(diagram, a=1.0) == {"d": 2.0, "c": 1.0}
 
 
 def test_of_two_outputs_of_one_name_the_first_is_taken():

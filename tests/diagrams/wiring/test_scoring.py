@@ -8,10 +8,13 @@ from pydrake.systems.primitives import TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.simulation import run_station, simulate
+from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.scoring import FingerScoring
 from soft_gripper.estimation.torque_balance import DELAY, SAMPLES
+from soft_gripper.evaluation.true_chain import true_chain
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
+from soft_gripper.models import DIRECTORY
 from soft_gripper.truth.metrics import fingertip_error, pose_error
 
 # Name, overrides, and a finger whose contact torque changes all the time.
@@ -81,3 +84,23 @@ def test_an_estimate_that_is_late_by_just_as_much_has_no_error(tapered_finger):
         np.testing.assert_allclose(scoring.GetOutputPort("external_torque_error").Eval(context), 0.0, atol=1e-12)
         held = (np.arange(joints) + 1.0) * (time - PERIOD / 2)
         np.testing.assert_allclose(scoring.GetOutputPort("true_external_torque").Eval(context), held, atol=1e-12)
+
+
+def test_the_pose_errors_of_a_finger_that_shears_are_those_of_the_plant(tmp_path):
+    """In a grasp, in which its tip is millimetres away from where its joint angles alone would have it."""
+    text = (DIRECTORY / "grippers/two_finger.urdf").read_text()
+    (tmp_path / "gripper.urdf").write_text(text.replace("<body", '<body shear_factor="0.857"'))
+    changes = [f"models.0.file={tmp_path / 'gripper.urdf'}", "pressure.steps.all=[100e3]", "pressure.settle=0.6"]
+    station = make_station(load_scenario("box_grasp", [*changes, "pressure.hold_samples=2"]))
+    recording = run_station(station)
+    finger, plant = station.fingers[0], station.plant
+    context = plant.CreateDefaultContext()
+    last = recording.data.isel(time=-1)
+    plant.SetPositionsAndVelocities(context, last["plant.state"].values)
+    tip = plant.GetFrameByName("left_finger_tip", finger.model).CalcPose(context, finger.base.body_frame())
+    x, _, z = tip.translation()
+    estimated = as_planar(last["left_finger.tip_pose"].values[:2])
+    assert last["left_finger.fingertip_error"].item() == pytest.approx(abs(z + 1j * x - estimated), abs=2e-5)
+    bent = forward_kinematics(last["left_finger.sampled_joint_angles"].values, 0.01).tip
+    assert abs(z + 1j * x - bent) > 2e-3
+    assert true_chain(recording, finger).tip[-1] == pytest.approx(z + 1j * x, abs=2e-5)

@@ -8,7 +8,8 @@ import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
-from soft_gripper.fingers.finger import ElasticLaw, Finger
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import gravity_torque, resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.shape.uncertainty import Uncertainty
@@ -78,7 +79,7 @@ def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
     readings = true.response.reading(extension_ratios(true, q))
     scale = trusting_chamber(believed, free_motion(true))
     found = SHAPE_FUNCTIONS["contact"](believed, Uncertainty())(
-        readings, scale.pressure * pressure, scale.gravity * GRAVITY
+        readings, believed.finger.pressure_torque(scale.pressure * pressure), scale.gravity * GRAVITY
     ).contact
     assert found is not None
     assert float(scale.force * found.force) == pytest.approx(0.5, rel=0.02)

@@ -1,7 +1,10 @@
 """Readings made again from a recording: for the sensors of the run they are what its blocks put out at every sample."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from creeping_fingers import FINGER, write_creeping
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
@@ -59,6 +62,22 @@ def test_external_torque_is_that_of_the_estimator(run: Run) -> None:
         np.testing.assert_allclose(torque, recorded, rtol=1e-9, atol=1e-12)
         assert np.isfinite(torque[5:]).all()
         assert np.abs(torque[5:]).max() > 1e-5
+
+
+@pytest.mark.parametrize("estimator", ["arcs", "gaussian"])
+def test_a_finger_that_creeps_is_remembered_as_in_its_run(tmp_path: Path, estimator: str) -> None:
+    file = write_creeping(FINGER, tmp_path, 0.2, 0.3)
+    creeping = [*SHORT, *(f"models.{i}.file={file}" for i in range(2)), f"estimator.type={estimator}"]
+    station, recording = run_of("free_bending", creeping)
+    finger, name = station.fingers[0], station.fingers[0].name
+    again = read_again(station, recording, finger, 4)
+    signals = ("driving_torque", "estimated_joint_angles", "external_torque")
+    driving, q, torque = (recording[f"{name}.{signal}"].values for signal in signals)
+    np.testing.assert_allclose(again.driving(estimator), driving, atol=1e-7)
+    np.testing.assert_allclose(again.shape(estimator).q, q, atol=1e-6)
+    found = external_torque_again(station, recording, finger, again, estimator)
+    np.testing.assert_allclose(found, torque, atol=1e-6)
+    assert np.abs(driving - finger.finger.pressure_torque(again.pressure)).max() > 5e-3
 
 
 @pytest.mark.parametrize("sections", [1, 2, 6])

@@ -10,6 +10,7 @@ from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.placement.assumptions import SETS, Assumptions
 from soft_gripper.evaluation.placement.errors import contact_errors, mean_pose_error
 from soft_gripper.evaluation.placement.samples import read_contacts, read_held
+from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors
@@ -27,7 +28,9 @@ def test_the_error_is_that_of_the_estimator_on_this_layout(free_finger, estimato
     layout = SensorLayout(finger, len(placement) + 1, borders=borders)
     function = SHAPE_FUNCTIONS[estimator](layout, assumptions.uncertainty)
     readings = layout.response.reading(extension_ratios(layout, q))
-    joints = function(readings, free_finger.pressure, free_finger.gravity).points(finger)[:, :-1]
+    joints = function(readings, finger.pressure_torque(free_finger.pressure), free_finger.gravity).points(finger)[
+        :, :-1
+    ]
     true = forward_kinematics(q, finger.segment_length).joints
     assert error == pytest.approx(float(np.abs(joints - true).mean()), rel=1e-9)
 
@@ -69,6 +72,16 @@ def test_only_held_samples_count_but_all_pass_through_the_sensors(free_finger):
     np.testing.assert_allclose(late[7], late[6] * np.exp(-0.2), rtol=1e-9)
 
 
+def test_a_finger_that_creeps_remembers_how_it_was_bent(free_finger):
+    """Of one that was held bent for ever."""
+    finger = replace(free_finger.layout.finger, creep=(CreepBranch(0.2, 0.01),))
+    bent = np.full_like(free_finger.q, 0.1)
+    held = replace(free_finger, layout=replace(free_finger.layout, finger=finger), q=bent)
+    (driving,) = read_held(held, Assumptions(), 0).driving
+    known = finger.pressure_torque(held.pressure)[2:]
+    np.testing.assert_allclose(driving[2:] - known, np.tile(0.02 * finger.stiffness, (6, 1)), rtol=1e-6)
+
+
 @pytest.fixture
 def contacts(free_finger):
     """Four that are no contacts, though they are said to be."""
@@ -84,7 +97,7 @@ def test_errors_of_force_and_place(contacts, monkeypatch):
     """An estimator that finds 1 N at 60 mm, and nothing in the last."""
 
     def estimate(layout, uncertainty):
-        def function(readings, pressure, gravity):
+        def function(readings, driving, gravity):
             shape = readings.shape[:-1]
             place = np.broadcast_to([[0.06], [0.06], [0.06], [np.nan]], shape)
             force = np.broadcast_to([[1.0], [1.0], [1.0], [0.0]], shape)

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from soft_gripper.commands.options import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.calibration_file import save_calibration
 from soft_gripper.evaluation.calibrate_recordings import calibrate_recordings
 

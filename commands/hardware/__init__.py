@@ -1,0 +1,1 @@
+"""Commands that are given recordings: of simulated fingers, and of hardware."""

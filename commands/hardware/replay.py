@@ -1,0 +1,100 @@
+"""soft-gripper replay: recorded readings of hardware through the estimation blocks, scored by motion capture."""
+
+import argparse
+import logging
+import sys
+from pathlib import Path
+
+from pydrake.geometry import Meshcat
+
+from soft_gripper.commands.terminal.replay_table import print_replay
+from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.diagrams.hardware.find_recordings import find_recordings
+from soft_gripper.diagrams.hardware.hardware_recording import HardwareRecording
+from soft_gripper.diagrams.loading.model_files import model_path
+from soft_gripper.diagrams.replay.replay_view import show_replays
+from soft_gripper.diagrams.schema.ranges import require
+from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.figure_style import save_figure
+from soft_gripper.evaluation.replay.arm_recording import arm_recording
+from soft_gripper.evaluation.replay.replay_figure import drawn_rows, replay_figure
+from soft_gripper.evaluation.replay.replay_recordings import Replayed, Rows, estimator_rows, replay_recordings
+from soft_gripper.evaluation.replay.replay_table import replay_table
+from soft_gripper.files import writable_folder
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.urdf import expand_urdf
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("replay", help="estimate recordings of hardware, and compare with motion capture")
+    parser.add_argument("file", nargs="+", help="a recording; looked for here, then below the data folder")
+    parser.add_argument("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file")
+    parser.add_argument("--fit", nargs="+", metavar="FILE", help="fit to these; default: to all but the one estimated")
+    parser.add_argument("--estimator", nargs="+", metavar="NAME", help="default: all")
+    parser.add_argument("--data", metavar="FOLDER", type=Path, help="default: the environment's SOFT_GRIPPER_DATA")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results/replay"))
+    parser.add_argument("--meshcat", action="store_true", help="show it in a browser and wait at its end")
+    parser.add_argument("--html", metavar="FILE", type=Path, help="write a 3-D replay that opens offline")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    recordings = find_recordings(options.file, options.described_as, options.data)
+    fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
+    for recording in [*recordings, *(fitted or [])]:
+        for gap in recording.gaps:
+            print(f"note: {recording.name}: {gap}", file=sys.stderr)
+    finger, gravity = _finger(recordings[0]), recordings[0].gravity
+    require(gravity is not None, recordings[0].name, "gravity", None, "an arm's weight bends it: say where down is")
+    assert gravity is not None
+    arms = [arm_recording(recording) for recording in recordings]
+    rows = estimator_rows(options.estimator, len(arms[0].bodies))
+    out = writable_folder(options.out)
+    if options.html is not None:
+        writable_folder(options.html.parent)
+    to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
+    replayed = replay_recordings(arms, to_fit, rows, finger, gravity)
+    written = _write(out, replayed, rows)
+    if options.html is not None or options.meshcat:
+        written += _show(options, replayed, rows)
+    print("\nWritten: " + ", ".join(map(str, written)))
+
+
+def _finger(recording: HardwareRecording) -> Finger:
+    """The finger that stands for the arm.
+
+    Raises:
+        InputError: unless the description names a file with one.
+    """
+    file = recording.config.finger
+    require(file is not None, recording.name, "finger", None, "name the URDF with the finger that stands for the arm")
+    assert file is not None
+    fingers = expand_urdf(model_path(file)).fingers
+    if len(fingers) != 1:
+        raise InputError(recording.name, "finger", file, f"holds {len(fingers)} fingers; one is needed")
+    return fingers[0]
+
+
+def _write(out: Path, replayed: list[Replayed], rows: Rows) -> list[Path]:
+    table = replay_table(replayed, rows)
+    print_replay(replayed, table)
+    write_csv(out / "replay.csv", table)
+    save_figure(replay_figure(replayed, rows), out / "replay")
+    for one in replayed:
+        one.signals.save(out / f"{one.name}.nc")
+    return [out / "replay.csv", out / "replay.png", out / "replay.svg", *(out / f"{one.name}.nc" for one in replayed)]
+
+
+def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> list[Path]:
+    if not options.meshcat:
+        logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
+    meshcat = Meshcat()
+    show_replays(meshcat, [one.signals for one in replayed], drawn_rows(rows))
+    if options.html is not None:
+        write_replay(meshcat, options.html)
+    if options.meshcat and sys.stdin.isatty():
+        input("The replay is in Meshcat. Press Enter to end. ")
+    return [options.html] if options.html is not None else []

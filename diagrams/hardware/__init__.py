@@ -1,0 +1,1 @@
+"""Recordings of hardware: described by YAML, read into arrays."""

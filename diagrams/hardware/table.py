@@ -1,0 +1,75 @@
+"""The columns of a recorded file: comma-separated text, or C3D."""
+
+import difflib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.schema.ranges import require
+from soft_gripper.errors import InputError
+
+
+@dataclass(frozen=True)
+class Table:
+    """Named columns; NaN where a cell is empty."""
+
+    path: Path
+    names: tuple[str, ...]
+    values: Array  # (T, columns)
+    rows: NDArray[np.int_]  # (T,) where in the file every sample is: line, or frame, counted from 1
+    dropped: tuple[int, ...] = ()  # rows of the file that do not parse
+
+    def columns(self, field: str, names: list[str]) -> Array:
+        """Columns by their names, (T, len(names)).
+
+        Raises:
+            InputError: naming the file, the field that asks for a column, and the nearest column there is.
+        """
+        for name in names:
+            if name not in self.names:
+                near = difflib.get_close_matches(name, self.names, n=1)
+                hint = f"did you mean '{near[0]}'?" if near else f"its columns: {', '.join(self.names[:12])} ..."
+                raise InputError(self.path, field, name, f"no such column; {hint}")
+        return self.values[:, [self.names.index(name) for name in names]]
+
+    def kept(self, keep: NDArray[np.bool_]) -> "Table":
+        """The samples for which `keep` is true, (T,)."""
+        return Table(self.path, self.names, self.values[keep], self.rows[keep], self.dropped)
+
+
+def read_text(path: Path, header: list[str] | None) -> Table:
+    """Reads comma-separated text; square brackets in it are ignored, and rows that do not parse are dropped.
+
+    Args:
+        path: of the file.
+        header: names of its columns; None: the first row has them.
+
+    Raises:
+        InputError: if the file cannot be read, or no row of it parses.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not a text file"
+        raise InputError(path, "file", path.name, f"cannot be read: {reason}") from None
+    begin = 0 if header else 1
+    require(len(lines) > begin, path, "file", path.name, "is empty: it holds no samples")
+    names = tuple(header or (cell.strip() for cell in lines[0].split(",")))
+    parsed = [_numbers(line, len(names)) for line in lines[begin:]]
+    good = [i for i, row in enumerate(parsed) if row is not None]
+    bad = [i for i, row in enumerate(parsed) if row is None and lines[begin + i].strip()]
+    expected = f"no row parses: each is to hold {len(names)} numbers between commas"
+    require(len(good) > 0, path, "file", path.name, expected)
+    values = np.array([parsed[i] for i in good])
+    return Table(path, names, values, np.array(good) + begin + 1, tuple(i + begin + 1 for i in bad))
+
+
+def _numbers(line: str, count: int) -> list[float] | None:
+    cells = [cell.strip() for cell in line.replace("[", "").replace("]", "").split(",")]
+    try:
+        return [float(cell or "nan") for cell in cells] if len(cells) == count and any(cells) else None
+    except ValueError:
+        return None

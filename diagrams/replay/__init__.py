@@ -1,0 +1,1 @@
+"""Recorded readings of hardware through the blocks of the estimation."""

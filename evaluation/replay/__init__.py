@@ -1,0 +1,1 @@
+"""Estimators on recorded readings of hardware."""

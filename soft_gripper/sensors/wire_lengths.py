@@ -1,0 +1,60 @@
+"""Length sensors along both sides of an arm whose sections bend and lengthen: wire lengths -> bends and mid lengths.
+
+Two wires end with every section, one on the inner and one on the outer side, Delta_R apart. What they measure along
+their section, L_1 (inner) and L_2 (outer), is what is left when the wires that end with the section before are taken
+off. With the arcs of `shape.arcs`, and what of a real arm these leave out,
+
+    theta_s = (L_2 - L_1) / Delta_R + o_s + c_s theta_(s-1) ,   l_s = (L_1 + L_2) / 2 + a_s + b_s theta_s^2 ,
+
+o and a being constant offsets of the wires, c the share of the bend of the section before that the longer wires see,
+as they pass it at another distance from its axis, and b how much longer a bent section is than its wires, which run
+straight between their guides.
+
+Leading axes are free; S sections.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+
+class Sections(NamedTuple):
+    """What wires say of the sections, each (..., S)."""
+
+    theta: Array  # rad
+    length: Array  # m, in the middle between the wires
+
+
+@dataclass(frozen=True)
+class WireCalibration:
+    """The numbers of a certain arm, each (S,)."""
+
+    spacing: float  # m, Delta_R
+    bend_offsets: Array  # o, rad
+    crossing: Array  # c; that of the first section has no meaning
+    length_offsets: Array  # a, m
+    bow: Array  # b, m/rad^2
+
+    def sections(self, inner: Array, outer: Array) -> Sections:
+        """Bends and mid lengths from wires that run from the base to the end of each section, (..., S) m each."""
+        inner, outer = (np.diff(side, axis=-1, prepend=0.0) for side in (inner, outer))
+        theta = (outer - inner) / self.spacing + self.bend_offsets
+        for section in range(1, theta.shape[-1]):
+            theta[..., section] += self.crossing[section] * theta[..., section - 1]
+        return Sections(theta, (inner + outer) / 2 + self.length_offsets + self.bow * theta**2)
+
+
+def as_strain(finger: Finger, theta: Array, sections: int) -> tuple[SensorLayout, Array]:
+    """Two-sided sensors on a finger that does not lengthen, and their strain when it is bent by theta, (..., S) rad.
+
+    `sections`, which divides S, is the number of sensors a side: fewer than S see sums of bends.
+    """
+    bends = SensorLayout(finger, theta.shape[-1])
+    q = bends.shared_equally(theta)
+    layout = SensorLayout(finger, sections)
+    return layout, layout.response.reading(extension_ratios(layout, layout.shared_equally(layout.sums(q))))

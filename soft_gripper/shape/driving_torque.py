@@ -1,0 +1,109 @@
+"""What drives a finger: the torque at its joints that is known before its sensors are read.
+
+    driving torque = torque of the pressure + memory torque of creep
+
+What a creeping finger remembers (`fingers.creep`) follows from how it was bent, as far as that is estimated: the
+internal angles go by the estimate of the sample before, held for a period. So an estimate asks for what drives the
+finger, this for the estimates before, and there is no loop. Where no angle is estimated they stay as they are: a sensor
+that fails for a few samples leaves no trace, and a finger that is not seen is taken to rest.
+
+Leading axes are free; T samples, B branches of creep, N joints.
+"""
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.creep import advance, memory_torque
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.shape.estimate import ShapeFunction
+from soft_gripper.shape.finger_shape import ANGLES
+from soft_gripper.signals import describe
+
+DRIVING_TORQUE = "driving_torque"
+_SETTLED = 1e-7  # N m, by which a driving torque that is found may still change
+
+
+def internal_angles(finger: Finger, z: Array, q: Array, period: float) -> Array:
+    """Those of creep a period (s) later, (..., B, N) rad, by estimated joint angles (..., N) rad, which are held."""
+    later = advance(finger.creep, z, q, q, period)
+    return np.where(np.isfinite(q)[..., None, :], later, z)
+
+
+def memory_torques(finger: Finger, q: Array, period: float) -> Array:
+    """Memory torque at every sample of a recording, N m, by joint angles (T, ..., N) rad, each held for a period."""
+    torques, z = np.zeros_like(q), np.zeros((*q.shape[1:-1], len(finger.creep), q.shape[-1]))
+    for i, angles in enumerate(q):
+        torques[i] = memory_torque(finger, z)
+        z = internal_angles(finger, z, angles, period)
+    return torques
+
+
+def recorded_driving(
+    function: ShapeFunction, finger: Finger, readings: Array, pressure: Array, gravity: Planar, period: float
+) -> Array:
+    """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque finds it beside an estimator.
+
+    Shape and memory are found by turns, all samples at once. A sample depends on those before it alone, and every turn
+    leaves of an error no more than the shares of the branches, so that this ends.
+
+    Args:
+        function: the estimator.
+        finger: as it is believed to be.
+        readings: of the strain sensors, (T, ..., paths * S).
+        pressure: in the chamber, Pa, (T, ...).
+        gravity: in the bending plane, z + i x in B, m/s^2, (T, ...).
+        period: of the samples, s.
+    """
+    of_pressure = finger.pressure_torque(pressure)
+    driving, settled = of_pressure, not finger.creep
+    while not settled:
+        q, before = function(readings, driving, gravity).q, driving
+        driving = of_pressure + memory_torques(finger, q, period)
+        settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
+    return driving
+
+
+class DrivingTorque(LeafSystem):
+    """What drives one finger, sample for sample.
+
+    ::
+
+        pressure (1) Pa ------------------> +---------------+
+                                            | DrivingTorque | ---> driving_torque  (N) N m, positive closes
+        estimated_joint_angles (N) rad ---> +---------------+
+
+    Only a finger that creeps has its estimated joint angles for an input, and state. They act from the next sample on,
+    so they may be estimated from this very torque. Give it inputs that are sampled together every `period` s, from
+    time 0, in discrete state.
+    """
+
+    def __init__(self, finger: Finger, period: float):
+        """The finger as it is believed to be; it begins straight."""
+        super().__init__()
+        self._finger, self._period, joints = finger, period, finger.segments
+        self._pressure = self.DeclareVectorInputPort("pressure", 1)
+        known = {self._pressure.ticket()}
+        if finger.creep:
+            self._angles = self.DeclareVectorInputPort(ANGLES, joints)
+            self.DeclareDiscreteState(len(finger.creep) * joints)
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
+            known.add(self.xd_ticket())
+        port = self.DeclareVectorOutputPort(DRIVING_TORQUE, joints, self._calc_torque, known)
+        describe(port, "N m", joint=range(joints))
+
+    def _internal_angles(self, context: Context) -> Array:
+        z: Array = context.get_discrete_state_vector().value().reshape(-1, self._finger.segments)
+        return z
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        """Goes on by what was estimated a period ago; at time 0 there is nothing."""
+        if context.get_time() > 0:
+            z, q = self._internal_angles(context), self._angles.Eval(context)
+            values.set_value(internal_angles(self._finger, z, q, self._period).ravel())
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+        torque = self._finger.pressure_torque(self._pressure.Eval(context)[0])
+        if self._finger.creep:
+            torque = torque + memory_torque(self._finger, self._internal_angles(context))
+        output.SetFromVector(torque)

@@ -1,0 +1,75 @@
+"""Fingers with all that makes them real, in whole scenarios: both kinds of plant, on an arm, at Drake's own speed."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station, simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.models import DIRECTORY
+
+REAL = """
+<creep share="0.2 0.1" time="0.3 4"/>
+<pressure_law pressure="-5e4 0 1e5 2e5" effective="-5e4 0 1.05e5 2.3e5"/>
+<tip_load mass="0.01" xyz="0 0 -0.005"/>
+</finger>"""
+OF_SILICONE = 'youngs_modulus="2.67e5" density="1070"'
+SHORT = ["pressure.steps.all=[20e3, 60e3]", "pressure.settle=0.3", "pressure.hold_samples=2"]
+
+
+@pytest.fixture
+def real(tmp_path):
+    """Writes a shipped gripper with real fingers beside the test."""
+
+    def write(name: str) -> Path:
+        text = (DIRECTORY / "grippers" / name).read_text().replace("</finger>", REAL)
+        text = text.replace(OF_SILICONE, 'material="dragon_skin_10"').replace("<body", '<body shear_factor="0.857"')
+        (tmp_path / name).write_text(text)
+        return tmp_path / name
+
+    return write
+
+
+def overrides(scenario, real):
+    models = load_scenario(scenario).models
+    return [f"models.{i}.file={real(Path(m.file).name)}" for i, m in enumerate(models) if "/grippers/" in m.file]
+
+
+def test_a_grasp_comes_out_alike_in_both_kinds_of_plant(real):
+    changes = [*SHORT, *overrides("box_grasp", real)]
+    angles = []
+    for step in (0.005, 0.0):
+        last = simulate(load_scenario("box_grasp", [*changes, f"plant_config.time_step={step}"])).data.isel(time=-1)
+        angles.append(last["left_finger.sampled_joint_angles"].values)
+    np.testing.assert_allclose(*angles, atol=5e-4)
+    assert np.abs(angles[0]).max() > 0.05
+
+
+def test_an_arm_carries_it(real):
+    scenario = load_scenario("pick_and_place_box", overrides("pick_and_place_box", real))
+    station = make_station(scenario)
+    context = station.diagram.CreateDefaultContext()
+    assert np.isfinite(station.plant.GetPositionsAndVelocities(station.plant.GetMyContextFromRoot(context))).all()
+
+
+def test_no_python_runs_at_the_rate_of_the_plant(real):
+    """As many calls with steps of 5 ms as with 1 ms."""
+    counts = []
+    for step in (0.005, 0.001):
+        station = make_station(
+            load_scenario("free_bending", [*SHORT, *overrides("free_bending", real), f"plant_config.time_step={step}"])
+        )
+        calls = 0
+
+        def count(frame, event, argument):
+            nonlocal calls
+            calls += event == "call"
+
+        sys.setprofile(count)
+        run_station(station)
+        sys.setprofile(None)
+        counts.append(calls)
+    assert counts[1] < 1.02 * counts[0]

@@ -1,0 +1,54 @@
+"""Wires of a bent and lengthened arm, and what is read from them."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.sensors.wire_lengths import WireCalibration, as_strain
+from soft_gripper.shape.section_bends import section_bends
+
+SPACING = 0.04
+
+
+def calibration(**numbers):
+    zeros = {name: np.zeros(2) for name in ("bend_offsets", "crossing", "length_offsets", "bow")}
+    return WireCalibration(spacing=SPACING, **{**zeros, **numbers})
+
+
+def wires(theta, length):
+    """Arcs about one centre: each side is as much longer or shorter as its radius; wires add up from the base."""
+    inner, outer = length - theta * SPACING / 2, length + theta * SPACING / 2
+    return inner.cumsum(axis=-1), outer.cumsum(axis=-1)
+
+
+def test_ideal_wires_give_bend_and_length():
+    theta, length = np.array([[0.5, -0.7], [0.0, 0.2]]), np.array([[0.12, 0.15], [0.1, 0.11]])
+    found = calibration().sections(*wires(theta, length))
+    np.testing.assert_allclose(found.theta, theta, atol=1e-12)
+    np.testing.assert_allclose(found.length, length, atol=1e-12)
+
+
+def test_constant_offsets_of_wires_are_taken_off():
+    theta, length = np.array([0.5, -0.7]), np.array([0.12, 0.15])
+    inner, outer = wires(theta, length)
+    shifted = inner + np.array([0.004, 0.002]), outer + np.array([-0.002, 0.006])
+    offsets = np.array([0.006, -0.010]) / SPACING  # 4 and -2 mm along the inner, -2 and 8 mm along the outer side
+    found = calibration(bend_offsets=offsets, length_offsets=np.array([-0.001, -0.003])).sections(*shifted)
+    np.testing.assert_allclose(found.theta, theta, atol=1e-12)
+    np.testing.assert_allclose(found.length, length, atol=1e-12)
+
+
+def test_long_wires_that_pass_the_first_section_further_out():
+    """Their difference is 1.1 times that of the short ones: a tenth of the first bend is seen in the second."""
+    theta, length = np.array([0.5, -0.7]), np.array([0.12, 0.15])
+    inner, outer = wires(theta, length)
+    more = np.array([0, 0.05 * theta[0] * SPACING])
+    found = calibration(crossing=np.array([0.0, -0.1])).sections(inner - more, outer + more)
+    np.testing.assert_allclose(found.theta, theta, atol=1e-12)
+
+
+@pytest.mark.parametrize("sections", [1, 2])
+def test_strain_says_the_bends(shipped_finger, sections):
+    theta = np.array([0.5, -0.3])
+    layout, strain = as_strain(shipped_finger, theta, sections)
+    expected = theta if sections == 2 else [theta.sum()]
+    np.testing.assert_allclose(section_bends(layout, strain, 1e-4).theta, expected, atol=5e-3)
