@@ -17,7 +17,7 @@ from soft_gripper.commands import (
     show,
     tune,
 )
-from soft_gripper.commands.hardware import calibrate, replay
+from soft_gripper.commands.hardware import calibrate, identify, replay
 from soft_gripper.errors import InputError, SimulationDivergedError
 
 COMMANDS = (
@@ -29,6 +29,7 @@ COMMANDS = (
     place_sensors,
     tune,
     calibrate,
+    identify,
     replay,
     list_scenarios,
     show,

@@ -39,6 +39,7 @@ LAYERS = (
     "evaluation/contacts",
     "evaluation/placement",
     "evaluation/replay",
+    "evaluation/identify",
     "commands/terminal",
     "commands/hardware",
     "commands",

@@ -1,0 +1,76 @@
+"""soft-gripper identify: recordings of hardware -> a finger file with fitted parameters, and what they predict."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from soft_gripper.commands.options import whole_number
+from soft_gripper.commands.terminal.identify_table import print_identified
+from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.diagrams.hardware.find_recordings import find_recordings
+from soft_gripper.diagrams.loading.model_files import model_path
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.figure_style import save_figure
+from soft_gripper.evaluation.identify.finger_file import read_finger, with_finger, write_finger
+from soft_gripper.evaluation.identify.identify import identify
+from soft_gripper.evaluation.identify.identify_figure import identify_figure
+from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion, measured_motion
+from soft_gripper.evaluation.processes import worker_processes
+from soft_gripper.files import writable_folder
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("identify", help="fit parameters of a finger to recordings of hardware")
+    parser.add_argument("file", nargs="+", help="a recording to fit to; looked for here, then below the data folder")
+    parser.add_argument("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file")
+    parser.add_argument("--test", nargs="+", default=[], metavar="FILE", help="recordings that the fit is not given")
+    parser.add_argument("--finger", required=True, metavar="FILE", help="URDF with one finger: where the fit begins")
+    parser.add_argument(
+        "--free", nargs="+", required=True, metavar="KEY", help="what is fitted, such as youngs_modulus"
+    )
+    parser.add_argument("--out", required=True, metavar="FILE", type=Path, help="URDF; a table and a figure beside it")
+    parser.add_argument("--data", metavar="FOLDER", type=Path, help="default: the environment's SOFT_GRIPPER_DATA")
+    parser.add_argument("--starts", default="1", metavar="N", help="fits of which the best is taken; default: 1")
+    parser.add_argument("--seed", default="0", metavar="N", help="of where the further fits begin")
+    parser.add_argument("--jobs", default="2", metavar="N", help="processes; default: 2")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    jobs, starts = (whole_number("identify", f"--{name}", getattr(options, name), 1) for name in ("jobs", "starts"))
+    seed = whole_number("identify", "--seed", options.seed, 0)
+    file, out = model_path(options.finger), options.out
+    finger = read_finger(file)
+    if out.suffix != ".urdf":
+        raise InputError("identify", "--out", str(out), "name a .urdf; the table and the figure get its name")
+    fitted = _motions(options.file, options)
+    tested = _motions(options.test, options) if options.test else []
+    writable_folder(out.parent)
+    with worker_processes(jobs) as pool:
+        found = identify(finger, options.free, fitted, tested, pool, starts, seed, _report)
+    print(file=sys.stderr)
+    text = with_finger(file, found.model.finger)
+    print_identified(found)
+    save_figure(identify_figure(found), out.with_suffix(""))
+    write_csv(out.with_suffix(".csv"), found.scores)
+    write_finger(out, text)
+    print("\nWritten: " + ", ".join(str(out.with_suffix(suffix)) for suffix in (".urdf", ".csv", ".png", ".svg")))
+
+
+def _motions(files: list[str], options: argparse.Namespace) -> list[MeasuredMotion]:
+    recordings = find_recordings(files, options.described_as, options.data)
+    for recording in recordings:
+        for gap in recording.gaps:
+            print(f"note: {recording.name}: {gap}", file=sys.stderr)
+    return [measured_motion(recording) for recording in recordings]
+
+
+def _report(error: float) -> None:
+    print(
+        f"\rfitting: markers off by {100 * error:.2f} % of the largest displacement ",
+        end="",
+        file=sys.stderr,
+        flush=True,
+    )

@@ -1,0 +1,1 @@
+"""Fingers identified from recordings of hardware: parameters fitted by simulation."""

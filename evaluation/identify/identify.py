@@ -1,0 +1,73 @@
+"""Recordings of hardware -> the parameters of a finger, what they are known by, and what they predict."""
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.evaluation.identify.confidence import Confidence, confidence
+from soft_gripper.evaluation.identify.fit import Fit, Report, fit, fit_events
+from soft_gripper.evaluation.identify.free_parameters import Model, free_parameters
+from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion
+from soft_gripper.evaluation.identify.motion_scores import MotionScore, score
+from soft_gripper.evaluation.processes import submit_quietly
+from soft_gripper.fingers.finger import Finger
+
+_JITTER = 2.0  # usual changes, standard deviation of where further fits begin
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What was found."""
+
+    fit: Fit
+    confidence: Confidence
+    motions: tuple[MeasuredMotion, ...]  # those fitted to, then those that test, with their events
+    scores: tuple[MotionScore, ...]  # of the same
+
+    @property
+    def model(self) -> Model:
+        """The finger in its set-up."""
+        return self.fit.model
+
+
+def identify(
+    finger: Finger,
+    names: Sequence[str],
+    fitted: Sequence[MeasuredMotion],
+    tested: Sequence[MeasuredMotion],
+    pool: ProcessPoolExecutor,
+    starts: int = 1,
+    seed: int = 0,
+    report: Report = lambda error: None,
+) -> Identified:
+    """Fits keys of a finger to recordings and tests what comes of it on others.
+
+    Args:
+        finger: where the fit begins.
+        names: of the keys that are free, see `free_parameters`.
+        fitted: recordings to fit to.
+        tested: recordings of which nothing but the times of their events is fitted.
+        pool: in which simulations run.
+        starts: of how many fits the best is taken; the first begins with the finger, the others at random about it.
+        seed: of where those begin.
+        report: called with the root mean square that every step has reached, in parts of the largest displacement.
+
+    Raises:
+        InputError: if a key cannot be fitted, or no fit converges.
+    """
+    pressures = [motion.pressure for motion in fitted if motion.pressure is not None]
+    free = free_parameters(finger, names, pressures)
+    jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
+    jitter[0] = 0.0
+    fits = [fit(free, fitted, pool, report, free.start + away) for away in jitter]
+    best = min(fits, key=lambda found: found.root_mean_square)
+    calls = [(best.model, motion, "fit") for motion in best.motions] + [(best.model, m, "test") for m in tested]
+    scored = [future.result() for future in [submit_quietly(pool, _score, *call) for call in calls]]
+    return Identified(best, confidence(best), *(tuple(column) for column in zip(*scored, strict=True)))
+
+
+def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
+    timed = fit_events(model, motion) if role == "test" else motion
+    return timed, score(model, timed, role)
