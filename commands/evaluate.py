@@ -8,8 +8,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import whole_number
 from soft_gripper.commands.progress import BAR
+from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim, verdict

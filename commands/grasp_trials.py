@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from soft_gripper.commands.options import whole_number
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError

@@ -7,8 +7,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import whole_number
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.placement import print_left_out, print_ranking, print_snippet
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario import SensorConfig, StrainErrorsConfig

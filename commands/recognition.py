@@ -9,7 +9,7 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.options import whole_number
+from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
 from soft_gripper.evaluation.csv_table import write_csv

@@ -4,7 +4,8 @@ import argparse
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import chosen_station, whole_number
+from soft_gripper.commands.options import chosen_station
+from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.commands.terminal.tables import print_steps
 from soft_gripper.control.pid_controller import PidGains

@@ -4,8 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.options import whole_number
 from soft_gripper.commands.terminal.identify_table import print_identified
+from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.hardware.find_recordings import find_recordings
 from soft_gripper.diagrams.loading.model_files import model_path
