@@ -35,7 +35,7 @@ def test_what_does_not_swing_has_no_frequency():
 def test_turn_of_an_exponential_that_creeps():
     motion = release(4.0)
     since = np.maximum(motion.time - RELEASE, 0)
-    turn = 0.4 * (1 - np.exp(-since / 0.08)) + 0.02 * since
+    turn = 0.4 * (1 - np.exp(-since / 0.03)) + 0.02 * since
     found = tip_turn(motion, turning(motion, turn))
     end = motion.time[-1] - RELEASE
     assert found.settled == pytest.approx(0.4 + 0.02 * (end - 0.1), abs=2e-4)
@@ -44,7 +44,7 @@ def test_turn_of_an_exponential_that_creeps():
 
     def reaches(level):
         fine = np.linspace(0, 0.5, 50001)
-        return fine[np.argmax(0.4 * (1 - np.exp(-fine / 0.08)) + 0.02 * fine >= level)]
+        return fine[np.argmax(0.4 * (1 - np.exp(-fine / 0.03)) + 0.02 * fine >= level)]
 
     assert found.rise == pytest.approx(reaches(0.9 * steady) - reaches(0.1 * steady), abs=3e-3)
 
