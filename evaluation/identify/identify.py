@@ -63,7 +63,7 @@ def identify(
     free = free_parameters(finger, names, pressures)
     jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
     jitter[0] = 0.0
-    best = _best(lambda away: fit(free, fitted, pool, report, free.start + away), jitter)
+    best = _best(lambda away: fit(free, fitted, pool, report, free.start + away), list(jitter))
     calls = [(best.model, motion, "fit") for motion in best.motions] + [(best.model, m, "test") for m in tested]
     scored = [future.result() for future in [submit_quietly(pool, _score, *call) for call in calls]]
     return Identified(best, confidence(best), *(tuple(column) for column in zip(*scored, strict=True)))
