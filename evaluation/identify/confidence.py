@@ -15,6 +15,7 @@ from soft_gripper.evaluation.identify.fit import Fit
 
 _ALIKE = 0.98  # correlation, from which on two parameters are not told apart
 _FLAT = 1e-3  # of the strongest: a direction in which the residuals change less is not seen at all
+_NOTHING = 1e-12  # a change of the residuals that is rounding, were it the strongest
 
 
 class Confidence(NamedTuple):
@@ -29,19 +30,19 @@ def confidence(fit: Fit) -> Confidence:
     """What the residuals and the Jacobian of a fit say."""
     jacobian, names = fit.jacobian * fit.free.scales, fit.free.names
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
-    seen = strengths > _FLAT * strengths[0]
+    least = max(_FLAT * strengths[0], _NOTHING)
     variance = np.sum(fit.residuals**2) / max(len(fit.residuals) - len(names), 1) * _lasting(fit)
-    inverse = 1 / np.maximum(strengths, _FLAT * strengths[0])
-    covariance = variance * (directions.T * inverse**2) @ directions
+    covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
     spread = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(spread, spread)
-    return Confidence(spread * fit.free.scales, correlation, _unresolved(names, correlation, directions[~seen]))
+    std = np.sqrt(variance) * spread * fit.free.scales
+    return Confidence(std, correlation, _unresolved(names, correlation, directions[strengths <= least]))
 
 
 def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple[str, ...]]:
     """Pairs that are next to fully correlated, and all that takes part in a direction that nothing shows."""
     pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(correlation[i, j]) > _ALIKE]
-    found = {tuple(sorted((names[j], names[i]))) for i, j in pairs}
+    found: set[tuple[str, ...]] = {(names[j], names[i]) for i, j in pairs}
     for direction in flat:
         part = np.abs(direction) > 0.2 * np.abs(direction).max()
         found.add(tuple(name for name, is_part in zip(names, part, strict=True) if is_part))

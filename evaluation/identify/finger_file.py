@@ -1,5 +1,6 @@
 """A finger file with the values that a fit has found, and everything else as it was."""
 
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,6 +10,7 @@ from soft_gripper.files import atomic_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 
+_PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # what may stand before the root element
 _OF_BODY = ("length", "relaxation_time", "shear_factor")
 _OF_SECTION = ("youngs_modulus", "density", "chamber_width", "chamber_thickness")
 
@@ -31,8 +33,8 @@ def with_finger(path: Path, finger: Finger) -> str:
     Raises:
         InputError: if what comes of it is no finger file.
     """
-    parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
-    robot = ET.fromstring(path.read_text(encoding="utf-8"), parser)
+    text = path.read_text(encoding="utf-8")
+    robot = ET.fromstring(text, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
     element = robot.find("finger")
     assert element is not None
     before = read_finger(path)
@@ -55,7 +57,9 @@ def with_finger(path: Path, finger: Finger) -> str:
         _child(element, "pressure_law").set("pressure", _text(*law.pressure))
         _child(element, "pressure_law").set("effective", _text(*law.effective))
     ET.indent(robot)
-    text = '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
+    before_root = _PROLOG.match(text)
+    assert before_root is not None
+    text = before_root[0] + ET.tostring(robot, encoding="unicode") + "\n"
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         written = Path(folder) / path.name
         written.write_text(text, encoding="utf-8")

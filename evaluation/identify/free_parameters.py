@@ -24,6 +24,7 @@ from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 _COEFFICIENTS = 3  # of a pressure law, at most
 _POINTS = 25  # of a pressure law in a file
 _LARGEST_EXPONENT = 6.0  # of a pressure law: a gain 400 times that of the chamber alone
+_RISE = 1e-3  # of a pressure law, relative to its end: the least rise, that the digits of a file still show
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,9 @@ def pressure_law_key(pressures: Sequence[float]) -> Key:
         points = highest * np.linspace(0, 1, _POINTS)
         exponent = np.polynomial.polynomial.polyval((points / highest) ** 2, np.asarray(values))
         effective = points * np.exp(np.clip(exponent, -_LARGEST_EXPONENT, _LARGEST_EXPONENT))
-        law = PressureLaw(tuple(points.tolist()), tuple(np.maximum.accumulate(effective + 1e-6 * points).tolist()))
+        tilt = 1 + _RISE * points / highest
+        rising = tilt * np.maximum.accumulate(effective / tilt)
+        law = PressureLaw(tuple(points.tolist()), tuple(rising.tolist()))
         return replace(model, finger=replace(model.finger, pressure_law=law))
 
     return Key("1", get, put, positive=False)

@@ -1,11 +1,13 @@
 """Recordings of hardware -> the parameters of a finger, what they are known by, and what they predict."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.identify.confidence import Confidence, confidence
 from soft_gripper.evaluation.identify.fit import Fit, Report, fit, fit_events
 from soft_gripper.evaluation.identify.free_parameters import Model, free_parameters
@@ -61,11 +63,23 @@ def identify(
     free = free_parameters(finger, names, pressures)
     jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
     jitter[0] = 0.0
-    fits = [fit(free, fitted, pool, report, free.start + away) for away in jitter]
-    best = min(fits, key=lambda found: found.root_mean_square)
+    best = _best(lambda away: fit(free, fitted, pool, report, free.start + away), list(jitter))
     calls = [(best.model, motion, "fit") for motion in best.motions] + [(best.model, m, "test") for m in tested]
     scored = [future.result() for future in [submit_quietly(pool, _score, *call) for call in calls]]
     return Identified(best, confidence(best), *(tuple(column) for column in zip(*scored, strict=True)))
+
+
+def _best(fit_from: Callable[[Array], Fit], starts: Sequence[Array]) -> Fit:
+    """The best of the fits that converge, from any of the starts."""
+    fits = []
+    for start in starts:
+        try:
+            fits.append(fit_from(start))
+        except InputError as error:
+            last = error
+    if not fits:
+        raise last
+    return min(fits, key=lambda found: found.root_mean_square)
 
 
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:

@@ -1,0 +1,141 @@
+"""soft-gripper identify as a user calls it."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command_line import soft_gripper
+from identified import (
+    BEAM,
+    CLOSES,
+    HOLLOW,
+    OPENS,
+    REFERENCE,
+    RELEASED,
+    STEPPED,
+    finger_of,
+    recorded,
+    release,
+    write_motion,
+)
+
+from soft_gripper.evaluation.identify import fit as fit_module
+from soft_gripper.evaluation.identify.finger_file import read_finger
+
+WRITTEN = {"fitted.urdf", "fitted.csv", "fitted.png", "fitted.svg"}
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Recordings of a beam, its first guess, and a folder in which nothing is written yet."""
+    monkeypatch.chdir(tmp_path)
+    truth = finger_of(BEAM, tmp_path)
+    (tmp_path / "recording.yaml").write_text(RELEASED)
+    for seed, name in enumerate(("run", "again")):
+        motion = recorded(truth, release(0.8), seed=seed)
+        write_motion(tmp_path / f"{name}.csv", motion.time, motion.markers)
+    guess = BEAM.replace('material="dragon_skin_10"', 'youngs_modulus="2.75e5" density="1070"')
+    (tmp_path / "guess.urdf").write_text(guess)
+    (tmp_path / "out").mkdir()
+    return tmp_path
+
+
+def identify(*arguments, free=("youngs_modulus",), jobs=1, out="out/fitted.urdf", finger="guess.urdf"):
+    return soft_gripper(
+        *("identify", *arguments, "--finger", finger, "--free", *free, "--out", out, "--jobs", str(jobs))
+    )
+
+
+def test_same_files_from_one_process_and_from_two(files):
+    written = []
+    for jobs in (1, 2):
+        outcome = identify("run.csv", "--test", "again.csv", jobs=jobs)
+        assert outcome.code == 0, outcome.err
+        written.append({name: (files / "out" / name).read_bytes() for name in ("fitted.urdf", "fitted.csv")})
+    assert written[0] == written[1]
+    assert {path.name for path in (files / "out").iterdir()} == WRITTEN
+    assert read_finger(files / "out/fitted.urdf").base.youngs_modulus == pytest.approx(2.64e5, rel=0.01)
+    with (files / "out/fitted.csv").open() as file:
+        assert [(row["recording"], row["role"]) for row in csv.DictReader(file)] == [("run", "fit"), ("again", "test")]
+    assert "youngs_modulus" in outcome.out
+    assert "out/fitted.urdf" in outcome.out
+
+
+def test_says_what_cannot_be_told_apart(files):
+    outcome = identify("run.csv", free=("youngs_modulus", "density"))
+    assert outcome.code == 0, outcome.err
+    assert "youngs_modulus and density cannot be told apart" in outcome.out
+    assert outcome.out.count("cannot be told apart") == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"free": ["stiffness"]}, "there is no such key; known: youngs_modulus"),
+        ({"free": ["chamber_width"]}, "give it a first guess"),
+        ({"free": ["pressure_law"]}, "no pressure to fit it to"),
+        ({"free": ["length", "length"]}, "appears more than once"),
+        ({"out": "out/fitted.csv"}, "name a .urdf"),
+        ({"finger": "two.urdf"}, "give a file with one finger"),
+        ({"finger": "nowhere.urdf"}, "nowhere.urdf"),
+        ({"jobs": 0}, "--jobs"),
+    ],
+)
+def test_mistakes_are_named(files, changes, said):
+    begin, end = BEAM.index("<finger"), BEAM.index("</finger>") + len("</finger>")
+    (files / "two.urdf").write_text(BEAM[:end] + BEAM[begin:end].replace('"beam"', '"other"') + BEAM[end:])
+    is_refused(files, identify("run.csv", **changes), said)
+
+
+@pytest.mark.parametrize(
+    ("description", "name", "said"),
+    [
+        (RELEASED.replace("tip: [", "top: ["), "run", "two markers at least"),
+        (RELEASED.replace("event: release", ""), "run", "say what moves the finger"),
+        (STEPPED, "run", "does not say the pressure"),
+        (STEPPED, "run_30kPa", "the valve does not close"),
+        (RELEASED.replace("{marker}", "{marker}_of"), "run", "no such column"),
+    ],
+)
+def test_recordings_that_cannot_be_used(files, description, name, said):
+    (files / "recording.yaml").write_text(description)
+    (files / "run.csv").rename(files / f"{name}.csv")
+    is_refused(files, identify(f"{name}.csv"), said)
+
+
+def test_nothing_moves(files):
+    time = np.arange(0, 1, 0.01)
+    write_motion(files / "run.csv", time, REFERENCE + 1e-5j * np.sin(30 * time)[:, None])
+    is_refused(files, identify("run.csv"), "hardly moves")
+
+
+def test_fit_that_does_not_converge(files, monkeypatch):
+    monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)
+    is_refused(files, identify("run.csv"), "does not converge")
+
+
+def test_valve_that_closes(files):
+    """A step of pressure through files, with the pressure from the name."""
+    finger = finger_of(HOLLOW, files)
+    motion = recorded(finger, stepped())
+    (files / "recording.yaml").write_text(STEPPED.replace("[9.81, 0, 0]", "[0, 0, 9.81]"))
+    write_motion(files / "run_30kPa.csv", motion.time, motion.markers)
+    outcome = identify("run_30kPa.csv", free=("pressure_law",), finger="finger.urdf")
+    assert outcome.code == 0, outcome.err
+    law = read_finger(files / "out/fitted.urdf").pressure_law
+    assert law.effective[-1] == pytest.approx(3e4, rel=0.01)
+    assert law.pressure[-1] == pytest.approx(3e4)
+
+
+def stepped():
+    """Of a finger that hangs: its weight brings it back."""
+    hanging = replace(release(CLOSES + 0.3), gravity=np.array([0.0, 0.0, 9.81]))
+    return replace(hanging, pressure=3e4, events=(OPENS, CLOSES))
+
+
+def is_refused(files, outcome, said):
+    assert outcome.code == 2
+    assert said in outcome.err
+    assert "Traceback" not in outcome.err
+    assert list((files / "out").iterdir()) == []

@@ -1,0 +1,82 @@
+"""Recordings whose truth is known: fingers of few segments, simulated, as arrays and as files."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from hardware_files import write_csv
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.evaluation.identify.finger_file import read_finger
+from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion
+from soft_gripper.evaluation.identify.simulated_motion import Setup, simulated_markers
+from soft_gripper.fingers.finger import Finger
+
+REFERENCE = np.array([0.1 + 0.01j, 0.1 - 0.015j, 0.095 + 0.012j])  # m, z + i x of the markers while it is straight
+RELEASE, OPENS, CLOSES = 0.35, 0.35, 1.2  # s
+NOISE = 1e-5  # m, standard deviation
+SECTION = 'width="0.03" thickness="0.03"'
+BEAM = f"""<?xml version="1.0"?>
+<robot name="r">
+  <!-- a first guess -->
+  <link name="clamp"/>
+  <frame name="fingers: load with soft_gripper.add_fingers, or soft-gripper expand"/>
+  <finger name="beam">
+    <parent link="clamp"/>
+    <body length="0.1" segments="4" relaxation_time="0.01"/>
+    <base {SECTION} material="dragon_skin_10"/>
+    <tip {SECTION} material="dragon_skin_10"/>
+    <sensors spacing="0.02"/>
+    <creep share="0.2" time="0.2"/>
+  </finger>
+</robot>
+"""
+HOLLOW = BEAM.replace(SECTION, f'{SECTION} chamber_width="0.012" chamber_thickness="0.008" chamber_center="-0.006"')
+DESCRIPTION = """
+time: time_s
+length: 0.1
+markers:
+  columns: "{marker}_{axis}_mm"
+  unit: mm
+  bodies: {tip: [tip_1, tip_2, tip_3]}
+frame: {origin: [0, 0, 0]}
+gravity: [9.81, 0, 0]
+reference: 0.3
+"""
+RELEASED = DESCRIPTION + "event: release\n"
+STEPPED = DESCRIPTION + "event: step\ncommanded_pressure: [{pattern: '(\\d+)kPa', unit: kPa}]\n"
+
+
+def finger_of(text: str, folder: Path) -> Finger:
+    """The finger of a file's text."""
+    file = folder / "finger.urdf"
+    file.write_text(text, encoding="utf-8")
+    return read_finger(file)
+
+
+def release(duration: float = 1.6, gravity: float = 9.81) -> MeasuredMotion:
+    """A hand lets go of a horizontal finger; its markers are yet where they were."""
+    time = np.arange(0, duration, 0.01)
+    markers = np.tile(REFERENCE, (len(time), 1))
+    return MeasuredMotion("released", time, markers, REFERENCE, np.array([gravity, 0.0, 0.0]), None, None, (RELEASE,))
+
+
+def step(pressure: float, duration: float = 1.6) -> MeasuredMotion:
+    """A chamber is filled and emptied; its markers are yet where they were."""
+    return replace(release(duration), name=f"{pressure / 1e3:.0f}kPa", pressure=pressure, events=(OPENS, CLOSES))
+
+
+def recorded(finger: Finger, motion: MeasuredMotion, setup: Setup | None = None, seed: int = 0) -> MeasuredMotion:
+    """The motion of a finger as markers show it, with noise."""
+    noise = np.random.default_rng(seed).normal(0, NOISE, (2, *motion.markers.shape))
+    markers = simulated_markers(finger, setup or Setup(), motion) + noise[0] + 1j * noise[1]
+    return replace(motion, markers=markers)
+
+
+def write_motion(path: Path, time: Array, markers: Planar) -> Path:
+    """The file that motion capture would leave of markers, in the way that DESCRIPTION says."""
+    columns = {"time_s": time}
+    for i, marker in enumerate(markers.T):
+        for axis, values in (("x", marker.imag), ("y", 0 * time), ("z", marker.real)):
+            columns[f"tip_{i + 1}_{axis}_mm"] = 1e3 * values
+    return write_csv(path, columns)
