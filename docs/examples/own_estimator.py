@@ -30,7 +30,7 @@ def make(layout, gravity, period):
 
 if __name__ == "__main__":
     # The same in a file: `estimator: { type: "own_estimator:make" }`.
-    scenario = sg.load_scenario("obstructed_inside", ["estimator.type=own_estimator:make"])
+    scenario = sg.load_scenario("obstructed_inside", ["estimator.type=own_estimator:make", "pressure.hold_samples=10"])
     recording = sg.simulate(scenario)
     signals = ("estimated_joint_angles", "pose_error", "external_torque_error")
     figure = recording.plot(*(f"left_finger.{signal}" for signal in signals))

@@ -11,6 +11,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from soft_gripper.arrays import Array
 from soft_gripper.evaluation.replay.arm_recording import PERIOD, ArmRecording
@@ -76,11 +77,9 @@ def bend_under(branch: CreepBranch, torque: Array) -> Array:
 
     As an estimator remembers: the internal angle of a sample goes by the bends before it, each held.
     """
-    kept, _, _ = recursion((branch,), PERIOD)
-    kept_, z, bends = float(kept[0, 0]), np.zeros(torque.shape[1:]), np.empty_like(torque)
-    for i, driving in enumerate(torque):
-        bends[i] = driving + branch.share * z
-        z = kept_ * z + (1 - kept_) * bends[i]
+    kept = recursion((branch,), PERIOD).kept.item()
+    remembered = kept + (1 - kept) * branch.share  # of the internal angle, which bends too
+    bends: Array = torque + branch.share * lfilter([0.0, 1 - kept], [1.0, -remembered], torque, axis=0)
     return bends
 
 

@@ -43,8 +43,8 @@ def test_cost_counts_overshoot_beyond_two_percent():
 
 def test_tuning_lowers_the_cost(two_steps):
     costs = []
-    best = tune(two_steps, 12, lambda gains, cost: costs.append(cost))
-    assert len(costs) == 12
+    best = tune(two_steps, 8, lambda gains, cost: costs.append(cost))
+    assert len(costs) == 8
     cost = step_cost(follow(two_steps, best))
     assert cost == pytest.approx(np.min(costs))
     assert cost < 0.7 * costs[0]

@@ -100,7 +100,7 @@ def test_a_gripped_object_brings_the_pressure_to_its_limit():
 @pytest.mark.parametrize("limit", [0.03, 0.05])
 def test_a_grip_closes_until_it_detects_the_torque_limit(limit):
     """The set point is inside the box: the limit is what ends the grip, in truth too, and long before the supply."""
-    overrides = ("control.set_points=[0.06, 0.02]", "control.hold=3", GAINS, TORQUE_GAINS)
+    overrides = ("control.set_points=[0.06, 0.02]", "control.hold=2", GAINS, TORQUE_GAINS)
     station, recording = run("box_grasp", *overrides, f"control.torque_limit={limit}")
     estimated = recording["grip.torque"].values[SAMPLES:]  # before, nothing is estimated
     of_fingers = [recording[f"{finger.name}.true_external_torque"].values[:, 0] for finger in station.fingers]
@@ -115,7 +115,7 @@ def test_a_grip_closes_until_it_detects_the_torque_limit(limit):
 @pytest.mark.parametrize("limit", [0.4, 0.8])
 def test_a_grip_closes_until_it_estimates_the_force_limit(limit):
     """And holds that: across the fingers, in truth too."""
-    overrides = ("control.set_points=[0.06, 0.02]", "control.hold=3", GAINS, FORCE_GAINS)
+    overrides = ("control.set_points=[0.06, 0.02]", "control.hold=2", GAINS, FORCE_GAINS)
     station, recording = run("box_grasp", *overrides, f"control.force_limit={limit}", "estimator.type=contact")
     estimated = recording["grip.force"].values
     truth = np.mean([recording[f"{finger.name}.true_contact_force"].values for finger in station.fingers], axis=0)
@@ -135,11 +135,14 @@ def test_a_force_limit_needs_an_estimator_of_contact():
 
 
 def test_a_torque_limit_out_of_reach_changes_nothing(shipped):
-    """From the first sample on, when there is no estimate of the torque yet."""
-    _, without = shipped
-    _, limited = run("tip_distance_steps", "control.torque_limit=1", TORQUE_GAINS)
+    """From the first sample on, when there is no estimate of the torque yet; over the first two steps."""
+    station, without = shipped
+    first_two = f"control.set_points={station.scenario.control.set_points[:2]}"
+    _, limited = run("tip_distance_steps", first_two, "control.torque_limit=1", TORQUE_GAINS)
     for signal in ("grip.opening", "left_finger.pressure"):
-        np.testing.assert_allclose(limited[signal], without[signal], rtol=1e-9)
+        expected = without[signal].sel(time=slice(None, 2 * HOLD))[:-1]
+        np.testing.assert_allclose(limited[signal][: len(expected)], expected, rtol=1e-9)
+        assert len(expected) > 500
 
 
 MAXIMUM = 5e3  # Pa

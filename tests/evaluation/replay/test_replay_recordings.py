@@ -60,7 +60,7 @@ def test_the_table_is_of_the_errors(replayed):
 
 def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, replayed):
     moved = replace(arms[0], positions=arms[0].positions + 0.03, headings=arms[0].headings + 0.1)
-    again = replay_recordings([moved, *arms[1:]], None, ROWS, arm_finger, DOWN)[0]
+    again = replay_recordings([moved], arms[1:], ROWS, arm_finger, DOWN)[0]
     for row in ROWS:
         name = f"{row}.body_positions"
         np.testing.assert_array_equal(again.signals[name].values, replayed[0].signals[name].values)

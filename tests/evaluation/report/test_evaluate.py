@@ -7,6 +7,7 @@ import subprocess
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 import xarray as xr
@@ -65,9 +66,19 @@ def test_one_scenario_that_fails_stops_no_other(short, tmp_path, monkeypatch):
     assert sum(advanced) == pytest.approx(0.5)
 
 
-@pytest.fixture
-def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Figure], list]:
+class Summarized(NamedTuple):
     """Rows that differ in every scenario, the figures made from them, and what the figure of the shape was given."""
+
+    poses: list
+    forces: list
+    figures: dict[str, Figure]
+    shapes: list
+    out: Path
+
+
+@pytest.fixture(scope="module")
+def summarized(folder, tmp_path_factory) -> Summarized:
+    out = tmp_path_factory.mktemp("summarized")
     poses = [
         PoseRow(scenario, "left", name, "as simulated", n, p, p, part * (1 + i) * p / n, (1 + i) * p / n + 100)
         for name, part in (("arcs", 1.0), ("gaussian", 0.5))
@@ -83,12 +94,12 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
         for joint in (0, 1)
     ]
     for name in SCENARIOS:
-        shutil.copytree(folder, tmp_path / name)
-        (tmp_path / name / "scene.png").touch()
-        write_csv(tmp_path / name / "metrics.csv", [row for row in poses if row.scenario == name])
-        write_csv(tmp_path / name / "forces.csv", [row for row in forces if row.scenario == name])
+        shutil.copytree(folder, out / name)
+        (out / name / "scene.png").touch()
+        write_csv(out / name / "metrics.csv", [row for row in poses if row.scenario == name])
+        write_csv(out / name / "forces.csv", [row for row in forces if row.scenario == name])
         pressed = [ContactRow(name, "left", p, 1, 10.0, 0) for p in (10.0, 20.0)] if name != FREE else []
-        write_csv(tmp_path / name / "contact.csv", [*pressed, ContactRow(name, "right", 10.0, 0, 0.0, 0)])
+        write_csv(out / name / "contact.csv", [*pressed, ContactRow(name, "right", 10.0, 0, 0.0, 0)])
         pressing = [
             ContactForceRow(
                 name, finger, "contact", "as simulated", 4, p, "30 60 90", p / 7, p / 8, 1.0, 1.0, 80.0, 81.0
@@ -96,28 +107,29 @@ def summarized(folder, tmp_path, monkeypatch) -> tuple[list, list, dict[str, Fig
             for finger in ("left", "right")
             for p in (10.0, 20.0)
         ]
-        write_csv(tmp_path / name / "contact_forces.csv", pressing)
-        data = Recording.load(tmp_path / name / "recording.nc").data.drop_dims("link").assign_attrs(run_of=name)
+        write_csv(out / name / "contact_forces.csv", pressing)
+        data = Recording.load(out / name / "recording.nc").data.drop_dims("link").assign_attrs(run_of=name)
         forces_of = {
             f"{finger}.link_contact_force": ("time", i + 0 * data["time"].values) for i, finger in fingers(name)
         }
-        Recording(data.assign(forces_of)).save(tmp_path / name / "recording.nc")
+        Recording(data.assign(forces_of)).save(out / name / "recording.nc")
     for name in (GRIP, TASK):
-        (tmp_path / name).mkdir()
-    write_csv(tmp_path / GRIP / "regimes.csv", [RegimeRow("slow", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7, 8.0)])
-    write_csv(tmp_path / TASK / "phases.csv", [PhaseRow("close", 1.0, 2.0, 3.0, 4.0, 5.0)])
-    (tmp_path / TASK / "phases.png").touch()
-    Recording(xr.Dataset({"task.outcome": ("time", [0.0, float(Outcome.DONE)])})).save(tmp_path / TASK / "recording.nc")
+        (out / name).mkdir()
+    write_csv(out / GRIP / "regimes.csv", [RegimeRow("slow", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7, 8.0)])
+    write_csv(out / TASK / "phases.csv", [PhaseRow("close", 1.0, 2.0, 3.0, 4.0, 5.0)])
+    (out / TASK / "phases.png").touch()
+    Recording(xr.Dataset({"task.outcome": ("time", [0.0, float(Outcome.DONE)])})).save(out / TASK / "recording.nc")
     figures, shapes = {}, []
     where = "soft_gripper.evaluation.report.evaluate."
-    monkeypatch.setattr(where + "save_figure", lambda figure, stem: (figures.update({stem.name: figure}), save(stem)))
-    monkeypatch.setattr(where + "shape_figure", lambda *given: shapes.append(given))
-    for drawn in ("scenes_figure", "read_regimes", "regimes_figure"):
-        monkeypatch.setattr(where + drawn, lambda *_: None)
-    found = summarize(tmp_path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(where + "save_figure", lambda figure, stem: (figures.update({stem.name: figure}), save(stem)))
+        patch.setattr(where + "shape_figure", lambda *given: shapes.append(given))
+        for drawn in ("scenes_figure", "read_regimes", "regimes_figure"):
+            patch.setattr(where + drawn, lambda *_: None)
+        found = summarize(out)
     assert (found.outcome, found.regimes[0].regime, found.phases[0].phase) == (Outcome.DONE.words, "slow", "close")
     assert {row.finger for row in (*found.poses, *found.forces)} == {"left"}
-    return poses, forces, figures, shapes
+    return Summarized(poses, forces, figures, shapes, out)
 
 
 def fingers(name: str) -> list[tuple[int, str]]:
@@ -132,8 +144,7 @@ def save(stem: Path) -> None:
 
 def test_fig_4_shows_the_end_of_the_finger_that_is_obstructed_inside(summarized):
     """The last of the scenario's fingers is pressed hardest."""
-    *_, shapes = summarized
-    ((layout, recording, time),) = shapes
+    ((layout, recording, time),) = summarized.shapes
     scenario = load_scenario("obstructed_inside")
     assert recording.data.attrs["run_of"] == "obstructed_inside"
     assert time == scenario.duration
@@ -150,33 +161,33 @@ def test_fig_4_shows_the_end_of_the_finger_that_is_obstructed_inside(summarized)
     ],
 )
 def test_figs_5_to_7_show_the_errors_that_they_are_named_after(summarized, name, scenarios, errors):
-    poses, _, figures, _ = summarized
-    for axes, scenario, error in zip(figures[name].axes, scenarios, errors, strict=True):
+    for axes, scenario, error in zip(summarized.figures[name].axes, scenarios, errors, strict=True):
         for n in (1, 2, 3, 4):
             (line,) = (line for line in axes.lines if line.get_label() == str(n))
             of_line = (scenario, "left", "arcs", n)
-            found = [row for row in poses if (row.scenario, row.finger, row.estimator, row.sections) == of_line]
+            found = [
+                row for row in summarized.poses if (row.scenario, row.finger, row.estimator, row.sections) == of_line
+            ]
             expected = [getattr(row, error) for row in found]
             assert list(line.get_ydata()) == pytest.approx(expected)
 
 
 def test_contact_forces_are_drawn_of_the_finger_that_touches_something(summarized):
-    *_, figures, _ = summarized
-    for axes in figures["contact_force"].axes[:4]:
+    for axes in summarized.figures["contact_force"].axes[:4]:
         (line,) = (line for line in axes.lines if str(line.get_label()).startswith("4"))
         assert list(line.get_ydata()) == pytest.approx([10 / 7, 20 / 7], abs=1e-6)
 
 
-def test_a_summary_leaves_all_rows_and_a_report(summarized, tmp_path):
-    poses, forces, figures, _ = summarized
-    read = read_csv(tmp_path / "metrics.csv", PoseRow)
+def test_a_summary_leaves_all_rows_and_a_report(summarized):
+    poses, forces, figures, _, out = summarized
+    read = read_csv(out / "metrics.csv", PoseRow)
     poses, forces = (sorted(rows, key=lambda row: SCENARIOS.index(row.scenario)) for rows in (poses, forces))
     assert [(row.scenario, row.sections) for row in read] == [(row.scenario, row.sections) for row in poses]
     assert [row.tip_error_mm for row in read] == pytest.approx([row.tip_error_mm for row in poses], abs=1e-6)
-    assert read_csv(tmp_path / "forces.csv", ForceRow) == forces
-    assert {row.finger for row in read_csv(tmp_path / "contact.csv", ContactRow)} == {"left", "right"}
-    assert (tmp_path / "report.html").is_file()
-    assert set(figures) == {path.stem for path in tmp_path.glob("*.svg")} == set(CAPTIONS)
+    assert read_csv(out / "forces.csv", ForceRow) == forces
+    assert {row.finger for row in read_csv(out / "contact.csv", ContactRow)} == {"left", "right"}
+    assert (out / "report.html").is_file()
+    assert set(figures) == {path.stem for path in out.glob("*.svg")} == set(CAPTIONS)
 
 
 @pytest.mark.parametrize("moment", ["at the beginning", "in the middle"])
