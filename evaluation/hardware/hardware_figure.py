@@ -33,7 +33,7 @@ def hardware_figure(beam: Identified, segment: Identified, arm: Arm) -> Figure:
         for axes in panels:
             axes.margins(x=0)
             axes.title.set_fontsize(10)
-            axes.legend(frameon=False, fontsize=8, loc="lower right")
+            axes.legend(frameon=False, fontsize=8, loc="upper right" if axes is panels[2] else "lower right")
     return figure
 
 

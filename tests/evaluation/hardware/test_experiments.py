@@ -1,12 +1,12 @@
 """Which recordings the published experiments take."""
 
 import pytest
+from hardware_files import published
 
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.hardware.experiments import BEAM, SEGMENT, published_recordings
 from soft_gripper.evaluation.identify.finger_file import read_finger
 from soft_gripper.evaluation.identify.free_parameters import free_parameters
-from tests.hardware_files import published
 
 
 @pytest.mark.parametrize("experiment", [BEAM, SEGMENT])
