@@ -33,7 +33,9 @@ def hardware_figure(beam: Identified, segment: Identified, arm: Arm) -> Figure:
         for axes in panels:
             axes.margins(x=0)
             axes.title.set_fontsize(10)
-            axes.legend(frameon=False, fontsize=8, loc="upper right" if axes is panels[2] else "lower right")
+        panels[0].legend(frameon=False, fontsize=8, loc="upper right")  # of the segment too
+        panels[2].legend(frameon=False, fontsize=8, loc="upper right")
+
     return figure
 
 
@@ -41,7 +43,7 @@ def _draw_beam(axes: Axes, found: Identified) -> None:
     for motion, row in zip(found.motions, found.scores, strict=True):
         mass = "own weight" if motion.load is None else f"{1e3 * motion.load.mass:.0f} g"
         _draw(axes, found, motion, row.role, lambda markers, m: 1e3 * displacement(markers, m), (1.45, mass))
-    axes.set(xlim=(-0.1, 2.0), ylim=(-2, None), xlabel="time since release [s]")
+    axes.set(xlim=(-0.1, 2.0), ylim=(-2, 58), xlabel="time since release [s]")
     axes.set_ylabel("displacement of the tip [mm]")
     axes.set_title("Silicone beam, let go", loc="left")
 
@@ -78,7 +80,7 @@ def _draw(
     axes.plot(time, measured, **{**MEASURED, "label": "" if labelled else MEASURED["label"]})
     axes.plot(time, simulated, color=_COLORS[role], lw=1.2, label="" if _LABELS[role] in labelled else _LABELS[role])
     place = (at, float(np.interp(at, time, measured)))
-    axes.annotate(text, place, (0, 4), textcoords="offset points", color=_COLORS[role], fontsize=8)
+    axes.annotate(text, place, (0, 9), textcoords="offset points", color=_COLORS[role], fontsize=8)
 
 
 def _draw_arm(axes: Axes, arm: Arm) -> None:
