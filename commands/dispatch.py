@@ -17,7 +17,7 @@ from soft_gripper.commands import (
     show,
     tune,
 )
-from soft_gripper.commands.hardware import calibrate, identify, replay
+from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
 from soft_gripper.errors import InputError, SimulationDivergedError
 
 COMMANDS = (
@@ -31,6 +31,7 @@ COMMANDS = (
     calibrate,
     identify,
     replay,
+    hardware,
     list_scenarios,
     show,
     expand,

@@ -2,17 +2,16 @@
 
 import argparse
 import os
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from tqdm import tqdm
 
 from soft_gripper.commands.progress import BAR
+from soft_gripper.commands.terminal.claims import print_claims
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.evaluation.report.evaluate import RUNS, run_scenarios, summarize, unfinished
@@ -55,7 +54,7 @@ def _run(options: argparse.Namespace) -> int:
     evaluation = summarize(out)
     _print_errors(of_estimator(evaluation.poses, "arcs"))
     _print_estimators(evaluation.poses)
-    _print_claims(evaluation.claims)
+    print_claims(evaluation.claims)
     print(
         f"\nWritten to {out}: report.html, metrics.csv, forces.csv, contact.csv, the figures, and a folder a scenario"
     )
@@ -77,7 +76,7 @@ def _robustness(out: Path, seeds: int, jobs: int, resume: bool) -> bool:
     found = summarize_robustness(out)
     _print_robustness(found.rows)
     _print_plants(found.plants)
-    _print_claims(found.claims)
+    print_claims(found.claims)
     print(f"\nWritten to {out / FOLDER}: robustness.csv, plants.csv, robustness.png, and a folder a scenario and plant")
     return all(claim.holds for claim in found.claims)
 
@@ -121,18 +120,3 @@ def _means(rows: Sequence[PoseRow], scenario: str, form: str) -> str:
     """Pose and fingertip error with 1 to 4 sensors a side."""
     means = [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
     return "".join(f"{mean:{form}}" for mean in means)
-
-
-def _print_claims(claims: Sequence[Claim]) -> None:
-    width = max(len(claim.text) for claim in claims)
-    print(f"\n{'claim':<{width}}  by     here")
-    for claim in claims:
-        word = "holds" if claim.holds else _red("FAILS")
-        print(f"{claim.text:<{width}}  {claim.source:<6} {word}: {claim.number}")
-    summary = verdict(claims)
-    print("\n" + (summary if all(claim.holds for claim in claims) else _red(summary)))
-
-
-def _red(text: str) -> str:
-    """Red where somebody looks; a file or a pipe gets plain text."""
-    return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text

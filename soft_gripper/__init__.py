@@ -104,6 +104,15 @@ _MODULES = {
     "evaluation.contacts.dataset": "load_contacts Contacts",
     "evaluation.trials.trial": "trial_row",
     "evaluation.trials.trial_run": "detection_delay",
+    # Recordings of hardware.
+    "diagrams.hardware.find_recordings": "find_recordings",
+    "diagrams.hardware.hardware_recording": "HardwareRecording",
+    "evaluation.identify.measured_motion": "measured_motion MeasuredMotion",
+    "evaluation.identify.simulated_motion": "simulated_markers Setup",
+    "evaluation.identify.identify": "identify Identified",
+    "evaluation.identify.identify_figure": "identify_figure",
+    "evaluation.identify.finger_file": "read_finger with_finger",
+    "evaluation.processes": "worker_processes",
     # Pictures.
     "diagrams.view.block_diagram": "graphviz save_block_diagram",
     "diagrams.view.torque_colors": "add_torque_bar",

@@ -40,6 +40,7 @@ LAYERS = (
     "evaluation/placement",
     "evaluation/replay",
     "evaluation/identify",
+    "evaluation/hardware",
     "commands/terminal",
     "commands/hardware",
     "commands",

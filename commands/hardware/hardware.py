@@ -1,0 +1,74 @@
+"""soft-gripper hardware: the published experiments on hardware, and whether the model holds on them."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from soft_gripper.commands.terminal.claims import print_claims
+from soft_gripper.commands.terminal.identify_table import print_identified
+from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.replay_table import print_replay
+from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.evaluation.figure_style import save_figure
+from soft_gripper.evaluation.hardware.experiments import (
+    ARM,
+    BEAM,
+    SEGMENT,
+    Experiment,
+    identify_published,
+    published_recordings,
+    replay_published,
+)
+from soft_gripper.evaluation.hardware.hardware_claims import hardware_claims
+from soft_gripper.evaluation.hardware.hardware_figure import hardware_figure
+from soft_gripper.evaluation.identify.finger_file import with_finger, write_finger
+from soft_gripper.evaluation.identify.identify import Identified
+from soft_gripper.evaluation.processes import worker_processes
+from soft_gripper.files import writable_folder
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser("hardware", help="identify and replay the published recordings of hardware")
+    parser.add_argument("--data", metavar="FOLDER", type=Path, help="default: the environment's SOFT_GRIPPER_DATA")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results/hardware"))
+    parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    jobs = whole_number("hardware", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    recordings = published_recordings(options.data)
+    out = writable_folder(options.out)
+    arm = replay_published(list(recordings[ARM].values()))
+    print_replay(arm.replayed, arm.table)
+    write_csv(out / f"{ARM}.csv", arm.table)
+    with worker_processes(jobs) as pool:
+        beam, segment = (
+            _written(out, experiment, identify_published(experiment, recordings[experiment.description], pool, _report))
+            for experiment in (BEAM, SEGMENT)
+        )
+    save_figure(hardware_figure(beam, segment, arm), out / "hardware")
+    found = hardware_claims(beam, segment, arm.table)
+    write_csv(out / "claims.csv", found)
+    print_claims(found)
+    tables = ", ".join(f"{experiment.description}.urdf, .csv" for experiment in (BEAM, SEGMENT))
+    print(f"\nWritten to {out}: {tables}, {ARM}.csv, claims.csv, hardware.png, .svg")
+    return 0 if all(claim.holds for claim in found) else 1
+
+
+def _written(out: Path, experiment: Experiment, found: Identified) -> Identified:
+    """Writes and prints what was identified."""
+    print(file=sys.stderr)
+    print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
+    print_identified(found)
+    write_finger(out / f"{experiment.description}.urdf", with_finger(experiment.finger_file, found.model.finger))
+    write_csv(out / f"{experiment.description}.csv", found.scores)
+    return found
+
+
+def _report(experiment: str, error: float) -> None:
+    text = f"\r{experiment}, fitting: markers off by {100 * error:.2f} % of the largest displacement "
+    print(text, end="", file=sys.stderr, flush=True)

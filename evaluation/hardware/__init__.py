@@ -1,0 +1,1 @@
+"""What was identified and replayed on real hardware, in one go, and what of it has to hold."""
