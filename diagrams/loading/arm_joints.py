@@ -4,7 +4,7 @@ import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from soft_gripper.diagrams.loading.xml_numbers import number
+from soft_gripper.xml_numbers import number
 from soft_gripper.errors import InputError
 
 _MOVABLE = ("revolute", "continuous", "prismatic")

@@ -1,0 +1,33 @@
+"""Files in packages, which do not lead out of these."""
+
+import os
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+
+_SCHEMES = ("package://", "model://")
+
+
+def check_inside(where: object, uri: str) -> None:
+    """Looks at a URI of a file in a package, package://NAME/PATH.
+
+    Raises:
+        InputError: if its path leads out of the package.
+    """
+    package, _, inside = uri.partition("://")[2].partition("/")
+    stays = os.path.normpath(f"/{package}/{inside}").startswith(f"/{package}/")
+    if package in ("", ".", "..") or not stays:
+        raise InputError(where, "file", uri, "leads out of the package")
+
+
+def check_uris(where: Path | str, root: ET.Element) -> None:
+    """Looks at the meshes and models that a URDF or SDFormat file names in packages, wherever these lie.
+
+    Raises:
+        InputError: if one leads out of its package.
+    """
+    for element in root.iter():
+        for text in (element.get("filename", ""), element.text or ""):
+            if text.strip().startswith(_SCHEMES):
+                check_inside(where, text.strip())
