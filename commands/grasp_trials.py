@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from soft_gripper.commands.progress import progress_bar
 from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
@@ -25,6 +26,7 @@ from soft_gripper.evaluation.trials.trials import (
     run_trials,
 )
 from soft_gripper.files import atomic_file, writable_folder
+from soft_gripper.folder_claims import claim_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -38,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--trial", metavar="K", help="run this trial alone, and keep its scenario and recording")
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
     folder = Path("results/grasp_trials")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
 
 
@@ -50,7 +52,7 @@ def _run(options: argparse.Namespace) -> None:
     trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
     for file in files:
         check_scenario_for_trials(file)
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     if trial is not None:
         for file in files:
             _run_alone(file, seed, trial, out)

@@ -10,6 +10,7 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
 from soft_gripper.evaluation.csv_table import write_csv
@@ -24,6 +25,7 @@ from soft_gripper.evaluation.recognition.recognition import (
     train,
 )
 from soft_gripper.files import writable_folder
+from soft_gripper.folder_claims import claim_folder
 
 TABLE, FIGURE = "grasps.csv", "recognition"
 
@@ -37,7 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
     folder = Path("results/recognition")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
 
 
@@ -49,7 +51,7 @@ def _run(options: argparse.Namespace) -> None:
     }
     jobs = whole_number("recognition", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
     check_scenario_for_recognition(options.scenario)
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     grasps = _run_grasps(options.scenario, numbers, seed, jobs)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]

@@ -23,8 +23,8 @@ _ATTRIBUTES: dict[str, dict[str, tuple[int, ...]]] = {
     "ellipsoid": {"a": (1,), "b": (1,), "c": (1,)},
     "mesh": {"scale": (1, 3)},
     "mass": {"value": (1,)},
-    "inertia": {name: (1,) for name in _INERTIA},
-    "limit": {name: (1,) for name in ("lower", "upper", "velocity", "effort", "acceleration")},
+    "inertia": dict.fromkeys(_INERTIA, (1,)),
+    "limit": dict.fromkeys(("lower", "upper", "velocity", "effort", "acceleration"), (1,)),
     "dynamics": {"damping": (1,), "friction": (1,)},
     "mimic": {"multiplier": (1,), "offset": (1,)},
     "color": {"rgba": (4,)},
@@ -36,16 +36,18 @@ _TEXTS: dict[str, tuple[int, ...]] = {
     "radii": (3,),
     "xyz": (3,),
     "normal": (3,),
-    **{name: (3, 4) for name in ("diffuse", "ambient", "specular", "emissive")},
-    **{name: (1,) for name in (*_INERTIA, "radius", "length", "mass", "lower", "upper", "velocity", "effort")},
-    **{name: (1,) for name in ("damping", "mu", "mu2", "spring_stiffness", "spring_reference")},
+    **dict.fromkeys(("diffuse", "ambient", "specular", "emissive"), (3, 4)),
+    **dict.fromkeys((*_INERTIA, "radius", "length", "mass", "lower", "upper", "velocity", "effort"), (1,)),
+    **dict.fromkeys(("damping", "mu", "mu2", "spring_stiffness", "spring_reference"), (1,)),
 }
 _DRAKE_IN_SDF = "{drake.mit.edu}"
 _OF_DRAKE = (
     *("mu_static", "mu_dynamic", "hydroelastic_modulus", "hunt_crossley_dissipation", "mesh_resolution_hint"),
     *("point_contact_stiffness", "relaxation_time", "rotor_inertia", "gear_ratio", "acceleration"),
 )
-_SIZES = {f"{shape}.{name}" for shape in ("box", "sphere", "cylinder", "capsule", "ellipsoid") for name in _ATTRIBUTES[shape]}
+_SIZES = {
+    f"{shape}.{name}" for shape in ("box", "sphere", "cylinder", "capsule", "ellipsoid") for name in _ATTRIBUTES[shape]
+}
 _SIZES |= {"size", "radius", "length", "radii"}
 _NOT_ZERO = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
 

@@ -8,7 +8,10 @@ from soft_gripper.errors import InputError
 
 @pytest.mark.parametrize("error", [RuntimeError("a\nb"), ValueError("a"), IndexError("a"), SystemExit("a")])
 def test_what_drake_raises(error: BaseException) -> None:
-    with pytest.raises(InputError, match=r"^models\[0\]: file = 'a.urdf': Drake cannot read it: a$"), drake_reads("models[0]", "file", "a.urdf"):
+    with (
+        pytest.raises(InputError, match=r"^models\[0\]: file = 'a.urdf': Drake cannot read it: a$"),
+        drake_reads("models[0]", "file", "a.urdf"),
+    ):
         raise error
 
 

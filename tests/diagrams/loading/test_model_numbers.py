@@ -55,7 +55,9 @@ def test_numbers_of_sdf(inside: str) -> None:
         check_numbers("a.sdf", root)
 
 
-@pytest.mark.parametrize("file", ["arms/ur5e.urdf", *(f"objects/{o}.sdf" for o in ("box", "irregular", "peg", "table"))])
+@pytest.mark.parametrize(
+    "file", ["arms/ur5e.urdf", *(f"objects/{o}.sdf" for o in ("box", "irregular", "peg", "table"))]
+)
 def test_shipped_models_pass(file: str) -> None:
     check_numbers(file, read_xml(DIRECTORY / file))
 

@@ -36,7 +36,9 @@ def test_meshes_of_other_packages(tmp_path: Path) -> None:
         mesh_file("package://p/../secret.obj", tmp_path / "p" / "arm.urdf")
 
 
-@pytest.mark.parametrize("line", ["<mesh filename='package://p/../a.obj'/>", "<uri>model://../a</uri>", "<uri> package://p/.. </uri>"])
+@pytest.mark.parametrize(
+    "line", ["<mesh filename='package://p/../a.obj'/>", "<uri>model://../a</uri>", "<uri> package://p/.. </uri>"]
+)
 def test_names_in_models(line: str) -> None:
     with pytest.raises(InputError, match=r"a\.urdf: file = .*leads out of the package"):
         check_uris("a.urdf", parse_xml("a.urdf", f"<robot><link>{line}</link></robot>"))
