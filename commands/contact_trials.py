@@ -1,14 +1,13 @@
 """soft-gripper contact-trials: random single contacts of a finger, and how well they are estimated."""
 
 import argparse
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
-from soft_gripper.commands.terminal.numbers import number_from_zero, whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, number_of_jobs, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
@@ -40,8 +39,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    number, seed = whole_number(NAME, "--trials", options.trials, 1), whole_number(NAME, "--seed", options.seed, 0)
-    jobs = whole_number(NAME, "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    number, seed = (
+        whole_number(NAME, "--trials", options.trials, 1),
+        whole_number(NAME, "--seed", options.seed, 0, MOST_SEED),
+    )
+    jobs = number_of_jobs(NAME, options.jobs)
     friction = number_from_zero(NAME, "--friction", options.friction)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = claim_folder(writable_folder(options.out))

@@ -1,7 +1,6 @@
 """soft-gripper evaluate: the paper's evaluation."""
 
 import argparse
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from tqdm import tqdm
 
 from soft_gripper.commands.progress import BAR
 from soft_gripper.commands.terminal.claims import print_claims
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import number_of_jobs, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
@@ -42,7 +41,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    jobs = whole_number("evaluate", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("evaluate", options.jobs)
     seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
     out = claim_folder(writable_folder(options.out))
     names = unfinished(out) if options.resume else list(RUNS)

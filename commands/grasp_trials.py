@@ -1,7 +1,6 @@
 """soft-gripper grasp-trials: pick and place over random objects."""
 
 import argparse
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,7 +9,7 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, number_of_jobs, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
@@ -45,10 +44,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    seed = whole_number("grasp-trials", "--seed", options.seed, 0)
+    seed = whole_number("grasp-trials", "--seed", options.seed, 0, MOST_SEED)
     files = _different(options.scenario or SCENARIOS)
     number = whole_number("grasp-trials", "--trials", options.trials, 1)
-    jobs = whole_number("grasp-trials", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("grasp-trials", options.jobs)
     trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
     for file in files:
         check_scenario_for_trials(file)

@@ -8,7 +8,7 @@ from typing import Any
 from tqdm import tqdm
 
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.placement import print_left_out, print_ranking, print_snippet
 from soft_gripper.commands.terminal.subparsers import Subparsers
@@ -92,7 +92,7 @@ def _assumptions(options: argparse.Namespace) -> Assumptions:
         belief = float(options.belief)
     except ValueError:
         raise InputError(NAME, "--belief", options.belief, "give a percentage from 0 to below 100") from None
-    return Assumptions(options.estimator, errors, belief, whole_number(NAME, "--seed", options.seed, 0))
+    return Assumptions(options.estimator, errors, belief, whole_number(NAME, "--seed", options.seed, 0, MOST_SEED))
 
 
 def _runs(options: argparse.Namespace, count: int, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:

@@ -1,7 +1,6 @@
 """soft-gripper recognition: which shape is held, learned from random grasps and tried on others."""
 
 import argparse
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, number_of_jobs, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
@@ -44,12 +43,12 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    seed = whole_number("recognition", "--seed", options.seed, 0)
+    seed = whole_number("recognition", "--seed", options.seed, 0, MOST_SEED)
     numbers = {
         SETS[0]: whole_number("recognition", "--train", options.train, 2),
         SETS[1]: whole_number("recognition", "--test", options.test, 1),
     }
-    jobs = whole_number("recognition", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("recognition", options.jobs)
     check_scenario_for_recognition(options.scenario)
     out = claim_folder(writable_folder(options.out))
     grasps = _run_grasps(options.scenario, numbers, seed, jobs)

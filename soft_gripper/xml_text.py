@@ -38,7 +38,7 @@ class _Builder(ET.TreeBuilder):
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
         raise InputError(self._where, "DOCTYPE", name, "leave it out; a model needs none, nor entities")
 
-    def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:  # type: ignore[override]
+    def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
         self._depth += 1
         if self._depth > _DEEPEST:
             raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST} others")

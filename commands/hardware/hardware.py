@@ -1,13 +1,12 @@
 """soft-gripper hardware: the published experiments on hardware, and whether the model holds on them."""
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
 from soft_gripper.commands.terminal.claims import print_claims
 from soft_gripper.commands.terminal.identify_table import print_identified
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import number_of_jobs
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers
@@ -41,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    jobs = whole_number("hardware", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("hardware", options.jobs)
     recordings = published_recordings(options.data)
     out = claim_folder(writable_folder(options.out))
     arm = replay_published(list(recordings[ARM].values()))

@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from soft_gripper.commands.terminal.identify_table import print_identified
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.hardware.find_recordings import find_recordings
@@ -40,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     jobs, starts = (whole_number("identify", f"--{name}", getattr(options, name), 1) for name in ("jobs", "starts"))
-    seed = whole_number("identify", "--seed", options.seed, 0)
+    seed = whole_number("identify", "--seed", options.seed, 0, MOST_SEED)
     file, out = model_path(options.finger), options.out
     finger = read_finger(file)
     if out.suffix != ".urdf":

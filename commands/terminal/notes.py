@@ -43,7 +43,7 @@ def notes() -> Iterator[None]:
     drake.handlers, drake.propagate = [handler], False
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = show
+            warnings.showwarning = show  # type: ignore[assignment]
             yield
     finally:
         drake.handlers, drake.propagate = before[:2]

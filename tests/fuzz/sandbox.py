@@ -20,7 +20,7 @@ MEMORY = 6 * 2**30  # bytes of addresses that a call may take
 
 @dataclass(frozen=True)
 class Ended:
-    """How a call ended: its exit code (negative: the signal that ended it; None: its time was over), and what it said."""
+    """How a call ended, and what it said. A negative code is the signal that ended it; None: its time was over."""
 
     code: int | None
     out: str

@@ -25,7 +25,7 @@ def test_paths_inside() -> None:
 
 @pytest.mark.parametrize("package", ["soft_gripper", "drake_models"])
 def test_models(package: str) -> None:
-    with pytest.raises(InputError, match="leads out of the package|no package"):
+    with pytest.raises(InputError, match="leads out of the package"):
         model_path(f"package://{package}/../../secret.urdf")
 
 

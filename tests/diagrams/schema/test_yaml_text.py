@@ -41,7 +41,7 @@ def test_what_is_no_plain_data(text: str) -> None:
 def test_aliases_that_multiply_are_counted() -> None:
     lines = ["_a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"_{new}: &{new} [{', '.join([f'*{old}'] * 9)}]" for old, new in zip("abcdefgh", "bcdefghi", strict=True)]
-    with pytest.raises(InputError, match="size = .* give no more than 100000 values"):
+    with pytest.raises(InputError, match=r"size = .* give no more than 100000 values"):
         parse_yaml("a.yaml", "\n".join(lines))
 
 
