@@ -39,10 +39,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    number, seed = (
-        whole_number(NAME, "--trials", options.trials, 1),
-        whole_number(NAME, "--seed", options.seed, 0, MOST_SEED),
-    )
+    number = whole_number(NAME, "--trials", options.trials, 1)
+    seed = whole_number(NAME, "--seed", options.seed, 0, MOST_SEED)
     jobs = number_of_jobs(NAME, options.jobs)
     friction = number_from_zero(NAME, "--friction", options.friction)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
