@@ -3,6 +3,7 @@
 import csv
 from collections.abc import Sequence
 from dataclasses import astuple, fields
+from io import StringIO
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +16,7 @@ Row = TypeVar("Row")
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
     """Writes rows of one dataclass under the names of its fields."""
-    with atomic_file(path) as partial, partial.open("w", newline="") as file:
+    with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(field.name for field in fields(rows[0]))
         writer.writerows([_text(value) for value in astuple(row)] for row in rows)
@@ -29,7 +30,7 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     """
     columns = {field.name: field.type for field in fields(row)}  # type: ignore[arg-type]
     try:
-        records = list(csv.DictReader(read_text(path).splitlines()))
+        records = list(csv.DictReader(StringIO(read_text(path))))
         rows = [row(**{name: kind(record[name]) for name, kind in columns.items()}) for record in records]  # type: ignore
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         if isinstance(error, InputError):
