@@ -4,6 +4,7 @@ import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.errors import InputError
 
 _SCHEMES = ("package://", "model://")
@@ -21,13 +22,17 @@ def check_inside(where: object, uri: str) -> None:
         raise InputError(where, "file", uri, "leads out of the package")
 
 
-def check_uris(where: Path | str, root: ET.Element) -> None:
-    """Looks at the meshes and models that a URDF or SDFormat file names in packages, wherever these lie.
+def check_uris(path: Path, root: ET.Element) -> None:
+    """Looks at the meshes and models that a URDF or SDFormat file names, in packages wherever these lie, or beside it.
 
     Raises:
-        InputError: if one leads out of its package.
+        InputError: if one leads out of its package, or is there and no file or folder, but a pipe to be waited for.
     """
     for element in root.iter():
-        for text in (element.get("filename", ""), element.text or ""):
-            if text.strip().startswith(_SCHEMES):
-                check_inside(where, text.strip())
+        for text in (element.get("filename", ""), element.text or "" if element.tag == "uri" else ""):
+            uri = text.strip()
+            if uri.startswith(_SCHEMES):
+                check_inside(path, uri)
+            elif os.path.exists(file := os.path.join(path.parent, uri.removeprefix("file://"))):
+                expected = "is no regular file"
+                require(os.path.isfile(file) or os.path.isdir(file), path, "file", uri, expected)

@@ -5,12 +5,14 @@ from pathlib import Path
 from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.diagrams.schema.scenario import Scenario
 
-MOST_STEPS = 10_000_000  # of the plant: about an hour with one finger
-MOST_SAMPLES = 1_000_000  # of every signal: gigabytes of logs
+MOST_STEPS = 2_000_000  # of the plant: a quarter of an hour with one finger
+MOST_SAMPLES = 500_000  # of every signal: gigabytes of logs
+MOST_TIME = 86_400.0  # s, of a run that is held back to some part of real time
+FINEST = 1e-9  # accuracy: below, error control takes steps without end
 
 
 def check_cost(where: Path | str, scenario: Scenario) -> None:
-    """Estimates the steps and the samples of a run, from its length.
+    """Estimates the steps, the samples and the time of a run, from its length.
 
     Raises:
         InputError: if they would be more than anybody waits for; it names the estimate.
@@ -30,3 +32,9 @@ def check_cost(where: Path | str, scenario: Scenario) -> None:
         number = duration / period
         expected = f"{duration:g} s would be {number:.2g} {what}, of at most {most:.0e}: give more, or a shorter run"
         require(number <= most, where, name, period, expected)
+    rate = solver.target_realtime_rate
+    expected = f"give 0, which is as fast as it can be, or a part of real time that takes {duration:g} s a day at most"
+    fine = rate == 0 or (rate > 0 and duration / rate <= MOST_TIME)
+    require(fine, where, "simulator_config.target_realtime_rate", rate, expected)
+    expected = f"give {FINEST:g} or more"
+    require(solver.accuracy >= FINEST, where, "simulator_config.accuracy", solver.accuracy, expected)

@@ -60,11 +60,11 @@ def _serve() -> None:
 
 
 def _in_child(arguments: list[str], folder: str, limit: float) -> dict[str, Any]:
-    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err, tempfile.TemporaryFile() as nothing:
         begin = time.monotonic()
         child = os.fork()
         if child == 0:
-            _become_command(arguments, folder, out.fileno(), err.fileno())
+            _become_command(arguments, folder, nothing.fileno(), out.fileno(), err.fileno())
         code = _wait(child, begin + limit)
         seconds = time.monotonic() - begin
         out.seek(0)
@@ -84,7 +84,7 @@ def _wait(child: int, deadline: float) -> int | None:
     return None
 
 
-def _become_command(arguments: list[str], folder: str, out: int, err: int) -> None:
+def _become_command(arguments: list[str], folder: str, nothing: int, out: int, err: int) -> None:
     """Ends with the process: as the installed script does, with its streams and its exit code."""
     import traceback
 
@@ -93,8 +93,7 @@ def _become_command(arguments: list[str], folder: str, out: int, err: int) -> No
     os.setpgid(0, 0)
     os.dup2(out, 1)
     os.dup2(err, 2)
-    os.close(0)
-    os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     os.chdir(folder)
     code = 1

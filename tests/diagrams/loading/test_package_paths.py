@@ -1,5 +1,6 @@
 """A package:// path stays in its package."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -41,5 +42,15 @@ def test_meshes_of_other_packages(tmp_path: Path) -> None:
 )
 def test_names_in_models(line: str) -> None:
     with pytest.raises(InputError, match=r"a\.urdf: file = .*leads out of the package"):
-        check_uris("a.urdf", parse_xml("a.urdf", f"<robot><link>{line}</link></robot>"))
-    check_uris("a.urdf", parse_xml("a.urdf", "<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>"))
+        check_uris(Path("a.urdf"), parse_xml("a.urdf", f"<robot><link>{line}</link></robot>"))
+    check_uris(
+        Path("a.urdf"), parse_xml("a.urdf", "<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>")
+    )
+
+
+def test_a_pipe_in_the_place_of_a_mesh(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.obj")
+    for line in (f"<mesh filename='file://{tmp_path}/a.obj'/>", "<mesh filename='a.obj'/>", "<uri>a.obj</uri>"):
+        with pytest.raises(InputError, match=r"is no regular file"):
+            check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", f"<robot>{line}</robot>"))
+    check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", "<robot><uri>.</uri><mesh filename='none.obj'/></robot>"))
