@@ -11,6 +11,7 @@ from soft_gripper.diagrams.loading.drake_reading import of_drake
 from soft_gripper.errors import in_one_line
 
 _MOST = 5  # notes of a command
+_DRAKE = "drake"  # of which a command may ask for more than warnings
 
 
 class _Notes(logging.Handler):
@@ -21,7 +22,8 @@ class _Notes(logging.Handler):
         self._seen: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.note(of_drake(record.getMessage()))
+        if record.name == _DRAKE or record.levelno >= logging.WARNING:
+            self.note(of_drake(record.getMessage()))
 
     def note(self, message: str) -> None:
         text = in_one_line(" ".join(message.split()))
@@ -33,18 +35,18 @@ class _Notes(logging.Handler):
 
 @contextmanager
 def notes() -> Iterator[None]:
-    """Makes notes of what Drake logs and of Python's warnings, of which numbers out of range are the most."""
-    drake, handler = logging.getLogger("drake"), _Notes()
+    """Makes notes of what libraries log and of Python's warnings, of which numbers out of range are the most."""
+    root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _Notes()
 
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
         handler.note(f"numbers out of range: {message}" if issubclass(category, RuntimeWarning) else str(message))
 
-    before = drake.handlers, drake.propagate, drake.level
-    drake.handlers, drake.propagate = [handler], False
+    before = root.handlers, drake.handlers, drake.level
+    root.handlers, drake.handlers = [handler], []
     try:
         with warnings.catch_warnings():
             warnings.showwarning = show  # type: ignore[assignment]
             yield
     finally:
-        drake.handlers, drake.propagate = before[:2]
+        root.handlers, drake.handlers = before[:2]
         drake.setLevel(before[2])
