@@ -129,7 +129,16 @@ def _choice(*options: str) -> st.SearchStrategy[str]:
 def command_lines() -> st.SearchStrategy[Input]:
     """Commands with options of any value. What would be long by right has one that cannot be."""
     run = st.builds(
-        lambda name, option, value, key, new: ["run", name, option, value, "--set", f"{key}={new}", "--set", "models=[]"],
+        lambda name, option, value, key, new: [
+            "run",
+            name,
+            option,
+            value,
+            "--set",
+            f"{key}={new}",
+            "--set",
+            "models=[]",
+        ],
         _choice("free_bending", "scenario.yaml"),
         st.sampled_from(("--out", "--html", "--video", "--sections", "--frob", "--set")),
         _choice("file", "folder/x.html"),
@@ -138,7 +147,9 @@ def command_lines() -> st.SearchStrategy[Input]:
     )
     show = st.builds(
         lambda key, new: ["show", "scenario.yaml", "--set", f"{key}={new}"],
-        _choice("sensor.sections", "models.0.name", "models.0.X_PC", "estimator.type", "sensor.seed", "believed.length"),
+        _choice(
+            "sensor.sections", "models.0.name", "models.0.X_PC", "estimator.type", "sensor.seed", "believed.length"
+        ),
         _choice("[1, 2]", "{a: 1}", "!Rpy {deg: [1]}"),
     )
     expand = st.builds(
@@ -186,4 +197,6 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
 
 def described(found: Input) -> str:
     """An input as it is reported, so that it can be tried again."""
-    return json.dumps({"files": {name: repr(text)[:3000] for name, text in found.files.items()}, "arguments": found.arguments})
+    return json.dumps(
+        {"files": {name: repr(text)[:3000] for name, text in found.files.items()}, "arguments": found.arguments}
+    )
