@@ -1,6 +1,7 @@
 """What goes wrong, reported in one line."""
 
 _LONGEST = 200  # characters of a value that a message repeats
+_LONGEST_PART = 800  # of its other parts
 
 
 class InputError(ValueError):
@@ -11,7 +12,8 @@ class InputError(ValueError):
         self.where, self.field, self.value, self.expected = where, field, value, expected
 
     def __str__(self) -> str:
-        return in_one_line(f"{self.where}: {self.field} = {_shown(self.value)}: {self.expected}")
+        where, field, expected = (_cut(str(part), _LONGEST_PART) for part in (self.where, self.field, self.expected))
+        return in_one_line(f"{where}: {field} = {_shown(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
         """The same mistake, seen from the file or option that holds it."""
@@ -34,10 +36,13 @@ def in_one_line(text: str) -> str:
 
 
 def _shown(value: object) -> str:
-    """A value as it is repeated: long ones lose their middle."""
+    """A value as it is repeated."""
     try:
-        text = repr(value)
+        return _cut(repr(value), _LONGEST)
     except ValueError:  # Python's own limit
         return "a number of thousands of digits"
-    half = _LONGEST // 2
-    return text if len(text) <= _LONGEST else f"{text[:half]} ... {text[-half:]}"
+
+
+def _cut(text: str, longest: int) -> str:
+    """A text without its middle, if it is long."""
+    return text if len(text) <= longest else f"{text[: longest // 2]} ... {text[-longest // 2 :]}"

@@ -1,6 +1,5 @@
 """Hostile input of every kind: files, and the command that is to read them."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -32,12 +31,14 @@ THING = (DIRECTORY / "objects/box.sdf").read_text()
 _INERTIAL = '<inertial><origin xyz="0 0 0"/><mass value="1"/>'
 _INERTIAL += '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
 _LIMIT = '<limit lower="-3" upper="3" velocity="3" effort="100"/>'
-ARM = f"""<robot name="arm"><link name="base">{_INERTIAL}</link><link name="upper">{_INERTIAL}<visual><origin xyz="0 0 0.2"/>
-<geometry><box size="0.1 0.1 0.4"/></geometry><material name="grey"><color rgba="0.5 0.5 0.5 1"/></material></visual>
-</link><link name="tool">{_INERTIAL}<collision><geometry><cylinder radius="0.02" length="0.02"/></geometry></collision></link>
-<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>{_LIMIT}</joint>
+_TURNING = f'<axis xyz="0 1 0"/><dynamics damping="0.1" friction="0"/>{_LIMIT}'
+ARM = f"""<robot name="arm"><link name="base">{_INERTIAL}</link>
+<link name="upper">{_INERTIAL}<visual><origin xyz="0 0 0.2"/><geometry><box size="0.1 0.1 0.4"/></geometry>
+<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material></visual></link>
+<link name="tool">{_INERTIAL}<collision><geometry><cylinder radius="0.02" length="0.02"/></geometry></collision></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>{_TURNING}</joint>
 <joint name="wrist" type="revolute"><parent link="upper"/><child link="tool"/><origin xyz="0 0 0.5" rpy="0 0.1 0"/>
-<axis xyz="0 1 0"/><dynamics damping="0.1" friction="0"/>{_LIMIT}</joint></robot>"""
+{_TURNING}</joint></robot>"""
 WITH_ARM: dict[str, Any] = {
     "models": [
         {"name": "arm", "file": "arm.urdf"},
@@ -126,31 +127,23 @@ def _choice(*options: str) -> st.SearchStrategy[str]:
     return st.sampled_from((*options, *NUMBERS, *WORDS)).filter(lambda text: "\0" not in text)
 
 
+def _changes() -> st.SearchStrategy[str]:
+    """What --set may be given."""
+    keys = _choice("sensor.sections", "models.0.name", "models.0.X_PC", "estimator.type", "sensor.seed", "gravity.0")
+    return st.builds("{}={}".format, keys, _choice("[1, 2]", "{a: 1}", "!Rpy {deg: [1]}", "+10 %"))
+
+
 def command_lines() -> st.SearchStrategy[Input]:
     """Commands with options of any value. What would be long by right has one that cannot be."""
     run = st.builds(
-        lambda name, option, value, key, new: [
-            "run",
-            name,
-            option,
-            value,
-            "--set",
-            f"{key}={new}",
-            "--set",
-            "models=[]",
-        ],
+        lambda name, option, value, new: ["run", name, option, value, "--set", new, "--set", "models=[]"],
         _choice("free_bending", "scenario.yaml"),
         st.sampled_from(("--out", "--html", "--video", "--sections", "--frob", "--set")),
         _choice("file", "folder/x.html"),
-        _choice("sensor.sections", "models.0.name", "gravity.0", "pressure.steps.all"),
-        _choice("[1, 2]", "{a: 1}"),
+        _changes(),
     )
     show = st.builds(
-        lambda key, new: ["show", "scenario.yaml", "--set", f"{key}={new}"],
-        _choice(
-            "sensor.sections", "models.0.name", "models.0.X_PC", "estimator.type", "sensor.seed", "believed.length"
-        ),
-        _choice("[1, 2]", "{a: 1}", "!Rpy {deg: [1]}"),
+        lambda first, second: ["show", "scenario.yaml", "--set", first, "--set", second], _changes(), _changes()
     )
     expand = st.builds(
         lambda file, option, value: ["expand", file, option, value],
@@ -193,10 +186,3 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "meshes": meshes,
     "command lines": command_lines,
 }
-
-
-def described(found: Input) -> str:
-    """An input as it is reported, so that it can be tried again."""
-    return json.dumps(
-        {"files": {name: repr(text)[:3000] for name, text in found.files.items()}, "arguments": found.arguments}
-    )

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
 from inputs import KINDS, Input
 from sandbox import Ended, Sandbox
 
@@ -98,4 +97,3 @@ def test_the_fuzz_test_notices(sandbox: Sandbox, tmp_path: Path) -> None:
         assert fault(fine, ended, set()) is not None
     assert fault(fine, Ended(2, "", "soft-gripper: a.yaml: size = 0: give more\n", 0.1), {"results/a"}) is not None
     assert sandbox.call(["--version"], tmp_path).code == 0
-    assert st is not None
