@@ -15,5 +15,5 @@ def open_meshcat() -> Meshcat:
         return Meshcat()
     except RuntimeError as error:
         raise InputError(
-            "Meshcat", "port", "7000-7099", f"none is free; end other viewers ({first_line(error)})"
+            "Meshcat", "port", "7000 to 7099", f"none is free; end other viewers ({first_line(error)})"
         ) from None
