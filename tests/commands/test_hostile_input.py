@@ -1,4 +1,4 @@
-"""Files and options of strangers, from end to end: refused in a line that names file and field, before anything runs."""
+"""Files and options of strangers, from end to end: refused in a line that names file and field before anything runs."""
 
 import os
 import subprocess
