@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib.metadata import version
+from typing import NoReturn
 
 from soft_gripper.commands import (
     contact_trials,
@@ -21,7 +22,7 @@ from soft_gripper.commands import (
 )
 from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
 from soft_gripper.commands.terminal.notes import notes
-from soft_gripper.errors import InputError, SimulationDivergedError, first_line, in_one_line
+from soft_gripper.errors import InputError, SimulationDivergedError, first_line, in_one_line, shortened
 from soft_gripper.folder_claims import release_folders
 
 COMMANDS = (
@@ -49,7 +50,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> int:
         the exit code: 0; 1 if a task or a claim failed; 2 for a mistake in the input, or a file that cannot be
         written; 141, as a shell has it, if who read the output is gone. (130 is for Ctrl-C, see `main`.)
     """
-    parser = argparse.ArgumentParser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
+    parser = _Parser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
     parser.add_argument("--version", action="version", version=f"soft-gripper {version('soft-gripper')}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
@@ -76,6 +77,13 @@ def dispatch(arguments: Sequence[str] | None = None) -> int:
         return _complain(f"Drake cannot go on: {first_line(error)}")
     finally:
         release_folders()
+
+
+class _Parser(argparse.ArgumentParser):
+    """Its complaints repeat no more of what was written than others do."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(in_one_line(shortened(message)))
 
 
 def _complain(text: str) -> int:

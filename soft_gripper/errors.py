@@ -12,7 +12,7 @@ class InputError(ValueError):
         self.where, self.field, self.value, self.expected = where, field, value, expected
 
     def __str__(self) -> str:
-        where, field, expected = (_cut(str(part), _LONGEST_PART) for part in (self.where, self.field, self.expected))
+        where, field, expected = (shortened(str(part)) for part in (self.where, self.field, self.expected))
         return in_one_line(f"{where}: {field} = {_shown(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
@@ -38,11 +38,11 @@ def in_one_line(text: str) -> str:
 def _shown(value: object) -> str:
     """A value as it is repeated."""
     try:
-        return _cut(repr(value), _LONGEST)
+        return shortened(repr(value), _LONGEST)
     except ValueError:  # Python's own limit
         return "a number of thousands of digits"
 
 
-def _cut(text: str, longest: int) -> str:
+def shortened(text: str, longest: int = _LONGEST_PART) -> str:
     """A text without its middle, if it is long."""
     return text if len(text) <= longest else f"{text[: longest // 2]} ... {text[-longest // 2 :]}"

@@ -154,3 +154,9 @@ def test_no_port_for_meshcat(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     with pytest.raises(InputError, match="none is free"):
         replay.open_meshcat()
+
+
+def test_long_options_are_not_repeated_whole(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        soft_gripper("evaluate", "--trials", "y" * 50_000, "\x1b[2J")
+    assert caught.value.code == 2

@@ -20,6 +20,7 @@ YAML_VALUES: tuple[Any, ...] = (
     *([], {}, [[]], [0], [1, 2, 3], [1, 2, 3, 4], [None], ["x"], {"a": 1}, {1: 2}, {None: 1}, {"_tag": "!Uniform"}),
     *WORDS,
 )
+FACTORS = st.sampled_from((-1.0, 0.1, 10.0, 1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9))  # mistaken units, and worse
 _WAYS = ("attribute", "attribute", "attribute", "text", "tag", "remove", "double", "move")  # to change an element
 SNIPPETS = (
     *("<", ">", "&", "]]>", "<!--", "<!DOCTYPE x [<!ENTITY a 'b'>]>", "&a;", '"', "'", "\t", "\r", "\n\n", "\\"),
@@ -41,6 +42,14 @@ def texts(draw: st.DrawFn, base: str) -> str:
     return text
 
 
+def _scaled(text: str, factor: float) -> str | None:
+    """A number, or several, in another unit; None if it is none."""
+    try:
+        return " ".join(str(factor * float(word)) for word in text.split())
+    except ValueError:
+        return None
+
+
 _PIECES = st.one_of(st.sampled_from(SNIPPETS), st.sampled_from(NUMBERS), st.sampled_from(WORDS))
 
 
@@ -57,7 +66,8 @@ def _changed(draw: st.DrawFn, value: Any) -> Any:
     """The same data but for one place below."""
     inside = isinstance(value, dict | list) and len(value) and draw(st.integers(0, 5))
     if not inside:
-        return draw(st.sampled_from(YAML_VALUES))
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return draw(st.sampled_from(YAML_VALUES)) if not is_number or draw(st.booleans()) else value * draw(FACTORS)
     entries = dict(value.items() if isinstance(value, dict) else enumerate(value))
     place = draw(st.sampled_from(list(entries)))
     how = draw(st.sampled_from(("deeper", "deeper", "deeper", "leave out", "rename")))
@@ -82,7 +92,9 @@ def elements(draw: st.DrawFn, base: str) -> str:
         value = draw(st.sampled_from((*NUMBERS, *NUMBERS, *WORDS, "0 0 0", "nan 0 0", "1 1")))
         if how == "attribute" and element.attrib:
             name = draw(st.sampled_from(sorted(element.attrib)))
-            if draw(st.integers(0, 4)):
+            if draw(st.booleans()) and (scaled := _scaled(element.attrib[name], draw(FACTORS))):
+                element.set(name, scaled)
+            elif draw(st.integers(0, 4)):
                 element.set(name, value)
             else:
                 del element.attrib[name]
