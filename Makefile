@@ -8,7 +8,7 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-.PHONY: evaluate test test-newer check lint format types wheel bench work-precision clean
+.PHONY: evaluate fuzz test test-newer check lint format types wheel bench work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -42,6 +42,11 @@ types: $(READY)
 	rm -rf build/types && mkdir -p build/types && cp -r soft_gripper build/types/
 	cp -r models diagrams evaluation pictures commands build/types/soft_gripper/
 	cd build/types && $(abspath $(BIN))/mypy --config-file ../../pyproject.toml -p soft_gripper
+
+# Hostile input, FUZZ of every kind, new ones every time.
+FUZZ ?= 1000
+fuzz: $(READY)
+	FUZZ=$(FUZZ) $(BIN)/python -m pytest -q tests/fuzz
 
 wheel: $(READY)
 	rm -rf dist build/lib

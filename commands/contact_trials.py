@@ -1,14 +1,14 @@
 """soft-gripper contact-trials: random single contacts of a finger, and how well they are estimated."""
 
 import argparse
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
-from soft_gripper.commands.terminal.numbers import number_from_zero, whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, number_of_jobs, whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
 from soft_gripper.evaluation.contacts.contact_errors import BOTH, ContactErrorRow
@@ -18,6 +18,7 @@ from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_c
 from soft_gripper.evaluation.contacts.peg_place import SIDES
 from soft_gripper.evaluation.contacts.random_contact import Contact
 from soft_gripper.files import writable_folder
+from soft_gripper.folder_claims import claim_folder
 
 NAME = "contact-trials"
 
@@ -31,18 +32,19 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--friction", metavar="MU", default=f"{PEG_FRICTION:g}", help=friction)
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
     contacts = f"{ARRAYS} of an earlier run: score its contacts, and simulate none"
-    parser.add_argument("--contacts", metavar="FILE", type=Path, help=contacts)
+    parser.add_argument("--contacts", metavar="FILE", type=path, help=contacts)
     folder = Path("results/contact_trials")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    number, seed = whole_number(NAME, "--trials", options.trials, 1), whole_number(NAME, "--seed", options.seed, 0)
-    jobs = whole_number(NAME, "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    number = whole_number(NAME, "--trials", options.trials, 1)
+    seed = whole_number(NAME, "--seed", options.seed, 0, MOST_SEED)
+    jobs = number_of_jobs(NAME, options.jobs)
     friction = number_from_zero(NAME, "--friction", options.friction)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     contacts = _simulate(number, seed, jobs, friction, out) if kept is None else kept
     with tqdm(total=SCORES, desc="scores", dynamic_ncols=True, disable=None) as bar:
         rows = score_contacts(contacts, out, bar.update)

@@ -1,7 +1,6 @@
 """soft-gripper evaluate: the paper's evaluation."""
 
 import argparse
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,7 +8,8 @@ from tqdm import tqdm
 
 from soft_gripper.commands.progress import BAR
 from soft_gripper.commands.terminal.claims import print_claims
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import number_of_jobs, whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
@@ -23,13 +23,14 @@ from soft_gripper.evaluation.robustness.robustness import summarize_robustness
 from soft_gripper.evaluation.robustness.robustness_claims import realistic
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
 from soft_gripper.files import writable_folder
+from soft_gripper.folder_claims import claim_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
     parser = subparsers.add_parser("evaluate", help="run the paper's evaluation with 1 to 4 sensors a side")
     folder = Path("results/evaluation")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
     parser.add_argument("--resume", action="store_true", help="run only what an interrupted evaluation left")
     parser.add_argument(
@@ -40,9 +41,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    jobs = whole_number("evaluate", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("evaluate", options.jobs)
     seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     names = unfinished(out) if options.resume else list(RUNS)
     duration = sum(load_scenario(name).duration for name in names)
     try:

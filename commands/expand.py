@@ -3,8 +3,8 @@
 import argparse
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
@@ -18,7 +18,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("expand", help="expand the <finger>s of a URDF to links, joints and springs")
     parser.add_argument("file", help="the URDF, a path or a package://soft_gripper/... URI")
     parser.add_argument("--segments", metavar="N", help="segments of every finger, in the place of the file's")
-    parser.add_argument("-o", "--out", metavar="OUT", type=Path, help="file to write (default: the terminal)")
+    parser.add_argument("-o", "--out", metavar="OUT", type=path, help="file to write (default: the terminal)")
     parser.set_defaults(command=_run)
 
 

@@ -1,7 +1,6 @@
 """soft-gripper grasp-trials: pick and place over random objects."""
 
 import argparse
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,7 +9,8 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, number_of_jobs, whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
@@ -25,6 +25,7 @@ from soft_gripper.evaluation.trials.trials import (
     run_trials,
 )
 from soft_gripper.files import atomic_file, writable_folder
+from soft_gripper.folder_claims import claim_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -38,19 +39,19 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--trial", metavar="K", help="run this trial alone, and keep its scenario and recording")
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
     folder = Path("results/grasp_trials")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    seed = whole_number("grasp-trials", "--seed", options.seed, 0)
+    seed = whole_number("grasp-trials", "--seed", options.seed, 0, MOST_SEED)
     files = _different(options.scenario or SCENARIOS)
     number = whole_number("grasp-trials", "--trials", options.trials, 1)
-    jobs = whole_number("grasp-trials", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("grasp-trials", options.jobs)
     trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
     for file in files:
         check_scenario_for_trials(file)
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     if trial is not None:
         for file in files:
             _run_alone(file, seed, trial, out)

@@ -1,5 +1,6 @@
 """Where the results of a run go: never in silence over those of another."""
 
+import os
 import sys
 from itertools import count
 from pathlib import Path
@@ -28,4 +29,6 @@ def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
 def _fits(folder: Path, scenario: Scenario) -> bool:
     """Whether a folder holds no run, or one of just this scenario."""
     file = folder / "scenario.yaml"
-    return not file.is_file() or file.read_text(encoding="utf-8", errors="replace") == dump_scenario(scenario, folder)
+    if not os.path.isfile(file):
+        return True
+    return file.read_text(encoding="utf-8", errors="replace") == dump_scenario(scenario, folder)

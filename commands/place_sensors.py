@@ -8,7 +8,8 @@ from typing import Any
 from tqdm import tqdm
 
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.placement import print_left_out, print_ranking, print_snippet
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario import SensorConfig, StrainErrorsConfig
@@ -31,6 +32,7 @@ from soft_gripper.evaluation.placement.tables import left_out_rows, placement_ro
 from soft_gripper.evaluation.recorded_run import RecordedRun, load_run
 from soft_gripper.files import writable_folder
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.folder_claims import claim_folder
 
 NAME, IDEAL = "place-sensors", "ideal"
 TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_out.csv", "placement"
@@ -46,7 +48,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--scenarios", metavar="A,B", default=",".join(SCENARIOS), help="to place by (default: %(default)s)"
     )
     source.add_argument(
-        "--recordings", metavar="FILE", nargs="+", type=Path, help="recording.nc of runs, in their place"
+        "--recordings", metavar="FILE", nargs="+", type=path, help="recording.nc of runs, in their place"
     )
     parser.add_argument(
         "--sensors", metavar="PRESET", default="realistic", help=f"their errors, or {IDEAL} (default: %(default)s)"
@@ -54,10 +56,10 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--belief", metavar="PERCENT", default="10", help="too stiff or too soft, as believed (default: %(default)s)"
     )
-    parser.add_argument("--contacts", metavar="FILE", type=Path, help="of `contact-trials`: errors of force and place")
+    parser.add_argument("--contacts", metavar="FILE", type=path, help="of `contact-trials`: errors of force and place")
     parser.add_argument("--seed", metavar="K", default="1", help="of what is random (default: %(default)s)")
     folder = Path("results/place_sensors")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
 
 
@@ -66,7 +68,7 @@ def _run(options: argparse.Namespace) -> None:
     contacts = None if options.contacts is None else load_contacts(options.contacts)
     if contacts is not None:
         check_contacts(contacts, assumptions)
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     try:
         runs = _runs(options, count, [] if contacts is None else [contacts.finger])
         with tqdm(desc="placements", unit="", dynamic_ncols=True, disable=None) as bar:
@@ -90,7 +92,7 @@ def _assumptions(options: argparse.Namespace) -> Assumptions:
         belief = float(options.belief)
     except ValueError:
         raise InputError(NAME, "--belief", options.belief, "give a percentage from 0 to below 100") from None
-    return Assumptions(options.estimator, errors, belief, whole_number(NAME, "--seed", options.seed, 0))
+    return Assumptions(options.estimator, errors, belief, whole_number(NAME, "--seed", options.seed, 0, MOST_SEED))
 
 
 def _runs(options: argparse.Namespace, count: int, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:

@@ -1,7 +1,6 @@
 """soft-gripper recognition: which shape is held, learned from random grasps and tried on others."""
 
 import argparse
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,7 +8,8 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, number_of_jobs, whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
 from soft_gripper.evaluation.csv_table import write_csv
@@ -24,6 +24,7 @@ from soft_gripper.evaluation.recognition.recognition import (
     train,
 )
 from soft_gripper.files import writable_folder
+from soft_gripper.folder_claims import claim_folder
 
 TABLE, FIGURE = "grasps.csv", "recognition"
 
@@ -37,19 +38,19 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
     parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
     folder = Path("results/recognition")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=folder, help="default: %(default)s")
+    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    seed = whole_number("recognition", "--seed", options.seed, 0)
+    seed = whole_number("recognition", "--seed", options.seed, 0, MOST_SEED)
     numbers = {
         SETS[0]: whole_number("recognition", "--train", options.train, 2),
         SETS[1]: whole_number("recognition", "--test", options.test, 1),
     }
-    jobs = whole_number("recognition", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("recognition", options.jobs)
     check_scenario_for_recognition(options.scenario)
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     grasps = _run_grasps(options.scenario, numbers, seed, jobs)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]

@@ -2,21 +2,21 @@
 
 import argparse
 import logging
-import sys
 from pathlib import Path
-
-from pydrake.geometry import Meshcat
 
 from soft_gripper.commands.options import add_scenario_options, chosen_station
 from soft_gripper.commands.output import run_folder
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
+from soft_gripper.commands.terminal.waiting import wait_for_viewer
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.view.open_meshcat import open_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.paper.force_table import recorded_force_table
@@ -24,7 +24,8 @@ from soft_gripper.evaluation.paper.pose_table import recorded_pose_table
 from soft_gripper.evaluation.phase_table import outcome, phase_table
 from soft_gripper.evaluation.step_table import step_table
 from soft_gripper.evaluation.trials.trial import trial_row
-from soft_gripper.files import atomic_file, writable_folder
+from soft_gripper.files import atomic_file, check_file, writable_folder
+from soft_gripper.folder_claims import claim_folder
 from soft_gripper.manipulation.task_phases import Outcome
 from soft_gripper.pictures.phases_figure import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
@@ -35,11 +36,11 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("run", help="run a scenario and record every signal")
     add_scenario_options(parser)
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, help="default: results/SCENARIO, or one beside it if that holds another run"
+        "--out", metavar="DIR", type=path, help="default: results/SCENARIO, or one beside it if that holds another run"
     )
     parser.add_argument("--meshcat", action="store_true", help="show the run in a browser and wait at its end")
-    parser.add_argument("--html", metavar="FILE", type=Path, help="write a 3-D replay that opens offline")
-    parser.add_argument("--video", metavar="FILE", type=Path, help="write a film: .mp4, .gif, .webp or .png")
+    parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
+    parser.add_argument("--video", metavar="FILE", type=path, help="write a film: .mp4, .gif, .webp or .png")
     parser.set_defaults(command=_run)
 
 
@@ -48,10 +49,10 @@ def _run(options: argparse.Namespace) -> int:
     scenario = station.scenario
     check_closed(station)
     _check_files(options)
-    out = writable_folder(run_folder(options.out, name, scenario))
+    out = claim_folder(writable_folder(run_folder(options.out, name, scenario)))
     if not options.meshcat:
         logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
-    meshcat = Meshcat() if options.meshcat or options.html else None
+    meshcat = open_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
         station = make_station(scenario, meshcat)
     with progress_bar(name, scenario.duration) as progress:
@@ -66,7 +67,7 @@ def _run(options: argparse.Namespace) -> int:
         written.append(options.video)
     print("\nWritten: " + ", ".join(map(str, written)))
     if options.meshcat:
-        _wait()
+        wait_for_viewer()
     return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
 
 
@@ -76,15 +77,7 @@ def _check_files(options: argparse.Namespace) -> None:
         check_video(options.video)
     for file in (options.video, options.html):
         if file is not None:
-            writable_folder(file.parent)
-
-
-def _wait() -> None:
-    """Keeps Meshcat's replay open for as long as someone at a terminal wants."""
-    if sys.stdin.isatty():
-        input("The replay is in Meshcat. Press Enter to end. ")
-    else:
-        print("There is no terminal to wait at, and Meshcat closes now; --html FILE keeps the replay.")
+            check_file(file)
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording) -> list[str]:

@@ -1,9 +1,9 @@
 """soft-gripper show: a scenario with all its fields, and its block diagram."""
 
 import argparse
-from pathlib import Path
 
 from soft_gripper.commands.options import add_scenario_options, chosen_station
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.view.block_diagram import save_block_diagram
@@ -14,7 +14,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("show", help="print a resolved scenario, draw its block diagram")
     add_scenario_options(parser)
     parser.add_argument(
-        "--graphviz", metavar="FILE", type=Path, help="write the block diagram (.dot, .svg, .png or .pdf)"
+        "--graphviz", metavar="FILE", type=path, help="write the block diagram (.dot, .svg, .png or .pdf)"
     )
     parser.set_defaults(command=_run)
 

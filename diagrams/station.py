@@ -7,7 +7,7 @@ from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
 from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.scene.plant import add_plant
 from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_checks import check_scenario
+from soft_gripper.diagrams.schema.scenario_checks import check_finger_names, check_scenario
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, name_of
@@ -71,6 +71,7 @@ def add_station(
     check_scenario("scenario", scenario)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
+    check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}

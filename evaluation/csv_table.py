@@ -3,28 +3,42 @@
 import csv
 from collections.abc import Sequence
 from dataclasses import astuple, fields
+from io import StringIO
 from pathlib import Path
 from typing import Any, TypeVar
 
+from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file
+from soft_gripper.reading import read_text
 
 Row = TypeVar("Row")
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
     """Writes rows of one dataclass under the names of its fields."""
-    with atomic_file(path) as partial, partial.open("w", newline="") as file:
+    with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(field.name for field in fields(rows[0]))
         writer.writerows([_text(value) for value in astuple(row)] for row in rows)
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:
-    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, int or float."""
-    with path.open(newline="") as file:
-        records = list(csv.DictReader(file))
+    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, int or float.
+
+    Raises:
+        InputError: if the file is missing, or holds anything else, or no rows.
+    """
     columns = {field.name: field.type for field in fields(row)}  # type: ignore[arg-type]
-    return [row(**{name: kind(record[name]) for name, kind in columns.items()}) for record in records]  # type: ignore
+    try:
+        records = list(csv.DictReader(StringIO(read_text(path))))
+        rows = [row(**{name: kind(record[name]) for name, kind in columns.items()}) for record in records]  # type: ignore
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(path, "file", path.name, f"is no such table as was written: {error!r}") from None
+    if not rows:
+        raise InputError(path, "file", path.name, "holds no rows")
+    return rows
 
 
 def _text(value: object) -> str:

@@ -1,5 +1,8 @@
 """What goes wrong, reported in one line."""
 
+_LONGEST = 200  # characters of a value that a message repeats
+_LONGEST_PART = 800  # of its other parts
+
 
 class InputError(ValueError):
     """Something the user wrote is wrong; its one line says where, which value, and what would do."""
@@ -9,7 +12,8 @@ class InputError(ValueError):
         self.where, self.field, self.value, self.expected = where, field, value, expected
 
     def __str__(self) -> str:
-        return f"{self.where}: {self.field} = {self.value!r}: {self.expected}"
+        where, field, expected = (shortened(str(part)) for part in (self.where, self.field, self.expected))
+        return in_one_line(f"{where}: {field} = {_shown(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
         """The same mistake, seen from the file or option that holds it."""
@@ -18,3 +22,27 @@ class InputError(ValueError):
 
 class SimulationDivergedError(RuntimeError):
     """The simulation left the finite numbers; the message names the time, the state and the likely cause."""
+
+
+def first_line(error: BaseException) -> str:
+    """What an exception says, short enough for a message of one line."""
+    lines = str(error).strip().splitlines()
+    return lines[0] if lines else type(error).__name__
+
+
+def in_one_line(text: str) -> str:
+    """Text without what would break the line or move the cursor of a terminal."""
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
+
+
+def _shown(value: object) -> str:
+    """A value as it is repeated."""
+    try:
+        return shortened(repr(value), _LONGEST)
+    except ValueError:  # Python's own limit
+        return "a number of thousands of digits"
+
+
+def shortened(text: str, longest: int = _LONGEST_PART) -> str:
+    """A text without its middle, if it is long."""
+    return text if len(text) <= longest else f"{text[: longest // 2]} ... {text[-longest // 2 :]}"

@@ -1,36 +1,72 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and where they may be written."""
 
 import os
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from soft_gripper.checksums import write_checksums
 from soft_gripper.errors import InputError
 
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """A name beside `path` to write to; it takes the place of `path` when the block ends without an error."""
-    partial = path.with_name(f".{os.getpid()}-{path.name}")
+    """A name to write to; when the block ends without an error, what was written takes the place of `path`.
+
+    A symlink is followed. What is no regular file, such as a named pipe, stays and is written to.
+    """
+    _require_name(path)
+    target = Path(os.path.realpath(path))
     try:
-        yield partial
-        os.replace(partial, path)
+        with (_written_through if _is_special(target) else _replaced)(target, path.name) as partial:
+            yield partial
     except OSError as error:
         raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
+
+
+@contextmanager
+def _replaced(target: Path, name: str) -> Iterator[Path]:
+    partial = target.with_name(f".{os.getpid()}-{name}")
+    try:
+        yield partial
+        os.replace(partial, target)
     finally:
         with suppress(OSError):
             partial.unlink()
 
 
 @contextmanager
+def _written_through(target: Path, name: str) -> Iterator[Path]:
+    with TemporaryDirectory(prefix="soft-gripper-") as folder:
+        partial = Path(folder) / name
+        yield partial
+        with partial.open("rb") as written, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
+            shutil.copyfileobj(written, file)
+
+
+def _is_special(path: Path) -> bool:
+    """Whether there is something that is no regular file; a folder is not meant."""
+    try:
+        return not stat.S_ISREG(path.stat().st_mode)
+    except FileNotFoundError:
+        return False
+
+
+@contextmanager
 def atomic_folder(folder: Path) -> Iterator[Path]:
-    """A folder beside `folder` to fill; it takes the place of `folder` when the block ends without an error."""
+    """A folder beside `folder` to fill; it takes the place of `folder` when the block ends without an error.
+
+    It then holds the checksums of its files, by which `is_whole` knows it.
+    """
     remove_partial(folder)
     partial = _partial(folder)
     partial.mkdir(parents=True)
     try:
         yield partial
+        write_checksums(partial)
         shutil.rmtree(folder, ignore_errors=True)
         partial.rename(folder)
     finally:
@@ -52,11 +88,40 @@ def writable_folder(path: Path) -> Path:
     Raises:
         InputError: if the folder cannot be made or written to.
     """
+    _try_writing("folder", path, path, "probe")
+    return path
+
+
+def check_file(path: Path) -> None:
+    """Says before any work is done whether a file of this name can be written; makes the folder for it.
+
+    Raises:
+        InputError: if it cannot.
+    """
+    _require_name(path)
     try:
-        path.mkdir(parents=True, exist_ok=True)
-        probe = path / f".{os.getpid()}-probe"
+        target = Path(os.path.realpath(path))
+        special = _is_special(target)
+    except (OSError, ValueError) as error:
+        raise InputError("output", "file", str(path), f"cannot be written: {_reason(error)}") from None
+    if not special:
+        _try_writing("file", path, target.parent, path.name)
+
+
+def _require_name(path: Path) -> None:
+    if not path.name or os.path.isdir(path):
+        raise InputError("output", "file", str(path), "cannot be written: it is a folder; name a file")
+
+
+def _try_writing(field: str, asked: Path, folder: Path, name: str) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".{os.getpid()}-{name}"
         probe.touch()
         probe.unlink()
-    except OSError as error:
-        raise InputError("output", "folder", str(path), f"cannot be written to: {error.strerror}") from None
-    return path
+    except (OSError, ValueError) as error:
+        raise InputError("output", field, str(asked), f"cannot be written to: {_reason(error)}") from None
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)

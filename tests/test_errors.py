@@ -24,3 +24,14 @@ def test_inside_names_the_holder_first_and_keeps_the_rest():
 
 def test_error_crosses_processes():
     assert str(pickle.loads(pickle.dumps(ERROR))) == str(ERROR)
+
+
+def test_long_values_lose_their_middle():
+    for value in ("x" * 50_000, list(range(50_000)), 10**4000, 16**6000):
+        assert len(str(InputError("file", "name", value, "give less"))) < 300
+    assert len(str(InputError("x" * 50_000, "y" * 50_000, 1, "z" * 50_000))) < 3000
+    assert str(InputError("file", "name", "x" * 500 + "end", "give less")).endswith("end': give less")
+
+
+def test_characters_that_steer_a_terminal_are_shown_as_what_they_are():
+    assert str(InputError("a\x1b[2Jb", "c\rd", 0, "e\u202ef")) == "a\\x1b[2Jb: c\\rd = 0: e\\u202ef"

@@ -1,9 +1,15 @@
 """Files are written whole or not at all."""
 
+import os
+import stat
+import subprocess
+import threading
+
 import pytest
 
+from soft_gripper.checksums import is_whole
 from soft_gripper.errors import InputError
-from soft_gripper.files import atomic_file, writable_folder
+from soft_gripper.files import atomic_file, atomic_folder, check_file, writable_folder
 
 
 def test_file_appears_when_the_block_ends(tmp_path):
@@ -60,3 +66,64 @@ def test_folder_in_the_place_of_a_file(tmp_path, inside):
     (tmp_path / "a_file").touch()
     with pytest.raises(InputError, match="cannot be written to"):
         writable_folder(tmp_path / "a_file" / inside)
+
+
+def test_a_pipe_is_written_through(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    read = []
+    reader = threading.Thread(target=lambda: read.append((tmp_path / "pipe").read_bytes()))
+    reader.start()
+    with atomic_file(tmp_path / "pipe") as partial:
+        partial.write_bytes(b"new")
+    reader.join()
+    assert read == [b"new"]
+    assert stat.S_ISFIFO((tmp_path / "pipe").lstat().st_mode)
+    assert list(tmp_path.iterdir()) == [tmp_path / "pipe"]
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_symlink_is_followed(tmp_path, exists):
+    (tmp_path / "folder").mkdir()
+    target, link = tmp_path / "folder" / "target.dat", tmp_path / "link.txt"
+    link.symlink_to(target)
+    if exists:
+        target.write_text("old")
+    with atomic_file(link) as partial:
+        assert partial.suffix == ".txt"
+        partial.write_text("new")
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+    assert list((tmp_path / "folder").iterdir()) == [target]
+
+
+def test_what_cannot_be_a_file(tmp_path):
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "a_file").touch()
+    for name in ("loop", "", ".", "a_file/below", "x" * 300, "a\0b"):
+        with pytest.raises(InputError, match="cannot be written"):
+            check_file(tmp_path / name)
+    with pytest.raises(InputError, match="cannot be written"), atomic_file(tmp_path / "loop") as partial:
+        partial.write_text("new")
+    assert (tmp_path / "loop").is_symlink()
+
+
+def test_what_can_be_a_file_leaves_nothing_but_its_folder(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    check_file(tmp_path / "pipe")
+    check_file(tmp_path / "new" / "a.txt")
+    assert list((tmp_path / "new").iterdir()) == []
+
+
+def test_folder_is_whole_while_nothing_in_it_changes(tmp_path):
+    folder = tmp_path / "a"
+    with atomic_folder(folder) as partial:
+        (partial / "one.txt").write_text("1")
+        (partial / "below").mkdir()
+        (partial / "below" / "two.txt").write_text("2")
+    assert is_whole(folder)
+    assert subprocess.run(["sha256sum", "-c", "SHA256SUMS"], cwd=folder, capture_output=True).returncode == 0
+    (folder / "below" / "two.txt").write_text("")
+    assert not is_whole(folder)
+    (folder / "below" / "two.txt").unlink()
+    assert not is_whole(folder)
+    assert not is_whole(tmp_path / "none")

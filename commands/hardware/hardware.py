@@ -1,13 +1,13 @@
 """soft-gripper hardware: the published experiments on hardware, and whether the model holds on them."""
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
 from soft_gripper.commands.terminal.claims import print_claims
 from soft_gripper.commands.terminal.identify_table import print_identified
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import number_of_jobs
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.evaluation.csv_table import write_csv
@@ -27,21 +27,22 @@ from soft_gripper.evaluation.identify.finger_file import with_finger, write_fing
 from soft_gripper.evaluation.identify.identify import Identified
 from soft_gripper.evaluation.processes import worker_processes
 from soft_gripper.files import writable_folder
+from soft_gripper.folder_claims import claim_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
     parser = subparsers.add_parser("hardware", help="identify and replay the published recordings of hardware")
-    parser.add_argument("--data", metavar="FOLDER", type=Path, help="default: the environment's SOFT_GRIPPER_DATA")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results/hardware"))
+    parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
+    parser.add_argument("--out", metavar="DIR", type=path, default=Path("results/hardware"))
     parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    jobs = whole_number("hardware", "--jobs", options.jobs, 1) if options.jobs is not None else os.cpu_count() or 1
+    jobs = number_of_jobs("hardware", options.jobs)
     recordings = published_recordings(options.data)
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     arm = replay_published(list(recordings[ARM].values()))
     print_replay(arm.replayed, arm.table)
     write_csv(out / f"{ARM}.csv", arm.table)

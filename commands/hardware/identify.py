@@ -2,10 +2,10 @@
 
 import argparse
 import sys
-from pathlib import Path
 
 from soft_gripper.commands.terminal.identify_table import print_identified
-from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.hardware.find_recordings import find_recordings
 from soft_gripper.diagrams.loading.model_files import model_path
@@ -17,7 +17,7 @@ from soft_gripper.evaluation.identify.identify import identify
 from soft_gripper.evaluation.identify.identify_figure import identify_figure
 from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion, measured_motion
 from soft_gripper.evaluation.processes import worker_processes
-from soft_gripper.files import writable_folder
+from soft_gripper.files import check_file
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -30,8 +30,8 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--free", nargs="+", required=True, metavar="KEY", help="what is fitted, such as youngs_modulus"
     )
-    parser.add_argument("--out", required=True, metavar="FILE", type=Path, help="URDF; a table and a figure beside it")
-    parser.add_argument("--data", metavar="FOLDER", type=Path, help="default: the environment's SOFT_GRIPPER_DATA")
+    parser.add_argument("--out", required=True, metavar="FILE", type=path, help="URDF; a table and a figure beside it")
+    parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
     parser.add_argument("--starts", default="1", metavar="N", help="fits of which the best is taken; default: 1")
     parser.add_argument("--seed", default="0", metavar="N", help="of where the further fits begin")
     parser.add_argument("--jobs", default="2", metavar="N", help="processes; default: 2")
@@ -40,14 +40,14 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     jobs, starts = (whole_number("identify", f"--{name}", getattr(options, name), 1) for name in ("jobs", "starts"))
-    seed = whole_number("identify", "--seed", options.seed, 0)
+    seed = whole_number("identify", "--seed", options.seed, 0, MOST_SEED)
     file, out = model_path(options.finger), options.out
     finger = read_finger(file)
     if out.suffix != ".urdf":
         raise InputError("identify", "--out", str(out), "name a .urdf; the table and the figure get its name")
     fitted = _motions(options.file, options)
     tested = _motions(options.test, options) if options.test else []
-    writable_folder(out.parent)
+    check_file(out)
     with worker_processes(jobs) as pool:
         found = identify(finger, options.free, fitted, tested, pool, starts, seed, _report)
     print(file=sys.stderr)

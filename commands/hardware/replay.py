@@ -5,15 +5,16 @@ import logging
 import sys
 from pathlib import Path
 
-from pydrake.geometry import Meshcat
-
+from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.waiting import wait_for_viewer
 from soft_gripper.diagrams.hardware.find_recordings import find_recordings
 from soft_gripper.diagrams.hardware.hardware_recording import HardwareRecording
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.replay.replay_view import show_replays
 from soft_gripper.diagrams.schema.ranges import require
+from soft_gripper.diagrams.view.open_meshcat import open_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import write_csv
@@ -22,9 +23,10 @@ from soft_gripper.evaluation.replay.arm_recording import arm_recording
 from soft_gripper.evaluation.replay.replay_figure import drawn_rows, replay_figure
 from soft_gripper.evaluation.replay.replay_recordings import Replayed, Rows, estimator_rows, replay_recordings
 from soft_gripper.evaluation.replay.replay_table import replay_table
-from soft_gripper.files import writable_folder
+from soft_gripper.files import check_file, writable_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.folder_claims import claim_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -34,10 +36,10 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file")
     parser.add_argument("--fit", nargs="+", metavar="FILE", help="fit to these; default: to all but the one estimated")
     parser.add_argument("--estimator", nargs="+", metavar="NAME", help="default: all")
-    parser.add_argument("--data", metavar="FOLDER", type=Path, help="default: the environment's SOFT_GRIPPER_DATA")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results/replay"))
+    parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
+    parser.add_argument("--out", metavar="DIR", type=path, default=Path("results/replay"))
     parser.add_argument("--meshcat", action="store_true", help="show it in a browser and wait at its end")
-    parser.add_argument("--html", metavar="FILE", type=Path, help="write a 3-D replay that opens offline")
+    parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
     parser.set_defaults(command=_run)
 
 
@@ -52,9 +54,9 @@ def _run(options: argparse.Namespace) -> None:
     assert gravity is not None
     arms = [arm_recording(recording) for recording in recordings]
     rows = estimator_rows(options.estimator, len(arms[0].bodies))
-    out = writable_folder(options.out)
+    out = claim_folder(writable_folder(options.out))
     if options.html is not None:
-        writable_folder(options.html.parent)
+        check_file(options.html)
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
     replayed = replay_recordings(arms, to_fit, rows, finger, gravity)
     written = _write(out, replayed, rows)
@@ -91,10 +93,10 @@ def _write(out: Path, replayed: list[Replayed], rows: Rows) -> list[Path]:
 def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> list[Path]:
     if not options.meshcat:
         logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
-    meshcat = Meshcat()
+    meshcat = open_meshcat()
     show_replays(meshcat, [one.signals for one in replayed], drawn_rows(rows))
     if options.html is not None:
         write_replay(meshcat, options.html)
-    if options.meshcat and sys.stdin.isatty():
-        input("The replay is in Meshcat. Press Enter to end. ")
+    if options.meshcat:
+        wait_for_viewer()
     return [options.html] if options.html is not None else []

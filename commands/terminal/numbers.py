@@ -1,20 +1,26 @@
 """Numbers that options give."""
 
 import math
+import os
 from contextlib import suppress
 
 from soft_gripper.errors import InputError
 
+MOST_SEED = 2**32 - 1
+_MOST_JOBS = 256
+_DIGITS = 10
 
-def whole_number(command: str, option: str, text: str, least: int) -> int:
+
+def whole_number(command: str, option: str, text: str, least: int, most: int = 10_000) -> int:
     """The number that an option gives.
 
     Raises:
-        InputError: unless it is a whole number of at least `least`.
+        InputError: unless it is a whole number from `least` to `most`, by default the most that anybody waits for.
     """
-    if not text.isdecimal() or int(text) < least:
-        raise InputError(command, option, text, f"give a whole number of at least {least}")
-    return int(text)
+    number = int(text) if text.isascii() and text.isdecimal() and len(text) <= _DIGITS else None
+    if number is None or not least <= number <= most:
+        raise InputError(command, option, text, f"give a whole number of at least {least}, {most} at most")
+    return number
 
 
 def number_from_zero(command: str, option: str, text: str) -> float:
@@ -27,3 +33,12 @@ def number_from_zero(command: str, option: str, text: str) -> float:
         if 0 <= (number := float(text)) < math.inf:
             return number
     raise InputError(command, option, text, "give a number of at least 0")
+
+
+def number_of_jobs(command: str, text: str | None) -> int:
+    """The processes that --jobs gives; without it, one a core.
+
+    Raises:
+        InputError: unless it is a whole number that a machine may bear.
+    """
+    return os.cpu_count() or 1 if text is None else whole_number(command, "--jobs", text, 1, _MOST_JOBS)

@@ -1,17 +1,17 @@
 """Descriptions of hardware recordings: finding, reading and checking them."""
 
 import math
+import os
 import re
 from pathlib import Path
-from typing import Any
 
-import yaml
-from pydrake.common.yaml import yaml_dump, yaml_load_data, yaml_load_typed
+from pydrake.common.yaml import yaml_dump, yaml_load_typed
 
 from soft_gripper.diagrams.hardware.recording_schema import PressuresConfig, RecordingConfig
 from soft_gripper.diagrams.hardware.units import LENGTH, PRESSURE, TIME, factor
 from soft_gripper.diagrams.schema.document_check import check_document
 from soft_gripper.diagrams.schema.ranges import positive, require
+from soft_gripper.diagrams.schema.yaml_text import read_yaml
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
 
@@ -33,26 +33,17 @@ def load_description(name_or_path: str | Path) -> RecordingConfig:
     if path.suffix not in (".yaml", ".yml"):
         path = SHIPPED / f"{name_or_path}.yaml"
         known = ", ".join(description_names())
-        require(path.exists(), "recording", "--as", str(name_or_path), f"not shipped; known: {known}; or give a path")
-    document = _read(path)
+        shipped = str(name_or_path) in description_names()
+        require(shipped, "recording", "--as", str(name_or_path), f"not shipped; known: {known}; or give a path")
+    document = read_yaml(path)
     check_document(path, document, RecordingConfig)
     config: RecordingConfig = yaml_load_typed(schema=RecordingConfig, data=yaml_dump(document))
     _check_units(path, config)
     _check_vectors(path, config)
     _check_names(path, config)
     if config.finger is not None and not config.finger.startswith("package://"):
-        config.finger = str((path.parent / config.finger).resolve())
+        config.finger = os.path.realpath(path.parent / config.finger)
     return config
-
-
-def _read(path: Path) -> Any:
-    try:
-        return yaml_load_data(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not a text file"
-        raise InputError(path, "file", path.name, f"cannot be read: {reason}") from None
-    except yaml.YAMLError as error:
-        raise InputError(path, "file", path.name, f"is not YAML: {' '.join(str(error).split())}") from None
 
 
 def _check_units(path: Path, config: RecordingConfig) -> None:

@@ -37,7 +37,7 @@ def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
     places = [Path(file)]
     if folder is not None:
         places += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
-    found = next((place for place in places if place.is_file()), None)
+    found = next((place for place in places if os.path.isfile(place)), None)
     below = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
     require(found is not None, "recording", "FILE", file, f"there is no such file here, {below}")
     assert found is not None
@@ -48,7 +48,7 @@ def _description(path: Path, described_as: str | None) -> RecordingConfig:
     if described_as is not None:
         return load_description(described_as)
     places = path.with_suffix(".yaml"), path.with_name("recording.yaml")
-    found = next((place for place in places if place.is_file()), None)
+    found = next((place for place in places if os.path.isfile(place)), None)
     expected = f"what does it hold? Give --as NAME, or put {places[0].name} or {places[1].name} beside it"
     require(found is not None, path, "description", None, expected)
     assert found is not None

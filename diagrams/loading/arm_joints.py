@@ -4,8 +4,8 @@ import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from soft_gripper.diagrams.loading.xml_numbers import number
 from soft_gripper.errors import InputError
+from soft_gripper.xml_numbers import number
 
 _MOVABLE = ("revolute", "continuous", "prismatic")
 _LIMIT = "<limit lower='...' upper='...' velocity='...' effort='...'/> in rad, rad/s and N m, or m, m/s and N"

@@ -5,12 +5,12 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-import yaml
-from pydrake.common.yaml import yaml_dump, yaml_load_data, yaml_load_typed
+from pydrake.common.yaml import yaml_dump, yaml_load_typed
 
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.schema.calibration import CalibrationConfig, FingerCalibrationConfig
 from soft_gripper.diagrams.schema.document_check import check_document
+from soft_gripper.diagrams.schema.yaml_text import read_yaml
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.calibration import Calibration
 from soft_gripper.files import atomic_file
@@ -59,12 +59,7 @@ def load_calibration(file: str) -> CalibrationConfig:
         InputError: if the file is missing, no calibration, or what is in it cannot be.
     """
     path = model_path(file)
-    try:
-        document = yaml_load_data(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(path, "file", path.name, f"cannot be read: {getattr(error, 'strerror', error)}") from None
-    except yaml.YAMLError as error:
-        raise InputError(path, "file", path.name, f"is not YAML: {' '.join(str(error).split())}") from None
+    document = read_yaml(path)
     check_document(path, document, CalibrationConfig)
     config: CalibrationConfig = yaml_load_typed(schema=CalibrationConfig, data=yaml_dump(document))
     for name, finger in config.fingers.items():

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.loading.xml_numbers import number
+from soft_gripper.xml_numbers import number
 
 _SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
 _THINNEST = 1e-3  # m, spread of the mass along any axis

@@ -22,7 +22,7 @@ def read_scene(path: Path) -> trimesh.Scene:
     Raises:
         InputError: if the file is missing, cannot be read, or holds no faces.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(path, "mesh", path.name, "there is no such file")
     try:
         scene = trimesh.load_scene(path)
@@ -42,7 +42,7 @@ def converted(path: Path) -> Path:
     Raises:
         InputError: if the mesh is missing or cannot be read, or the cache not be written to.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(path, "mesh", path.name, "there is no such file")
     name = _digest(path.read_bytes() + path.suffix.lower().encode() + _CONVERSION.encode())
     kept = cache_folder() / f"{name}.obj"

@@ -2,12 +2,13 @@
 
 import os
 import re
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 
+from soft_gripper.diagrams.loading.package_paths import check_inside
 from soft_gripper.errors import InputError
 from soft_gripper.models import package_map
+from soft_gripper.xml_text import read_xml
 
 
 def is_known_package(name: str) -> bool:
@@ -27,9 +28,10 @@ def mesh_file(name: str, urdf: Path) -> Path:
     """
     uri = re.fullmatch(r"(?:package|model):/+([^/]+)/(.+)", name)
     if uri is None:
-        candidates = [urdf.parent.resolve() / name.removeprefix("file://")]
+        candidates = [Path(os.path.realpath(urdf.parent)) / name.removeprefix("file://")]
     else:
         package, inside = uri.groups()
+        check_inside(urdf, f"package://{package}/{inside}")
         candidates = [root / inside for root in _package_roots(package, urdf)]
         if not candidates:
             expected = (
@@ -38,14 +40,14 @@ def mesh_file(name: str, urdf: Path) -> Path:
             )
             raise InputError(urdf, "mesh", name, expected)
     for candidate in candidates:
-        if candidate.is_file():
+        if os.path.isfile(candidate):
             return candidate
     raise InputError(urdf, "mesh", name, f"there is no file {', nor '.join(map(str, candidates))}")
 
 
 def _package_roots(package: str, urdf: Path) -> Iterator[Path]:
     for folder in _search_path(urdf):
-        if (folder / package).is_dir():
+        if os.path.isdir(folder / package):
             yield folder / package
         if _package_name(folder) == package:
             yield folder
@@ -53,7 +55,7 @@ def _package_roots(package: str, urdf: Path) -> Iterator[Path]:
 
 def _search_path(urdf: Path) -> list[Path]:
     ros, ament = (_folders(variable) for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"))
-    return [*urdf.resolve().parents, *ros, *(folder / "share" for folder in ament)]
+    return [*Path(os.path.realpath(urdf)).parents, *ros, *(folder / "share" for folder in ament)]
 
 
 def _folders(variable: str) -> list[Path]:
@@ -63,6 +65,6 @@ def _folders(variable: str) -> list[Path]:
 def _package_name(folder: Path) -> str | None:
     """What the package.xml of a folder, if it has one, calls the package."""
     try:
-        return (ET.parse(folder / "package.xml").getroot().findtext("name") or "").strip()
-    except (OSError, ET.ParseError):
+        return (read_xml(folder / "package.xml").findtext("name") or "").strip()
+    except InputError:
         return None

@@ -1,15 +1,17 @@
 """Model files into the plant: URDF with <finger>s, whatever else Drake reads, and bare meshes."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.diagrams.loading.arm_file import arm_urdf
+from soft_gripper.diagrams.loading.drake_reading import add_file, add_text, drake_reads
 from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES, mesh_to_sdf
+from soft_gripper.diagrams.loading.package_paths import check_inside
 from soft_gripper.diagrams.schema.scenario import ModelConfig
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
@@ -30,7 +32,7 @@ def load_model(
         InputError: if the file is missing, or neither we nor Drake can read it.
     """
     path = model_path(config.file)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(where, "file", config.file, f"there is no file {path}")
     is_urdf = path.suffix.lower() in (".urdf", ".xacro")
     if config.without and not is_urdf:
@@ -39,22 +41,22 @@ def load_model(
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
     fingers: Sequence[Finger] = ()
-    try:
+    with drake_reads(where, "file", config.file):
         if is_urdf:
             expanded = expand_urdf(path, config.segments, config.name, config.without)
             fingers = expanded.fingers
-            models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path.stem, ".urdf")
+            models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
-            models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path.stem, ".sdf")
+            models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path, ".sdf")
         else:
-            models = parser.AddModels(str(path))
-    except RuntimeError as error:
-        raise InputError(where, "file", config.file, f"Drake cannot read it: {first_line(error)}") from None
+            models = add_file(parser, path)
     if len(models) != 1:
         raise InputError(where, "file", config.file, f"holds {len(models)} models; give a file with one")
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
+    if not plant.GetBodyIndices(models[0]):
+        raise InputError(where, "file", config.file, "holds a model without links")
     return models[0], [PlantFinger(finger, plant, models[0]) for finger in fingers]
 
 
@@ -87,10 +89,8 @@ def add_fingers(
     expanded = expand_urdf(path, segments, model_name=name)
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
-    try:
-        (model,) = add_text(parser, expanded.text, path.stem, ".urdf")
-    except RuntimeError as error:
-        raise InputError(path, "file", path.name, f"Drake cannot read it: {first_line(error)}") from None
+    with drake_reads(path, "file", path.name):
+        (model,) = add_text(parser, expanded.text, path, ".urdf")
     return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
 
 
@@ -118,18 +118,15 @@ def find_fingers(
     return found
 
 
-def add_text(parser: Parser, text: str, stem: str, suffix: str) -> list[ModelInstanceIndex]:
-    """Reads the text of a model from a file of that name, which Drake's messages then give."""
-    with TemporaryDirectory(prefix="soft-gripper-") as folder:
-        path = Path(folder) / f"{stem}.expanded{suffix}"
-        path.write_text(text, encoding="utf-8")
-        return list(parser.AddModels(str(path)))
-
-
 def model_path(file: str) -> Path:
-    """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path."""
+    """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path.
+
+    Raises:
+        InputError: if there is no such package, or the URI leads out of it.
+    """
     if not file.startswith("package://"):
         return Path(file)
+    check_inside("model", file)
     package, _, inside = file.removeprefix("package://").partition("/")
     packages = package_map()
     if package == PACKAGE:
@@ -138,8 +135,3 @@ def model_path(file: str) -> Path:
         known = ", ".join(packages.GetPackageNames())
         raise InputError("model", "file", file, f"no package '{package}'; known: {known}")
     return Path(packages.GetPath(package)) / inside
-
-
-def first_line(error: Exception) -> str:
-    """What an exception says, short enough for a message of one line."""
-    return str(error).strip().splitlines()[0]

@@ -11,7 +11,10 @@ from pydrake.common.schema import Transform
 from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.errors import InputError
 
+_TAG = "_tag"  # key under which Drake keeps a tag of YAML
 _PRIMITIVES = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
+_LEAST, _MOST = 1e-15, 1e15  # of the size of a number that is not 0; beyond, what follows from it leaves the range
+_MOST_WHOLE = 2**32 - 1  # of Drake's seeds
 
 
 def check_document(where: Path, value: Any, schema: Any, field: str = "") -> None:
@@ -27,6 +30,7 @@ def check_document(where: Path, value: Any, schema: Any, field: str = "") -> Non
     elif schema in _PRIMITIVES:
         if not _converts(value, schema):
             raise InputError(where, field, value, f"give {_PRIMITIVES[schema]}")
+        _check_range(where, value, schema, field)
     elif get_origin(schema) is list:
         if not isinstance(value, list):
             raise InputError(where, field, value, "give a list")
@@ -34,6 +38,7 @@ def check_document(where: Path, value: Any, schema: Any, field: str = "") -> Non
             check_document(where, item, get_args(schema)[0], f"{field}[{i}]")
     elif get_origin(schema) is dict:
         for key, item in _mapping(where, value, field).items():
+            require(key != _TAG, where, field, value, "give a mapping without a tag")
             check_document(where, item, get_args(schema)[1], f"{field}.{key}")
     elif fields := _fields(schema):
         for key, item in _mapping(where, value, field).items():
@@ -47,17 +52,32 @@ def check_document(where: Path, value: Any, schema: Any, field: str = "") -> Non
             _check_transform(where, value, field)
 
 
+def _check_range(where: Path, value: Any, schema: type, field: str) -> None:
+    size = abs(float(value)) if schema in (float, int) else 0.0
+    if schema is float:
+        expected = f"give a finite number: 0, or {_LEAST:g} to {_MOST:g} in size"
+        require(size == 0 or _LEAST <= size <= _MOST, where, field, value, expected)
+    require(schema is not int or size <= _MOST_WHOLE, where, field, value, f"give a number up to {_MOST_WHOLE}")
+
+
 def _check_transform(where: Path, value: dict[str, Any], field: str) -> None:
-    translation = value.get("translation", [0, 0, 0])
-    require(_three_numbers(translation), where, f"{field}.translation", translation, "give three numbers, m")
-    rotation = value.get("rotation", {})
-    angles = rotation.get("deg", [0, 0, 0]) if isinstance(rotation, dict) else None
-    finite = isinstance(angles, list) and _three_numbers(angles) and all(math.isfinite(float(a)) for a in angles)
-    require(finite, where, f"{field}.rotation", rotation, "write !Rpy { deg: [roll, pitch, yaw] }")
+    """Poses are known: no random ones, and none in a frame that Drake would leave aside here."""
+    base = value.get("base_frame")
+    require(base is None, where, f"{field}.base_frame", base, "leave it out; `parent` of a model names a frame")
+    _check_three(where, value.get("translation", [0, 0, 0]), f"{field}.translation", "give three numbers, m")
+    rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
+    empty = rotation == {}
+    tagged = isinstance(rotation, dict) and rotation.keys() == {_TAG, "deg"} and rotation[_TAG] == "!Rpy"
+    require(empty or tagged, where, f"{field}.rotation", rotation, expected)
+    if tagged:
+        _check_three(where, rotation["deg"], f"{field}.rotation.deg", expected)
 
 
-def _three_numbers(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
+def _check_three(where: Path, value: Any, field: str, expected: str) -> None:
+    fits = isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
+    require(fits, where, field, value, expected)
+    for i, number in enumerate(value):
+        _check_range(where, number, float, f"{field}[{i}]")
 
 
 def _mapping(where: Path, value: Any, field: str) -> dict[str, Any]:

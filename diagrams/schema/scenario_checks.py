@@ -1,7 +1,7 @@
 """What a scenario must be, field by field, before anything is built from it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,15 +9,17 @@ import numpy as np
 from pydrake.systems.analysis import GetIntegrationSchemes
 
 from soft_gripper.control.pid_controller import PidGains
+from soft_gripper.diagrams.schema.cost_check import check_cost
 from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
 from soft_gripper.diagrams.schema.scenario import MeshConfig, Scenario
 from soft_gripper.diagrams.schema.sensor_presets import pressure_errors, strain_errors
 from soft_gripper.diagrams.schema.task_checks import check_task
 from soft_gripper.errors import InputError
+from soft_gripper.names import NAME_RULE, is_name
 from soft_gripper.sensors.response_curve import ResponseCurve
 
 _ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
-# Names of blocks and of groups of signals.
+# Names of blocks and of groups of signals, which neither a model nor a finger has.
 _TAKEN = (
     *("plant", "scene_graph", "logs", "task", "grip", "grip_control", "true_contact", "object_width"),
     *("minus_true_width", "object_width_error", "estimate_visualizer", "all"),
@@ -41,6 +43,17 @@ def check_scenario(where: Path | str, scenario: Scenario) -> None:
     check_task(where, scenario)
     _check_external(where, scenario)
     _check_solver(where, scenario)
+    check_cost(where, scenario)
+
+
+def check_finger_names(where: Path | str, names: Iterable[str]) -> None:
+    """Looks at the names of the fingers, which the model files give.
+
+    Raises:
+        InputError: if one is the name of a block.
+    """
+    for name in names:
+        require(name not in _TAKEN, where, "finger.name", name, "is the name of a block")
 
 
 def _check_models(where: Path | str, scenario: Scenario) -> None:
@@ -50,7 +63,7 @@ def _check_models(where: Path | str, scenario: Scenario) -> None:
     require(bool(scenario.models), where, "models", [], "give at least one model")
     names = [model.name for model in scenario.models]
     for i, model in enumerate(scenario.models):
-        require(bool(model.name), where, f"models[{i}].name", model.name, "give every model a name")
+        require(is_name(model.name), where, f"models[{i}].name", model.name, NAME_RULE)
         require(model.name not in _TAKEN, where, f"models[{i}].name", model.name, "is the name of a block")
         translation = model.X_PC.translation
         finite = isinstance(translation, np.ndarray) and len(translation) == 3 and bool(np.isfinite(translation).all())

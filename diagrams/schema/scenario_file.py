@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
 
 from soft_gripper.diagrams.schema.document_check import check_document
+from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_checks import check_scenario
+from soft_gripper.diagrams.schema.yaml_text import parse_yaml, read_yaml
 from soft_gripper.errors import InputError
 
 SHIPPED = Path(__file__).parents[1] / "scenarios"
+_DEEPEST = 20  # names in the key of an override
 
 
 def scenario_names() -> list[str]:
@@ -33,7 +35,7 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
         InputError: naming file, field and value, if anything is wrong.
     """
     path = _find(name_or_path)
-    document = _read(path)
+    document = _mapping(path, read_yaml(path))
     for override in overrides:
         _apply(document, override)
     return _checked(path, document)
@@ -41,7 +43,7 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
 
 def parse_scenario(path: Path, text: str) -> Scenario:
     """Reads a scenario from the text that a recording at `path` keeps of it; raises as `load_scenario`."""
-    return _checked(path, yaml_load_data(text))
+    return _checked(path, _mapping(path, parse_yaml(path, text)))
 
 
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
@@ -53,7 +55,7 @@ def _checked(path: Path, document: dict[str, Any]) -> Scenario:
         raise InputError(path, "scenario", path.stem, " ".join(str(error).split())) from None
     check_scenario(path, scenario)
     for part, field in _files(scenario):
-        setattr(part, field, str((path.parent / getattr(part, field)).resolve()))
+        setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
     return scenario
 
 
@@ -90,19 +92,12 @@ def _find(name_or_path: str) -> Path:
     if name_or_path.endswith((".yaml", ".yml")):
         return Path(name_or_path)
     path = SHIPPED / f"{name_or_path}.yaml"
-    if not path.exists():
+    if name_or_path not in scenario_names():
         raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
     return path
 
 
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        document = yaml_load_data(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not a text file"
-        raise InputError(path, "file", path.name, f"cannot be read: {reason}") from None
-    except yaml.YAMLError as error:
-        raise InputError(path, "file", path.name, f"is not YAML: {' '.join(str(error).split())}") from None
+def _mapping(path: Path, document: Any) -> dict[str, Any]:
     if not isinstance(document, dict):
         raise InputError(path, "file", path.name, "holds no mapping of fields to values")
     return document
@@ -114,10 +109,11 @@ def _apply(document: dict[str, Any], override: str) -> None:
     if not equals or not key:
         raise InputError("--set", "argument", override, "write key=value, such as sensor.sections=3")
     try:
-        value = yaml_load_data(f"value: {text}")["value"]
-    except yaml.YAMLError:
-        raise InputError("--set", key, text, "is not YAML") from None
+        value = parse_yaml("--set", f"value: {text}")["value"]
+    except InputError as error:
+        raise InputError("--set", key, text, error.expected) from None
     *parents, last = key.split(".")
+    require(len(parents) < _DEEPEST, "--set", "argument", override, f"give no more than {_DEEPEST} names")
     place: Any = document
     for name in parents:
         place = _step_into(place, name, override)
@@ -142,6 +138,7 @@ def _assign(place: Any, name: str, value: Any, override: str) -> None:
 
 
 def _index(place: list[Any], name: str, override: str) -> int:
-    if not name.isdigit() or int(name) >= len(place):
+    known = map(str, range(len(place)))
+    if name not in known:
         raise InputError("--set", "argument", override, f"'{name}' is none of the entries 0 to {len(place) - 1}")
     return int(name)

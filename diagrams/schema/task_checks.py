@@ -8,6 +8,7 @@ import numpy as np
 
 from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
 from soft_gripper.diagrams.schema.scenario import ArmConfig, PhaseConfig, Scenario, TaskConfig
+from soft_gripper.names import NAME_RULE, is_name
 
 _GOALS = (None, "object", "goal", "home")
 _ENDS = ("opened", "grasped", "released")
@@ -79,7 +80,7 @@ def _check_arm(where: Path | str, arm: ArmConfig, names: Sequence[str]) -> None:
 
 
 def _check_phase(where: Path | str, field: str, phase: PhaseConfig) -> None:
-    require(bool(phase.name), where, f"{field}.name", phase.name, "give every phase a name")
+    require(is_name(phase.name), where, f"{field}.name", phase.name, NAME_RULE)
     require(phase.to in _GOALS, where, f"{field}.to", phase.to, 'give "object", "goal" or "home", or leave it out')
     ended = phase.until is None or phase.until in _ENDS
     require(ended, where, f"{field}.until", phase.until, f"give one of {', '.join(_ENDS)}, or leave it out")

@@ -1,5 +1,7 @@
 """The block diagram of a Drake diagram, as Graphviz text or as a picture."""
 
+import re
+from itertools import groupby
 from pathlib import Path
 
 from pydrake.systems.framework import Diagram
@@ -7,13 +9,21 @@ from pydrake.systems.framework import Diagram
 from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file
 
+_SYSTEM = re.compile(r"\b(s|clusters?|_)(\d+)(?=[a-z:\s])")
 PICTURES = (".svg", ".png", ".pdf")
 
 
 def graphviz(diagram: Diagram, max_depth: int = 1) -> str:
-    """Graphviz (DOT) text; `max_depth` says how many levels of sub-diagrams are opened."""
-    text: str = diagram.GetGraphvizString(max_depth=max_depth)
-    return text
+    """Graphviz (DOT) text; `max_depth` says how many levels of sub-diagrams are opened.
+
+    Drake numbers the systems of a process, and lists wires by their addresses in memory; here the same diagram has the
+    same text in every run: systems are numbered as they come, and wires sorted.
+    """
+    numbers: dict[str, str] = {}
+    drawn: str = diagram.GetGraphvizString(max_depth=max_depth)
+    text = _SYSTEM.sub(lambda found: found[1] + numbers.setdefault(found[2], str(len(numbers))), drawn)
+    blocks = groupby(text.splitlines(), lambda line: " -> " in line)
+    return "\n".join(line for wires, lines in blocks for line in (sorted(lines) if wires else lines)) + "\n"
 
 
 def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None:

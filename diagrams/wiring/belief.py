@@ -1,6 +1,7 @@
 """What the estimators believe of a finger and its sensors, from the simulated ones and what a scenario changes."""
 
 import math
+import os
 from dataclasses import fields, replace
 from typing import Any
 
@@ -54,7 +55,7 @@ def describe_belief(believed: BelievedConfig) -> str:
 
 def _from_file(finger: Finger, file: str) -> Finger:
     path = model_path(file)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError("believed", "file", file, f"there is no file {path}")
     fingers = expand_urdf(path, finger.segments).fingers
     named = [other for other in fingers if other.name == finger.name] or list(fingers)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,5 +68,5 @@ def load_contacts(path: Path | str) -> Contacts:
     try:
         with np.load(path) as file:
             return Contacts(**{field.name: file[field.name] for field in fields(Contacts)})
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise InputError("contacts", "file", str(path), f"give one of `contact-trials`: {error}") from None

@@ -9,6 +9,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.reading import read_text
+from soft_gripper.xml_text import parse_xml
 
 _PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # what may stand before the root element
 _OF_BODY = ("length", "relaxation_time", "shear_factor")
@@ -33,8 +35,8 @@ def with_finger(path: Path, finger: Finger) -> str:
     Raises:
         InputError: if what comes of it is no finger file.
     """
-    text = path.read_text(encoding="utf-8")
-    robot = ET.fromstring(text, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+    text = read_text(path)
+    robot = parse_xml(path, text)
     element = robot.find("finger")
     assert element is not None
     before = read_finger(path)

@@ -3,14 +3,15 @@
 from pathlib import Path
 
 from PIL import Image
-from pydrake.geometry import Meshcat
 
+from soft_gripper.checksums import is_whole
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.view.open_meshcat import open_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
@@ -38,7 +39,7 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
     replay.html.
     """
     scenario = load_scenario(name)
-    meshcat = Meshcat()
+    meshcat = open_meshcat()
     station = make_station(scenario, meshcat)
     _require_equal_sections(station)
     recording = run_station(station, meshcat, progress)
@@ -62,8 +63,7 @@ def _picture(scenario: Scenario, recording: Recording) -> Image.Image:
 
 def is_finished(folder: Path, scenario: Scenario) -> bool:
     """Whether the folder holds a whole run of just this scenario."""
-    file = folder / "scenario.yaml"
-    return file.exists() and file.read_text(encoding="utf-8") == dump_scenario(scenario)
+    return is_whole(folder) and (folder / "scenario.yaml").read_text(encoding="utf-8") == dump_scenario(scenario)
 
 
 def _require_equal_sections(station: Station) -> None:

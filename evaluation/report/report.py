@@ -77,7 +77,7 @@ def _verdict(claims: Sequence[Claim]) -> str:
 
 def _claim(claim: Claim) -> str:
     verdict = '<td class="text holds">holds</td>' if claim.holds else '<td class="text fails">fails</td>'
-    cells = f'<td>{escape(claim.text)}</td><td class="text">{claim.source}</td>{verdict}'
+    cells = f'<td>{escape(claim.text)}</td><td class="text">{escape(claim.source)}</td>{verdict}'
     return f'<tr class="claim">{cells}<td class="text">{escape(claim.number)}</td></tr>'
 
 
@@ -87,12 +87,12 @@ def _difference(row: Difference) -> str:
 
 
 def _scene(folder: Path) -> str:
-    name = folder.name
+    name, heading = escape(folder.name), escape(title(folder.name))
     picture = base64.b64encode((folder / "scene.png").read_bytes()).decode()
     replay = base64.b64encode(gzip.compress((folder / "replay.html").read_bytes(), mtime=0)).decode()
     return (
-        f'<div class="scene"><div class="stage"><img alt="{title(name)}" src="data:image/png;base64,{picture}"></div>'
-        f'<div class="caption"><span><b>{title(name)}</b><br>{escape(load_scenario(name).description)}</span>'
+        f'<div class="scene"><div class="stage"><img alt="{heading}" src="data:image/png;base64,{picture}"></div>'
+        f'<div class="caption"><span><b>{heading}</b><br>{escape(load_scenario(folder.name).description)}</span>'
         f'<button data-replay="replay-{name}">3-D replay</button></div>'
         f'<script type="application/gzip" id="replay-{name}">{replay}</script></div>'
     )

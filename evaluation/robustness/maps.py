@@ -8,6 +8,7 @@ from typing import Any
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.processes import call_in_processes
@@ -31,7 +32,10 @@ def unfinished_cases(out: Path, seeds: int) -> list[Case]:
 
 
 def _has_rows(file: Path, seeds: int) -> bool:
-    return file.exists() and read_csv(file, RobustnessRow)[0].seeds == seeds
+    try:
+        return all(row.seeds == seeds for row in read_csv(file, RobustnessRow))
+    except InputError:
+        return False
 
 
 def run_cases(cases: Sequence[Case], out: Path, seeds: int, jobs: int, advance: Callable[[], Any]) -> None:

@@ -5,8 +5,10 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
+from soft_gripper.checksums import is_whole
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.processes import call_in_processes
@@ -29,11 +31,15 @@ def run_folder(out: Path, run: Run) -> Path:
 
 def unfinished_runs(out: Path, seeds: int) -> list[Run]:
     """Of RUNS, those of which there are no rows of so many seeds."""
-    return [run for run in RUNS if not _has_rows(run_folder(out, run) / TABLE, seeds)]
+    folders = {run: run_folder(out, run) for run in RUNS}
+    return [run for run, folder in folders.items() if not (is_whole(folder) and _has_rows(folder / TABLE, seeds))]
 
 
 def _has_rows(file: Path, seeds: int) -> bool:
-    return file.exists() and read_csv(file, PlantRow)[0].seeds == seeds
+    try:
+        return all(row.seeds == seeds for row in read_csv(file, PlantRow))
+    except InputError:
+        return False
 
 
 def run_plants(runs: Sequence[Run], out: Path, seeds: int, jobs: int, advance: Callable[[], Any]) -> None:

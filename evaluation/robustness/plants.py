@@ -16,6 +16,7 @@ from soft_gripper.files import atomic_file
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.xml_text import read_xml
 
 _CURVATURES = np.linspace(-10, 26, 19)  # 1/m, of the points of the elastic law of rubber
 _AGREE = 8.7  # 1/m, where rubber is as stiff as it is believed to be: 60 degrees of bend in 120 mm
@@ -51,7 +52,7 @@ class Plant:
 
     def write(self, shipped: Path, file: Path) -> None:
         """Writes a shipped file with these fingers in the place of its own."""
-        tree = ET.parse(shipped)
+        tree = ET.ElementTree(read_xml(shipped))
         fingers = {finger.name: finger for finger in expand_urdf(shipped).fingers}
         for element in tree.iter("finger"):
             changes = {"body": {"segments": str(self.segments)}}

@@ -19,6 +19,7 @@ from soft_gripper.fingers.finger_parts import (
     PressureLaw,
     TipLoad,
 )
+from soft_gripper.names import NAME_RULE, is_name
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _MAY_BE_ZERO = (
@@ -27,6 +28,8 @@ _MAY_BE_ZERO = (
 )
 _OF_ANY_SIGN = ("chamber_center", "x", "z")
 _ROUNDING = 1e-9  # m
+_LEAST, _MOST = 1e-9, 1e12  # of the size of a number that is not 0; beyond, what follows from it leaves the range
+_MOST_SEGMENTS = 500
 
 
 @dataclass(frozen=True)
@@ -57,8 +60,10 @@ class Finger:
     tip_load: TipLoad | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.segments, int | np.integer) or self.segments < 1:
-            self._reject("segments", self.segments, "give a whole number of at least 1")
+        if not is_name(self.name):
+            self._reject("name", self.name, NAME_RULE)
+        if not isinstance(self.segments, int | np.integer) or not 1 <= self.segments <= _MOST_SEGMENTS:
+            self._reject("segments", self.segments, f"give a whole number of at least 1, {_MOST_SEGMENTS} at most")
         for label, part in self._parts():
             for name in (of_part.name for of_part in fields(part)):
                 if isinstance(value := getattr(part, name), int | float):
@@ -119,6 +124,8 @@ class Finger:
             least, allowed = "", True
         if not np.isfinite(value) or not allowed:
             self._reject(field, value, f"give a finite number {least}".strip())
+        if value != 0 and not _LEAST <= abs(value) <= _MOST:
+            self._reject(field, value, f"give a number of {_LEAST:g} to {_MOST:g} in size")
 
     def _reject(self, field: str, value: object, expected: str) -> None:
         raise InputError(f"finger '{self.name}'", field, value, expected)

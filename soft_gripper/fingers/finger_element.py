@@ -33,7 +33,6 @@ For the frame beside the fingers see `urdf`.
 """
 
 import difflib
-import math
 import xml.etree.ElementTree as ET
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
@@ -43,6 +42,7 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
 from soft_gripper.fingers.materials import SILICONES
+from soft_gripper.xml_numbers import finite_numbers, read_numbers
 
 _CHILDREN = {
     "parent": ["link"],
@@ -109,22 +109,15 @@ class _Reader:
 
     def number(self, tag: str, attribute: str, kind: type = float) -> Any:
         value = self.text(tag, attribute)
-        try:
-            return kind(value)
-        except ValueError:
-            expected = "give a whole number" if kind is int else "give a number"
-            raise InputError(self.where, f"{tag}.{attribute}", value, expected) from None
+        (number,) = read_numbers(self.where, f"{tag}.{attribute}", value, 1)
+        if kind is int and not number.is_integer():
+            raise InputError(self.where, f"{tag}.{attribute}", value, "give a whole number")
+        return kind(number)
 
     def vector(self, tag: str, attribute: str) -> tuple[float, ...]:
         child = self.element.find(tag)
         value = "0 0 0" if child is None else child.get(attribute, "0 0 0")
-        try:
-            x, y, z = (float(v) for v in value.split())
-        except ValueError:
-            x = y = z = math.nan
-        if not math.isfinite(x + y + z):
-            raise InputError(self.where, f"{tag}.{attribute}", value, "give three finite numbers")
-        return (x, y, z)
+        return finite_numbers(self.where, f"{tag}.{attribute}", value, 3)
 
     def record(self, tag: str, cls: type, **known: float) -> Any:
         """A dataclass whose fields are the attributes of <tag>; those with a default may be left out."""
@@ -151,11 +144,7 @@ class _Reader:
         return section
 
     def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
-        value = self.text(tag, attribute)
-        try:
-            return tuple(float(number) for number in value.split())
-        except ValueError:
-            raise InputError(self.where, f"{tag}.{attribute}", value, "give numbers") from None
+        return finite_numbers(self.where, f"{tag}.{attribute}", self.text(tag, attribute))
 
     def elastic_law(self, segment_length: float) -> ElasticLaw | None:
         if self.element.find("elastic_law") is None:

@@ -8,6 +8,7 @@ its <finger>s a file has an element that makes Drake refuse it, with a message t
 Drake wants every <frame> to name a link. Expanding takes it out.
 """
 
+import os
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.remove_links import remove_links
+from soft_gripper.xml_text import read_xml
 
 GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
 
@@ -73,14 +75,7 @@ def expand_urdf(
 
 
 def _read_robot(path: Path) -> ET.Element:
-    try:
-        parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
-        robot = ET.fromstring(path.read_text(encoding="utf-8"), parser)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not a text file"
-        raise InputError(path, "file", path.name, f"cannot be read: {reason}") from None
-    except ET.ParseError as error:
-        raise InputError(path, "file", path.name, f"is not well-formed XML: {error}") from None
+    robot = read_xml(path)
     if robot.tag != "robot" or not robot.get("name"):
         raise InputError(path, "root element", robot.tag, "a URDF begins with <robot name='...'>")
     return robot
@@ -109,4 +104,4 @@ def _check_links(path: Path, robot: ET.Element, elements: list[FingerElement]) -
 
 def _absolute(path: Path, filename: str) -> str:
     is_uri = "://" in filename
-    return filename if is_uri else f"file://{(path.parent / filename).resolve()}"
+    return filename if is_uri else f"file://{os.path.realpath(path.parent / filename)}"

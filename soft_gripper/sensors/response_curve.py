@@ -10,6 +10,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
+_LEAST_STEP = 1e-9  # between points; smaller ones are lost in rounding
 LINEAR = ((1.0, 0.0), (2.0, 1.0))
 
 
@@ -20,7 +21,7 @@ class ResponseCurve:
     The default is the linear response: the reading is the engineering strain, extension ratio - 1.
 
     Raises:
-        InputError: unless there are two finite points at least, both columns strictly increasing.
+        InputError: unless there are two finite points at least, both columns strictly increasing, by 1e-9 at least.
     """
 
     points: Sequence[Sequence[float]] = LINEAR
@@ -31,7 +32,7 @@ class ResponseCurve:
         except ValueError:
             columns = np.empty((0, 2))
         pairs = columns.shape[1:] == (2,) and len(columns) >= 2
-        if not pairs or not np.isfinite(columns).all() or not np.all(np.diff(columns, axis=0) > 0):
+        if not pairs or not np.isfinite(columns).all() or not np.all(np.diff(columns, axis=0) >= _LEAST_STEP):
             expected = "give at least two finite [extension ratio, reading] pairs, both strictly increasing"
             raise InputError("sensor", "response", self.points, expected)
 

@@ -24,6 +24,7 @@ from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summ
 from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
 from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.report.report import Evaluation
+from soft_gripper.files import atomic_folder
 
 SECTIONS = (1, 2, 3, 4)
 OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}
@@ -240,9 +241,9 @@ def test_interrupt_says_what_is_missing_and_how_to_go_on(started: list[str], tmp
 def test_resume_runs_what_is_missing_or_was_another_scenario(started: list[str], tmp_path: Path) -> None:
     missing, changed, *finished = RUNS
     for name in (changed, *finished):
-        (tmp_path / name).mkdir()
         scenario = load_scenario(name, ["pressure.settle=9"] if name == changed else [])
-        (tmp_path / name / "scenario.yaml").write_text(dump_scenario(scenario))
+        with atomic_folder(tmp_path / name) as partial:
+            (partial / "scenario.yaml").write_text(dump_scenario(scenario))
     soft_gripper("evaluate", "--out", tmp_path, "--resume")
     assert set(started) == {missing, changed}
 

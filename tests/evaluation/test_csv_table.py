@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.paper.force_table import ForceRow
 from soft_gripper.evaluation.paper.pose_table import PoseRow
@@ -46,6 +47,15 @@ def test_columns_have_the_names_of_the_fields(tmp_path):
 def test_numbers_have_six_decimals_and_no_negative_zero(tmp_path, value, text):
     write_csv(tmp_path / "table.csv", [Number(value)])
     assert (tmp_path / "table.csv").read_text() == f"value\n{text}\n"
+
+
+@pytest.mark.parametrize("text", [None, "", "value\n", "value\nx\n", "other\n1\n", "value\n1\n\udcff"], ids=str)
+def test_what_is_no_table_is_named(tmp_path, text):
+    path = tmp_path / "table.csv"
+    if text is not None:
+        path.write_text(text, encoding="utf-8", errors="surrogateescape")
+    with pytest.raises(InputError, match=r"table\.csv: file = 'table.csv': (is no such|holds no rows|cannot be read)"):
+        read_csv(path, Number)
 
 
 def test_a_table_that_fails_leaves_the_old_one(tmp_path):

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from soft_gripper.checksums import SUMS
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.csv_table import read_csv
@@ -89,6 +90,7 @@ def test_the_figure_shows_every_regime_with_its_own_gains(folder: Path, rows: li
 def test_a_run_leaves_a_whole_folder(folder: Path) -> None:
     assert is_finished(folder, load_scenario(NAME))
     assert {path.name for path in folder.iterdir()} == {
+        SUMS,
         "scenario.yaml",
         "regimes.csv",
         *(f"regime_{i}.nc" for i in range(len(REGIMES))),

@@ -215,7 +215,7 @@ def test_missing_attribute(tag, attribute):
         ('name="left"', "", "finger.name = None: give every <finger> a name"),
         ('name="left"', 'name="left" segments="6"', "finger 'left': attribute = 'segments': not known here"),
         ('"0.014"', '"-0.014"', "finger 'left': sensors.spacing = -0.014: give a finite number above 0"),
-        ('"0.015"', '"nan"', "finger 'left': tip.thickness = nan: give a finite number above 0"),
+        ('"0.015"', '"nan"', "finger 'left': tip.thickness = 'nan': give a number"),
         ('"6"', '"0"', "finger 'left': body.segments = 0: give a whole number of at least 1"),
     ],
 )

@@ -107,7 +107,8 @@ def test_a_missing_file_is_reported_with_its_path(plant):
     [
         ("two.sdf", WORLD.format(MODEL.format("a") + MODEL.format("b")), "holds 2 models; give a file with one"),
         ("none.sdf", WORLD.format(""), "holds 0 models; give a file with one"),
-        ("broken.sdf", "<sdf", "Drake cannot read it: "),
+        ("joint.sdf", WORLD.format("<joint/>"), "Drake cannot read it: "),
+        ("bare.urdf", "<robot name='r'/>", "holds a model without links"),
         ("text.txt", "words", "Drake cannot read it: "),
         ("joint.urdf", "<robot name='r'><joint name='j' type='fixed'/></robot>", "Drake cannot read it: "),
     ],

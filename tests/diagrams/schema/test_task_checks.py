@@ -19,7 +19,7 @@ UNKNOWN_KEYS_AND_TYPES = [
     ("task.phases.1.straight=1", r"task.phases\[1\].straight = 1: give true or false"),
     ("task.phases.1.to=[object]", r"task.phases\[1\].to = \['object'\]: give text"),
     ("task.X_OG.translation=[0, 1]", r"task.X_OG.translation = \[0, 1\]: give three numbers"),
-    ("task.X_WGoal.rotation=!Rpy {deg: [up]}", r"task.X_WGoal.rotation = .*: write !Rpy"),
+    ("task.X_WGoal.rotation=!Rpy {deg: [up]}", r"task.X_WGoal.rotation.deg = .*: write !Rpy"),
     ("task.pose_error.z=0.1", "task.pose_error.z = 0.1: no such key; known: x, y, yaw"),
     ("task.pose_error.x=near", "task.pose_error.x = 'near': give a number"),
     ("control.torque_gains=3", "control.torque_gains = 3: give a mapping"),

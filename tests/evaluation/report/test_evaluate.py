@@ -38,6 +38,7 @@ from soft_gripper.evaluation.report.evaluate import (
     summarize,
     unfinished,
 )
+from soft_gripper.files import atomic_folder
 from soft_gripper.manipulation.task_phases import Outcome
 
 COMMAND = [*LISTENING, "evaluate"]
@@ -45,13 +46,24 @@ COMMAND = [*LISTENING, "evaluate"]
 
 def test_unfinished_are_those_without_a_whole_folder_of_the_same_scenario(tmp_path):
     assert unfinished(tmp_path) == list(RUNS)
-    for name in RUNS[:3]:
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "scenario.yaml").write_text(dump_scenario(load_scenario(name)))
-    assert unfinished(tmp_path) == list(RUNS[3:])
-    with (tmp_path / RUNS[1] / "scenario.yaml").open("a") as file:
-        file.write("gravity: [0, 0, 0]\n")
+    for name, gravity in ((RUNS[0], "[0, 0, -9.81]"), (RUNS[1], "[0, 0, 0]"), (RUNS[2], "[0, 0, -9.81]")):
+        with atomic_folder(tmp_path / name) as partial:
+            (partial / "scenario.yaml").write_text(dump_scenario(load_scenario(name, [f"gravity={gravity}"])))
     assert unfinished(tmp_path) == [RUNS[1], *RUNS[3:]]
+
+
+@pytest.mark.parametrize("harm", ["missing", "truncated", "emptied", "other"])
+def test_a_run_whose_results_were_harmed_is_unfinished(tmp_path, harm):
+    with atomic_folder(tmp_path / FREE) as partial:
+        (partial / "scenario.yaml").write_text(dump_scenario(load_scenario(FREE)))
+        (partial / "metrics.csv").write_text("a,b\n1,2\n")
+    assert FREE not in unfinished(tmp_path)
+    results = tmp_path / FREE / "metrics.csv"
+    if harm == "missing":
+        results.unlink()
+    else:
+        results.write_text({"truncated": "a,b\n1", "emptied": "", "other": "a,b\n1,3\n"}[harm])
+    assert unfinished(tmp_path) == list(RUNS)
 
 
 def test_one_scenario_that_fails_stops_no_other(short, tmp_path, monkeypatch):

@@ -2,10 +2,13 @@
 
 import base64
 import re
+from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import pytest
 
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.differences import Difference
@@ -50,6 +53,27 @@ def rows_of(page: str, kind: str = "<tr") -> list[list[str]]:
     """Cells of the rows of its tables, without what is inside the tags."""
     found = re.findall(rf"{kind}[^>]*>(.*?)</tr>", page, flags=re.DOTALL)
     return [re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, flags=re.DOTALL) for row in found]
+
+
+def test_names_and_descriptions_are_text_and_no_html(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever a scenario calls itself: it runs no script and loads no picture of a stranger's."""
+    hostile = "\"'><script>alert(1)</script><img src=x onerror=alert(2)>&"
+    scenario = replace(load_scenario("free_bending"), description=hostile)
+    monkeypatch.setattr("soft_gripper.evaluation.report.report.load_scenario", lambda name: scenario)
+    scripts = page_of(tmp_path, [HOLDS]).count("<script")
+    name = hostile.replace("/", "-")  # which no folder's name has
+    (tmp_path / "free_bending").rename(tmp_path / name)
+    poses = [replace(row, scenario=name, finger=hostile, estimator=hostile) for row in POSES]
+    contacts = [replace(row, scenario=name, finger=hostile) for row in CONTACTS]
+    differences = [Difference(hostile, hostile, hostile, hostile)]
+    claims = [Claim(hostile, hostile, False, hostile)]
+    phases = [replace(PHASES[0], phase=hostile)]
+    found = Evaluation(poses, [], claims, contacts, differences, [replace(REGIMES[0], regime=hostile)], phases, hostile)
+    write_report(tmp_path, [name], found, CAPTIONS, tmp_path / "phases.png")
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<script") == scripts
+    assert "onerror=alert(2)>" not in page
+    assert escape(hostile) in page
 
 
 def test_a_claim_is_reported_as_it_is(tmp_path: Path) -> None:

@@ -18,6 +18,8 @@ def test_cases_without_rows_of_as_many_seeds_are_unfinished(tmp_path) -> None:
     assert unfinished_cases(tmp_path, 20) == list(CASES)
     write(tmp_path, CASES[0])
     write(tmp_path, CASES[1], seeds=5)
+    write(tmp_path, CASES[2])
+    case_file(tmp_path, CASES[2]).write_text("")
     assert unfinished_cases(tmp_path, 20) == list(CASES[1:])
 
 

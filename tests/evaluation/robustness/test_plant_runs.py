@@ -2,6 +2,7 @@
 
 import pytest
 
+from soft_gripper.checksums import SUMS
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.robustness import plant_runs
 from soft_gripper.evaluation.robustness.plant_runs import (
@@ -14,6 +15,7 @@ from soft_gripper.evaluation.robustness.plant_runs import (
 )
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.plants import RUBBER
+from soft_gripper.files import atomic_folder
 
 
 def row(run, seeds=20) -> PlantRow:
@@ -23,11 +25,13 @@ def row(run, seeds=20) -> PlantRow:
 def test_runs_without_rows_of_as_many_seeds_are_unfinished_and_all_are_gathered(tmp_path) -> None:
     assert unfinished_runs(tmp_path, 20) == list(RUNS)
     for run in RUNS:
-        run_folder(tmp_path, run).mkdir(parents=True)
-        write_csv(run_folder(tmp_path, run) / TABLE, [row(run)])
+        with atomic_folder(run_folder(tmp_path, run)) as partial:
+            write_csv(partial / TABLE, [row(run)])
     assert unfinished_runs(tmp_path, 20) == []
     assert unfinished_runs(tmp_path, 5) == list(RUNS)
     assert gather_plants(tmp_path) == [row(run) for run in RUNS]
+    (run_folder(tmp_path, RUNS[0]) / TABLE).write_text("")
+    assert unfinished_runs(tmp_path, 20) == [RUNS[0]]
 
 
 @pytest.fixture
@@ -41,7 +45,7 @@ def test_a_run_leaves_models_recording_and_rows(quick, tmp_path, monkeypatch) ->
     monkeypatch.setattr(plant_runs, "plant_table", lambda plant, name, fingers, seeds: [row((plant.name, name), seeds)])
     run_plant(RUBBER.name, "box_grasp", tmp_path, 3)
     folder = run_folder(tmp_path, (RUBBER.name, "box_grasp"))
-    assert {path.name for path in folder.iterdir()} == {"two_finger.urdf", "recording.nc", TABLE}
+    assert {path.name for path in folder.iterdir()} == {"two_finger.urdf", "recording.nc", TABLE, SUMS}
     assert read_csv(folder / TABLE, PlantRow) == [row((RUBBER.name, "box_grasp"), 3)]
 
 

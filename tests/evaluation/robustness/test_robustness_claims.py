@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from math import nan
 
 import pytest
 
@@ -50,6 +51,10 @@ def test_all_hold_within_the_bars() -> None:
         ({"coverage": 0.89}, "gaussian", 2, [2]),
         ({"coverage": 0.995}, "gaussian", 2, [2]),
         ({"mean_mm": 9.0, "p95_mm": 9.0, "coverage": 0.1}, "gaussian", 3, []),
+        ({"mean_mm": nan}, "gaussian", 2, [0, 1]),
+        ({"p95_mm": nan}, "gaussian", 2, [0]),
+        ({"mean_mm": nan}, "arcs", 4, [1]),
+        ({"coverage": nan}, "gaussian", 2, [2]),
     ],
 )
 def test_a_scenario_and_belief_alone_break_it(change, estimator, sections, fails) -> None:
@@ -68,6 +73,14 @@ def test_plants_that_are_known_keep_the_bars_of_the_shipped_finger_half_as_high_
     assert text.startswith("tapered: gaussian, 2 sensors a side: within 0.75 mm")
     rubber = changed(PLANT_ROWS, {"mean_mm": 99.0}, plant="rubber")
     assert failing(ROWS, rubber) == []
+
+
+@pytest.mark.parametrize("column", ["mean_mm", "tip_mm"])
+@pytest.mark.parametrize("sections", [1, 2, 3, 4])
+def test_nan_of_a_plant_fails(column, sections) -> None:
+    hidden = changed(PLANT_ROWS, {column: nan}, plant="tapered", scenario="irregular_grasp", sections=sections)
+    (broken,) = failing(ROWS, hidden)
+    assert robustness_claims(ROWS, hidden)[broken].text.startswith("tapered")
 
 
 def test_realistic_rows_are_those_of_the_preset() -> None:

@@ -1,0 +1,52 @@
+"""What libraries complain of on the way, as lines of our own."""
+
+import logging
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from soft_gripper.diagrams.loading.drake_reading import of_drake
+from soft_gripper.errors import in_one_line
+
+_MOST = 5  # notes of a command
+_DRAKE = "drake"  # of which a command may ask for more than warnings
+
+
+class _Notes(logging.Handler):
+    """Prints each message once, in one line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._seen: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.name == _DRAKE or record.levelno >= logging.WARNING:
+            self.note(of_drake(record.getMessage()))
+
+    def note(self, message: str) -> None:
+        text = in_one_line(" ".join(message.split()))
+        if text in self._seen or len(self._seen) > _MOST:
+            return
+        self._seen.add(text)
+        print(f"note: {text}" if len(self._seen) <= _MOST else "note: ... and more", file=sys.stderr)
+
+
+@contextmanager
+def notes() -> Iterator[None]:
+    """Makes notes of what libraries log and of Python's warnings, of which numbers out of range are the most."""
+    root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _Notes()
+
+    def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
+        handler.note(f"numbers out of range: {message}" if issubclass(category, RuntimeWarning) else str(message))
+
+    before = root.handlers, drake.handlers, drake.level
+    root.handlers, drake.handlers = [handler], []
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = show  # type: ignore[assignment]
+            yield
+    finally:
+        root.handlers, drake.handlers = before[:2]
+        drake.setLevel(before[2])

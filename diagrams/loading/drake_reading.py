@@ -1,0 +1,68 @@
+"""Models read by Drake: what it would not survive is looked at before, and what it complains of becomes one line."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from soft_gripper.diagrams.loading.model_numbers import check_numbers
+from soft_gripper.diagrams.loading.package_paths import check_uris
+from soft_gripper.errors import InputError, first_line
+from soft_gripper.reading import read_text
+from soft_gripper.xml_text import parse_xml
+
+_PREFIX, _MARK = "soft-gripper-", ".expanded"
+_OWN_FOLDER = re.compile(rf"/\S*/{_PREFIX}[^/\s]+/([^/\s]+){re.escape(_MARK)}")
+_XML = (".urdf", ".sdf", ".world", ".xml")
+
+
+@contextmanager
+def drake_reads(where: object, field: str, value: object) -> Iterator[None]:
+    """Makes an InputError of what Drake raises; one of its conditions that fails arrives as SystemExit."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (RuntimeError, ValueError, IndexError, SystemExit) as error:
+        if isinstance(error, SystemExit) and not isinstance(error.code, str):
+            raise
+        raise InputError(where, field, value, f"Drake cannot read it: {of_drake(first_line(error))}") from None
+
+
+def of_drake(message: str) -> str:
+    """A message of Drake's, in which our temporary files have the names of those that they come from."""
+    return _OWN_FOLDER.sub(r"\1", message)
+
+
+def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
+    """Reads the models of a file as it is.
+
+    Raises:
+        InputError: if it is XML, and no such that Drake would survive.
+    """
+    if path.suffix.lower() in _XML:
+        _check(path, read_text(path))
+    return list(parser.AddModels(str(path)))
+
+
+def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelInstanceIndex]:
+    """Reads the text of a model that comes of `path`, from a file of that name, which Drake's messages then give.
+
+    Raises:
+        InputError: if Drake would not survive it.
+    """
+    _check(path, text)
+    with TemporaryDirectory(prefix=_PREFIX) as folder:
+        expanded = Path(folder) / f"{path.stem}{_MARK}{suffix}"
+        expanded.write_text(text, encoding="utf-8")
+        return list(parser.AddModels(str(expanded)))
+
+
+def _check(path: Path, text: str) -> None:
+    root = parse_xml(path, text)
+    check_numbers(path, root)
+    check_uris(path, root)

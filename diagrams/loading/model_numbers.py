@@ -1,0 +1,97 @@
+"""The numbers of URDF and SDFormat files, looked at before Drake reads them: some of its checks end the process."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_links import DRAKE
+from soft_gripper.xml_numbers import finite_numbers
+
+_SMALLEST, _LARGEST = 1e-6, 1e6  # m, of a shape
+_NAMED = ("link", "joint", "model")
+_Found = Iterator[tuple[str, str, tuple[int, ...]]]  # field, text, how many numbers it may hold
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+# How many numbers: of an attribute in URDF, by element and attribute, and of the text of an element in SDFormat.
+_ATTRIBUTES: dict[str, dict[str, tuple[int, ...]]] = {
+    "origin": {"xyz": (3,), "rpy": (3,)},
+    "axis": {"xyz": (3,)},
+    "box": {"size": (3,)},
+    "sphere": {"radius": (1,)},
+    "cylinder": {"radius": (1,), "length": (1,)},
+    "capsule": {"radius": (1,), "length": (1,)},
+    "ellipsoid": {"a": (1,), "b": (1,), "c": (1,)},
+    "mesh": {"scale": (1, 3)},
+    "mass": {"value": (1,)},
+    "inertia": dict.fromkeys(_INERTIA, (1,)),
+    "limit": dict.fromkeys(("lower", "upper", "velocity", "effort", "acceleration"), (1,)),
+    "dynamics": {"damping": (1,), "friction": (1,)},
+    "mimic": {"multiplier": (1,), "offset": (1,)},
+    "color": {"rgba": (4,)},
+}
+_TEXTS: dict[str, tuple[int, ...]] = {
+    "pose": (0, 6, 7),
+    "size": (2, 3),
+    "scale": (1, 3),
+    "radii": (3,),
+    "xyz": (3,),
+    "normal": (3,),
+    **dict.fromkeys(("diffuse", "ambient", "specular", "emissive"), (3, 4)),
+    **dict.fromkeys((*_INERTIA, "radius", "length", "mass", "lower", "upper", "velocity", "effort"), (1,)),
+    **dict.fromkeys(("damping", "mu", "mu2", "spring_stiffness", "spring_reference"), (1,)),
+}
+_DRAKE_IN_SDF = "{drake.mit.edu}"
+_OF_DRAKE = (
+    *("mu_static", "mu_dynamic", "hydroelastic_modulus", "hunt_crossley_dissipation", "mesh_resolution_hint"),
+    *("point_contact_stiffness", "relaxation_time", "rotor_inertia", "gear_ratio", "acceleration"),
+)
+_SIZES = {
+    f"{shape}.{name}" for shape in ("box", "sphere", "cylinder", "capsule", "ellipsoid") for name in _ATTRIBUTES[shape]
+}
+_SIZES |= {"size", "radius", "length", "radii"}
+_NOT_ZERO = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
+
+
+def check_numbers(where: Path | str, root: ET.Element) -> None:
+    """Looks at all numbers of a URDF or SDFormat file, from its root element.
+
+    Raises:
+        InputError: for the first that is none, not finite, too many or too few, or that no shape or axis can have.
+    """
+    _check_inside(where, root, _of_sdf if root.tag == "sdf" else _of_urdf)
+
+
+def _check_inside(where: Path | str, element: ET.Element, numbers: Callable[[ET.Element], _Found]) -> None:
+    for child in element:
+        if isinstance(child.tag, str):  # not a comment
+            inside = f"{where}: {child.tag} '{child.get('name')}'" if child.tag in _NAMED else where
+            for field, text, counts in (*numbers(child), *_of_drake(child)):
+                _check(inside, field, text, counts)
+            _check_inside(inside, child, numbers)
+
+
+def _of_urdf(element: ET.Element) -> _Found:
+    for name, counts in _ATTRIBUTES.get(element.tag, {}).items():
+        if (text := element.get(name)) is not None:
+            yield f"{element.tag}.{name}", text, counts
+
+
+def _of_sdf(element: ET.Element) -> _Found:
+    if element.tag in _TEXTS and len(element) == 0:
+        yield element.tag, element.text or "", _TEXTS[element.tag]
+
+
+def _of_drake(element: ET.Element) -> _Found:
+    name = element.tag.rpartition("}")[2]
+    if element.tag in (DRAKE + name, _DRAKE_IN_SDF + name) and name in _OF_DRAKE:
+        yield f"drake:{name}", element.get("value", element.text or ""), (1,)
+
+
+def _check(where: Path | str, field: str, text: str, counts: tuple[int, ...]) -> None:
+    numbers = finite_numbers(where, field, text, *counts)
+    if field in _SIZES and not all(_SMALLEST <= number <= _LARGEST for number in numbers):
+        raise InputError(where, field, text, f"give sizes from {_SMALLEST:g} to {_LARGEST:g} m")
+    if field in _NOT_ZERO and not any(numbers):
+        raise InputError(where, field, text, "give numbers of which one at least is not 0")
+    if field in ("mass", "mass.value") and numbers[0] < 0:
+        raise InputError(where, field, text, "give a mass of at least 0, kg")

@@ -1,0 +1,27 @@
+"""Checksums of the files in a folder, in the form of sha256sum: whether results are all there, and as they were."""
+
+import hashlib
+from pathlib import Path
+
+SUMS = "SHA256SUMS"
+
+
+def write_checksums(folder: Path) -> None:
+    """Writes the checksums of all files below a folder; `sha256sum -c SHA256SUMS` checks them too."""
+    (folder / SUMS).write_text(_checksums(folder), encoding="utf-8")
+
+
+def is_whole(folder: Path) -> bool:
+    """Whether all files are in a folder that `write_checksums` saw there, and none has changed."""
+    try:
+        return (folder / SUMS).read_text(encoding="utf-8") == _checksums(folder)
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _checksums(folder: Path) -> str:
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != SUMS)
+    sums = (hashlib.sha256(path.read_bytes()).hexdigest() for path in files)
+    return "".join(
+        f"{digest}  {path.relative_to(folder).as_posix()}\n" for digest, path in zip(sums, files, strict=True)
+    )

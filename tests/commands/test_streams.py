@@ -1,0 +1,98 @@
+"""Where the output goes, and what comes in: none of it ends in a traceback."""
+
+import errno
+import io
+import logging
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import pytest
+from command_line import soft_gripper
+
+from soft_gripper.commands import main
+from soft_gripper.commands.terminal.notes import notes
+from soft_gripper.commands.terminal.waiting import wait_for_viewer
+
+COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())"]
+
+
+class Full(io.StringIO):
+    """A stream onto a disk that is full."""
+
+    def write(self, text: str) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_output_onto_a_full_disk(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "stdout", Full())
+    assert main(["show", "free_bending"]) == 2
+    assert capsys.readouterr().err == "soft-gripper: output: No space left on device\n"
+
+
+def test_a_reader_that_is_gone(tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        found = subprocess.run([*COMMAND, "show", "free_bending"], stdout=writing, stderr=subprocess.PIPE, check=False)
+    finally:
+        os.close(writing)
+    assert (found.returncode, found.stderr) == (141, b"")
+
+
+@pytest.mark.parametrize("stdin", [None, io.StringIO("")])
+def test_no_terminal_to_wait_at(stdin: io.StringIO | None, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "stdin", stdin)
+    wait_for_viewer()
+    assert "no terminal" in capsys.readouterr().out
+
+
+def test_the_end_of_input_ends_waiting(monkeypatch, capsys) -> None:
+    class AtEnd(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(sys, "stdin", AtEnd(""))
+    wait_for_viewer()
+    assert "Press Enter" in capsys.readouterr().out
+
+
+def test_complaints_of_libraries_become_notes(capsys) -> None:
+    drake = logging.getLogger("drake")
+    before = logging.getLogger().handlers[:], drake.handlers[:], drake.level
+    with notes():
+        for _ in range(2):
+            drake.warning("/tmp/soft-gripper-x/o.expanded.urdf:4: warning: a\n   b")
+        warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
+        logging.getLogger("trimesh").info("something")
+        for i in range(10):
+            drake.warning("more %d", i)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[:2] == [
+        "note: o.urdf:4: warning: a b",
+        "note: numbers out of range: overflow encountered in multiply",
+    ]
+    assert lines[2:] == ["note: more 0", "note: more 1", "note: more 2", "note: ... and more"]
+    assert before == (logging.getLogger().handlers, drake.handlers, drake.level)
+
+
+def test_a_condition_of_drake_that_fails_is_a_mistake_of_the_input(monkeypatch, capsys) -> None:
+    def end(*_: object) -> None:
+        raise SystemExit("Failure at x.cc:1 in F(): condition 'a > 0' failed.")
+
+    monkeypatch.setattr("soft_gripper.commands.options.make_station", end)
+    outcome = soft_gripper("show", "free_bending")
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+    assert outcome.err.startswith("soft-gripper: Drake cannot go on: Failure at")
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EIO, "broken", "a.txt"), MemoryError()])
+def test_what_the_machine_does_not_bear(error: Exception, monkeypatch) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("soft_gripper.commands.options.make_station", fail)
+    outcome = soft_gripper("show", "free_bending")
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)

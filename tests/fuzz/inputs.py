@@ -1,0 +1,187 @@
+"""Hostile input of every kind: files, and the command that is to read them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import trimesh
+import yaml
+from hostile import NUMBERS, WORDS, documents, elements, texts
+from hypothesis import strategies as st
+from pydrake.common.yaml import yaml_dump
+
+from soft_gripper.models import DIRECTORY
+
+FINGER = (DIRECTORY / "grippers/finger.urdf").read_text()
+SCENARIO: dict[str, Any] = {
+    "description": "one finger, and what it may meet",
+    "models": [
+        {"name": "finger", "file": "finger.urdf", "X_PC": {"rotation": {"_tag": "!Rpy", "deg": [180.0, 0.0, 0.0]}}},
+        {"name": "thing", "file": "thing.sdf", "X_PC": {"translation": [1.0, 0.0, 0.5]}},
+    ],
+    "pressure": {"steps": {"all": [0.0, 3e4]}, "settle": 0.05, "hold_samples": 2, "time_constant": 0.05},
+    "sensor": {"sections": 3, "period": 0.01, "errors": {"preset": "realistic", "delay": 1}, "seed": 3},
+    "estimator": {"type": "gaussian", "beside": ["arcs"], "contact_threshold": 0.01},
+    "believed": {"youngs_modulus": "+10 %", "response": [[1.0, 0.0], [2.0, 1.0]]},
+    "plant_config": {"time_step": 0.01, "contact_model": "hydroelastic_with_fallback"},
+    "simulator_config": {"accuracy": 1e-3, "max_step_size": 0.02},
+    "gravity": [0.0, 0.0, -9.81],
+}
+THING = (DIRECTORY / "objects/box.sdf").read_text()
+_INERTIAL = '<inertial><origin xyz="0 0 0"/><mass value="1"/>'
+_INERTIAL += '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
+_LIMIT = '<limit lower="-3" upper="3" velocity="3" effort="100"/>'
+_TURNING = f'<axis xyz="0 1 0"/><dynamics damping="0.1" friction="0"/>{_LIMIT}'
+ARM = f"""<robot name="arm"><link name="base">{_INERTIAL}</link>
+<link name="upper">{_INERTIAL}<visual><origin xyz="0 0 0.2"/><geometry><box size="0.1 0.1 0.4"/></geometry>
+<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material></visual></link>
+<link name="tool">{_INERTIAL}<collision><geometry><cylinder radius="0.02" length="0.02"/></geometry></collision></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>{_TURNING}</joint>
+<joint name="wrist" type="revolute"><parent link="upper"/><child link="tool"/><origin xyz="0 0 0.5" rpy="0 0.1 0"/>
+{_TURNING}</joint></robot>"""
+WITH_ARM: dict[str, Any] = {
+    "models": [
+        {"name": "arm", "file": "arm.urdf"},
+        {"name": "finger", "file": "finger.urdf", "parent": "arm::tool", "X_PC": {"translation": [0.0, 0.0, 0.1]}},
+    ],
+    "arm": {"model": "arm", "home": [0.2, 0.3], "frequency": 10.0},
+    "pressure": SCENARIO["pressure"],
+}
+
+
+@dataclass(frozen=True)
+class Input:
+    """Files by their names, and a command."""
+
+    files: dict[str, bytes]
+    arguments: list[str]
+
+
+def _input(text: str, name: str, scenario: dict[str, Any], command: str) -> Input:
+    files = {"finger.urdf": FINGER, "thing.sdf": THING, "arm.urdf": ARM, "scenario.yaml": yaml_dump(scenario)}
+    files[name] = text
+    encoded = {file: content.encode("utf-8", "surrogateescape") for file, content in files.items()}
+    return Input(encoded, [command, "scenario.yaml"])
+
+
+def _dump(document: Any) -> str:
+    return yaml.dump(document) if not isinstance(document, dict) else _safe_dump(document)
+
+
+def _safe_dump(document: dict[Any, Any]) -> str:
+    try:
+        text: str = yaml_dump(document)
+    except Exception:  # what Drake does not write, a stranger does
+        text = yaml.dump(document)
+    return text
+
+
+_COMMANDS = st.sampled_from(("show", "show", "run"))
+
+
+def scenarios() -> st.SearchStrategy[Input]:
+    """Scenarios whose data or text is changed, with an arm and without."""
+    bases = (SCENARIO, WITH_ARM)
+    data = [documents(base).map(lambda found: _input(_dump(found), "scenario.yaml", {}, "run")) for base in bases]
+    text = [texts(yaml_dump(base)).map(lambda found: _input(found, "scenario.yaml", {}, "show")) for base in bases]
+    return st.one_of(*data, *text)
+
+
+def _models(name: str, base: str, scenario: dict[str, Any]) -> st.SearchStrategy[Input]:
+    changed = st.one_of(elements(base), elements(base), texts(base))
+    return st.builds(lambda text, command: _input(text, name, scenario, command), changed, _COMMANDS)
+
+
+def fingers() -> st.SearchStrategy[Input]:
+    """URDF files with a finger."""
+    return _models("finger.urdf", FINGER, SCENARIO)
+
+
+def arms() -> st.SearchStrategy[Input]:
+    """URDF files of an arm."""
+    return _models("arm.urdf", ARM, WITH_ARM)
+
+
+def objects() -> st.SearchStrategy[Input]:
+    """SDFormat and URDF files of an object."""
+    as_urdf = {**SCENARIO, "models": [SCENARIO["models"][0], {**SCENARIO["models"][1], "file": "arm.urdf"}]}
+    return st.one_of(_models("thing.sdf", THING, SCENARIO), _models("arm.urdf", ARM, as_urdf))
+
+
+def meshes() -> st.SearchStrategy[Input]:
+    """Meshes of every format, with changes in their text or bytes."""
+    box = trimesh.creation.box((0.05, 0.04, 0.06))
+    exported = {kind: box.export(file_type=kind) for kind in ("obj", "stl", "stl_ascii", "ply", "off", "glb")}
+    return st.one_of(*(_mesh(kind.partition("_")[0], content) for kind, content in exported.items()))
+
+
+def _mesh(suffix: str, content: str | bytes) -> st.SearchStrategy[Input]:
+    text = content if isinstance(content, str) else content.decode("utf-8", "surrogateescape")
+    thing = {**SCENARIO["models"][1], "file": f"thing.{suffix}"}
+    scenario = {**SCENARIO, "models": [SCENARIO["models"][0], thing]}
+    return texts(text).map(lambda changed: _input(changed, f"thing.{suffix}", scenario, "show"))
+
+
+def _choice(*options: str) -> st.SearchStrategy[str]:
+    return st.sampled_from((*options, *NUMBERS, *WORDS)).filter(lambda text: "\0" not in text)
+
+
+def _changes() -> st.SearchStrategy[str]:
+    """What --set may be given."""
+    keys = _choice("sensor.sections", "models.0.name", "models.0.X_PC", "estimator.type", "sensor.seed", "gravity.0")
+    return st.builds("{}={}".format, keys, _choice("[1, 2]", "{a: 1}", "!Rpy {deg: [1]}", "+10 %"))
+
+
+def command_lines() -> st.SearchStrategy[Input]:
+    """Commands with options of any value. What would be long by right has one that cannot be."""
+    run = st.builds(
+        lambda name, option, value, new: ["run", name, option, value, "--set", new, "--set", "models=[]"],
+        _choice("free_bending", "scenario.yaml"),
+        st.sampled_from(("--out", "--html", "--video", "--sections", "--frob", "--set")),
+        _choice("file", "folder/x.html"),
+        _changes(),
+    )
+    show = st.builds(
+        lambda first, second: ["show", "scenario.yaml", "--set", first, "--set", second], _changes(), _changes()
+    )
+    expand = st.builds(
+        lambda file, option, value: ["expand", file, option, value],
+        _choice("finger.urdf", "thing.sdf"),
+        st.sampled_from(("--out", "--segments", "-o")),
+        _choice("folder", "finger.urdf"),
+    )
+    numbers = st.builds(
+        lambda command, option, value: [command, option, value, "--jobs", "0", "--out", "folder"],
+        st.sampled_from(("grasp-trials", "evaluate", "contact-trials", "recognition", "hardware")),
+        st.sampled_from(("--trials", "--seed", "--seeds", "--friction", "--scenario", "--train", "--data")),
+        _choice("1", "free_bending"),
+    )
+    reading = st.builds(
+        lambda words, value: [word.replace("*", value) for word in words],
+        st.sampled_from(
+            (
+                ["calibrate", "*", "--out", "calibration.yaml"],
+                ["calibrate", "finger.urdf", "--out", "*"],
+                ["replay", "*"],
+                ["replay", "thing.sdf", "--as", "*"],
+                ["identify", "thing.sdf", "--finger", "*", "--free", "length", "--out", "found.urdf"],
+                ["place-sensors", "--count", "*", "--recordings", "finger.urdf"],
+                ["place-sensors", "--count", "2", "--contacts", "*", "--recordings", "finger.urdf"],
+                ["contact-trials", "--contacts", "*"],
+                ["tune", "free_bending", "--set", "sensor.seed=*"],
+            )
+        ),
+        _choice("finger.urdf", "folder", "."),
+    )
+    lines = st.one_of(run, show, expand, numbers, reading)
+    return lines.map(lambda arguments: Input(_input("", "empty", SCENARIO, "show").files, arguments))
+
+
+KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
+    "scenarios": scenarios,
+    "fingers": fingers,
+    "arms": arms,
+    "objects": objects,
+    "meshes": meshes,
+    "command lines": command_lines,
+}
