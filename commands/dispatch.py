@@ -18,7 +18,7 @@ from soft_gripper.commands import (
     tune,
 )
 from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
-from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 
 COMMANDS = (
     run,
@@ -48,6 +48,6 @@ def dispatch(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         return int(options.command(options) or 0)
-    except (InputError, SimulationDivergedError) as error:
+    except (InputError, SimulationDivergedError, WorkerDiedError) as error:
         print(f"soft-gripper: {error}", file=sys.stderr)
         return 2

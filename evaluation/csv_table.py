@@ -20,11 +20,15 @@ def write_csv(path: Path, rows: Sequence[Any]) -> None:
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:
-    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, int or float."""
+    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, bool, int or float."""
     with path.open(newline="") as file:
         records = list(csv.DictReader(file))
     columns = {field.name: field.type for field in fields(row)}  # type: ignore[arg-type]
-    return [row(**{name: kind(record[name]) for name, kind in columns.items()}) for record in records]  # type: ignore
+    return [row(**{name: _value(record[name], kind) for name, kind in columns.items()}) for record in records]
+
+
+def _value(text: str, kind: Any) -> Any:
+    return text == "True" if kind is bool else kind(text)
 
 
 def _text(value: object) -> str:

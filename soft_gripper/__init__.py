@@ -112,7 +112,7 @@ _MODULES = {
     "evaluation.identify.identify": "identify Identified",
     "evaluation.identify.identify_figure": "identify_figure",
     "evaluation.identify.finger_file": "read_finger with_finger",
-    "evaluation.processes": "worker_processes",
+    "evaluation.executor.executor": "open_executor",
     # Pictures.
     "diagrams.view.block_diagram": "graphviz save_block_diagram",
     "diagrams.view.torque_colors": "add_torque_bar",

@@ -18,3 +18,7 @@ class InputError(ValueError):
 
 class SimulationDivergedError(RuntimeError):
     """The simulation left the finite numbers; the message names the time, the state and the likely cause."""
+
+
+class WorkerDiedError(RuntimeError):
+    """The process that made a call died each time; the message names the call."""

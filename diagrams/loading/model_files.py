@@ -1,6 +1,7 @@
 """Model files into the plant: URDF with <finger>s, whatever else Drake reads, and bare meshes."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -9,6 +10,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.diagrams.loading.arm_file import arm_urdf
+from soft_gripper.diagrams.loading.finger_changes import check_names, configured_finger
 from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.diagrams.schema.scenario import ModelConfig
 from soft_gripper.errors import InputError
@@ -41,7 +43,8 @@ def load_model(
     fingers: Sequence[Finger] = ()
     try:
         if is_urdf:
-            expanded = expand_urdf(path, config.segments, config.name, config.without)
+            change = partial(configured_finger, where=where, configs=config.fingers)
+            expanded = expand_urdf(path, config.segments, config.name, config.without, change=change)
             fingers = expanded.fingers
             models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path.stem, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
@@ -50,6 +53,7 @@ def load_model(
             models = parser.AddModels(str(path))
     except RuntimeError as error:
         raise InputError(where, "file", config.file, f"Drake cannot read it: {first_line(error)}") from None
+    check_names(where, config.fingers, [finger.name for finger in fingers])
     if len(models) != 1:
         raise InputError(where, "file", config.file, f"holds {len(models)} models; give a file with one")
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:

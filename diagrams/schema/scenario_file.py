@@ -2,7 +2,7 @@
 
 import copy
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +32,24 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
+    return changed_scenario(name_or_path, dict(map(_read_override, overrides)))
+
+
+def changed_scenario(name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
+    """Reads a scenario with plain data in the place of what the file says.
+
+    Args:
+        name_or_path: as for `load_scenario`.
+        changes: by dotted keys; an entry of a list is counted from 0, or named if it has a name, such as
+            "models.gripper.segments".
+
+    Raises:
+        InputError: naming file, field and value, if anything is wrong.
+    """
     path = _find(name_or_path)
     document = _read(path)
-    for override in overrides:
-        _apply(document, override)
+    for key, value in changes.items():
+        _change(document, key, copy.deepcopy(value))
     return _checked(path, document)
 
 
@@ -45,7 +59,8 @@ def parse_scenario(path: Path, text: str) -> Scenario:
 
 
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
-    _quote_numbers(document.get("believed"))
+    for changes in _changes(document):
+        _quote_numbers(changes)
     check_document(path, document, Scenario)
     try:
         scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(document), retain_map_defaults=False)
@@ -64,8 +79,17 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
 
 
+def _changes(document: dict[str, Any]) -> Iterator[Any]:
+    """Where a document holds changes of fingers, in which numbers and text are meant alike."""
+    yield document.get("believed")
+    models = document.get("models")
+    for model in models if isinstance(models, list) else ():
+        fingers = model.get("fingers") if isinstance(model, dict) else None
+        yield from fingers.values() if isinstance(fingers, dict) else ()
+
+
 def _quote_numbers(changes: Any) -> None:
-    """Makes text of numbers where either is meant, in the beliefs."""
+    """Makes text of numbers."""
     for key, value in changes.items() if isinstance(changes, dict) else ():
         if isinstance(value, int | float) and not isinstance(value, bool):
             changes[key] = repr(value)
@@ -108,40 +132,37 @@ def _read(path: Path) -> dict[str, Any]:
     return document
 
 
-def _apply(document: dict[str, Any], override: str) -> None:
-    """Puts the value of "a.b=c" into the document; a number between the dots counts along a list."""
+def _read_override(override: str) -> tuple[str, Any]:
+    """Key and value of "a.b=c"."""
     key, equals, text = override.partition("=")
     if not equals or not key:
         raise InputError("--set", "argument", override, "write key=value, such as sensor.sections=3")
     try:
-        value = yaml_load_data(f"value: {text}")["value"]
+        return key, yaml_load_data(f"value: {text}")["value"]
     except yaml.YAMLError:
         raise InputError("--set", key, text, "is not YAML") from None
+
+
+def _change(document: dict[str, Any], key: str, value: Any) -> None:
+    """Puts a value into the document."""
     *parents, last = key.split(".")
     place: Any = document
     for name in parents:
-        place = _step_into(place, name, override)
-    _assign(place, last, copy.deepcopy(value), override)
-
-
-def _step_into(place: Any, name: str, override: str) -> Any:
-    if isinstance(place, list):
-        return place[_index(place, name, override)]
-    if not isinstance(place, dict):
-        raise InputError("--set", "argument", override, f"nothing lies below '{name}'")
-    return place.setdefault(name, {})
-
-
-def _assign(place: Any, name: str, value: Any, override: str) -> None:
-    if isinstance(place, list):
-        place[_index(place, name, override)] = value
-    elif isinstance(place, dict):
-        place[name] = value
+        place = place.setdefault(name, {}) if isinstance(place, dict) else place[_index(place, name, key)]
+    if isinstance(place, dict):
+        place[last] = value
     else:
-        raise InputError("--set", "argument", override, f"nothing lies below '{name}'")
+        place[_index(place, last, key)] = value
 
 
-def _index(place: list[Any], name: str, override: str) -> int:
-    if not name.isdigit() or int(name) >= len(place):
-        raise InputError("--set", "argument", override, f"'{name}' is none of the entries 0 to {len(place) - 1}")
-    return int(name)
+def _index(place: Any, name: str, key: str) -> int:
+    """Which entry of a list is meant."""
+    if not isinstance(place, list):
+        raise InputError("change", "key", key, f"nothing lies below: there is no '{name}'")
+    names = [str(entry["name"]) for entry in place if isinstance(entry, dict) and "name" in entry]
+    if names.count(name) == 1 and len(names) == len(place):
+        return names.index(name)
+    if name.isdecimal() and int(name) < len(place):
+        return int(name)
+    known = f", nor is it named so; named: {', '.join(names)}" if names else ""
+    raise InputError("change", "key", key, f"'{name}' is none of the entries 0 to {len(place) - 1}{known}")
