@@ -15,6 +15,7 @@ from soft_gripper.commands import (
     recognition,
     run,
     show,
+    sweep,
     tune,
 )
 from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
@@ -23,6 +24,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedE
 COMMANDS = (
     run,
     evaluate,
+    sweep,
     grasp_trials,
     recognition,
     contact_trials,

@@ -32,7 +32,7 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
-    return changed_scenario(name_or_path, dict(map(_read_override, overrides)))
+    return changed_scenario(name_or_path, dict(map(read_override, overrides)))
 
 
 def changed_scenario(name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
@@ -132,7 +132,7 @@ def _read(path: Path) -> dict[str, Any]:
     return document
 
 
-def _read_override(override: str) -> tuple[str, Any]:
+def read_override(override: str) -> tuple[str, Any]:
     """Key and value of "a.b=c"."""
     key, equals, text = override.partition("=")
     if not equals or not key:

@@ -13,7 +13,7 @@ from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 from soft_gripper.evaluation.executor.executor import Call, make_calls
 from soft_gripper.evaluation.figure_style import save_figure
 from soft_gripper.evaluation.trials.trial import DetailRow, Trial, failed_row, trial_row
@@ -131,7 +131,9 @@ def _failed(call: Call, error: BaseException) -> Trial:
     """A trial that ended in an error."""
     file, seed, trial = call
     name = Path(file).stem
-    kind = "" if isinstance(error, (InputError, SimulationDivergedError)) else f"{type(error).__name__}: "
+    kind = (
+        "" if isinstance(error, InputError | SimulationDivergedError | WorkerDiedError) else f"{type(error).__name__}: "
+    )
     cause = kind + " ".join(str(error).split())
     return Trial(failed_row(name, trial, cause), _details(file, seed, trial))
 

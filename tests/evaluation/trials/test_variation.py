@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from soft_gripper.diagrams.manipulation.reported_pose import reported_pose
-from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario import Scenario, TrialsConfig
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.trials.variation import Variation, draw, random_numbers, varied, vary
@@ -33,7 +33,7 @@ def lowest_points(scenario: Scenario) -> tuple[float, float]:
 
 
 def test_variations_are_spread_evenly_over_their_ranges():
-    drawn = np.array([astuple(draw(random_numbers(1, "box", trial))) for trial in range(2000)])
+    drawn = np.array([astuple(draw(random_numbers(1, "box", trial), TrialsConfig())) for trial in range(2000)])
     parts = (drawn - LOW) / (HIGH - LOW)
     assert np.all((parts >= 0) & (parts <= 1))
     error_of_mean = 1 / np.sqrt(12 * len(drawn))
@@ -44,9 +44,12 @@ def test_variations_are_spread_evenly_over_their_ranges():
 
 
 def test_a_trial_is_the_same_whatever_is_drawn_before_and_unlike_every_other():
-    again = draw(random_numbers(3, "box", 7))
-    assert again == draw(random_numbers(3, "box", 7))
-    others = [draw(random_numbers(*key)) for key in ((3, "box", 6), (4, "box", 7), (7, "box", 3), (3, "cup", 7))]
+    again = draw(random_numbers(3, "box", 7), TrialsConfig())
+    assert again == draw(random_numbers(3, "box", 7), TrialsConfig())
+    others = [
+        draw(random_numbers(*key), TrialsConfig())
+        for key in ((3, "box", 6), (4, "box", 7), (7, "box", 3), (3, "cup", 7))
+    ]
     assert again not in others
     assert len(set(others)) == len(others)
 
@@ -97,7 +100,7 @@ def test_the_scenario_itself_is_left_as_it_was_and_its_variation_can_be_written_
     before = dump_scenario(scenario)
     found, variation = vary(scenario, random_numbers(1, "box", 2))
     assert dump_scenario(scenario) == before != dump_scenario(found)
-    assert variation == draw(random_numbers(1, "box", 2))
+    assert variation == draw(random_numbers(1, "box", 2), TrialsConfig())
 
 
 @pytest.mark.parametrize(
