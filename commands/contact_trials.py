@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from soft_gripper.commands.options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import number_from_zero, whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import add_executor_options, chosen_executor
 from soft_gripper.commands.progress import BAR
 from soft_gripper.commands.terminal.claims import print_claims
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario

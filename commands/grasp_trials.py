@@ -11,8 +11,8 @@ import numpy as np
 from scipy.stats import binomtest
 from tqdm import tqdm
 
-from soft_gripper.commands.options import add_executor_options, chosen_executor
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario

@@ -10,7 +10,7 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model

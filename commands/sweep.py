@@ -5,7 +5,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from soft_gripper.commands.options import add_executor_options, add_scenario_options, chosen_executor
+from soft_gripper.commands.options import add_scenario_options
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import read_override

@@ -4,8 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.claims import print_claims
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.identify_table import print_identified
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.identify_table import print_identified
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers

@@ -1,7 +1,7 @@
 """WorkerProcesses: an executor of processes that are replaced when they have grown or died.
 
 Systems written in Python are not freed with their diagram (pydrake 1.51 to 1.58), so that every station that is built
-stays in memory. A process that has grown by GROWTH makes way for another.
+stays in memory, 15 MB. A process that has grown by GROWTH makes way for another.
 """
 
 import logging
@@ -19,10 +19,11 @@ from typing import Any
 from soft_gripper.errors import WorkerDiedError
 from soft_gripper.evaluation.executor.worker import begin, make
 
-GROWTH = 300e6  # bytes, over what it held after its first call, with which a process is replaced
+GROWTH = 0.15  # share by which a process that is replaced has grown since its first call
 ATTEMPTS = 2  # at a call whose process dies
-# Processes are forked from a server that has imported this once, and has nothing else in it.
-_PRELOADED = ("soft_gripper.diagrams.simulation",)
+# What most calls need, imported once by the server that processes are forked from, so that one more costs a tenth of a
+# second; xarray loads dask.array when it is first used, if it is there.
+_PRELOADED = ("soft_gripper.evaluation.sweep.variation_run", "dask.array")
 _CONTEXT = get_context("forkserver")
 _LOGGER = logging.getLogger(__name__)
 
@@ -75,14 +76,15 @@ class WorkerProcesses(Executor):
                 if self._is_ended:
                     raise
                 self._replace(worker)
-                again = "it is made again" if attempt < ATTEMPTS else "and again"
-                _LOGGER.warning("a process died at %s; %s", name_of(work, arguments), again)
+                _LOGGER.warning("process %d of %d died at %s", attempt, ATTEMPTS, name_of(work, arguments))
             finally:
                 if worker.has_grown:
                     self._replace(worker)
         raise WorkerDiedError(f"the process died, {ATTEMPTS} times, at {name_of(work, arguments)}: out of memory?")
 
     def _worker(self) -> "_Worker":
+        if self._is_ended:
+            raise BrokenProcessPool
         if getattr(self._of_thread, "worker", None) is None:
             self._of_thread.worker = _Worker(self._folder.name)
             self._workers.add(self._of_thread.worker)
@@ -109,7 +111,7 @@ class _Worker:
         """Raises BrokenProcessPool if the process dies."""
         made = self._pool.submit(make, work, arguments).result()
         self._memory = made.memory if self._memory is None else self._memory
-        self.has_grown = made.memory > self._memory + GROWTH
+        self.has_grown = made.memory > (1 + GROWTH) * self._memory
         return made.result
 
     def end(self) -> None:

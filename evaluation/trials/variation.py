@@ -53,6 +53,7 @@ def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
 
 def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
     """A random variation of a scenario, and what was drawn; see `varied`. Sensors with errors have their own, too."""
+    _object(scenario)
     assert scenario.task is not None
     variation = draw(rng, scenario.task.trials)
     found = varied(scenario, variation)

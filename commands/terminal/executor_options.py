@@ -1,0 +1,21 @@
+"""The options of commands that run many simulations."""
+
+import argparse
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+
+from soft_gripper.commands.terminal.numbers import whole_number
+from soft_gripper.evaluation.executor.executor import open_executor
+
+
+def add_executor_options(parser: argparse.ArgumentParser) -> None:
+    """Where simulations run that are many."""
+    parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
+    address = "Dask scheduler, such as tcp://127.0.0.1:8786, whose workers are used instead; see docs/cluster.md"
+    parser.add_argument("--scheduler", metavar="URL", help=address)
+
+
+def chosen_executor(command: str, options: argparse.Namespace) -> AbstractContextManager[Executor]:
+    """The executor that the options of `add_executor_options` name."""
+    jobs = whole_number(command, "--jobs", options.jobs, 1) if options.jobs is not None else None
+    return open_executor(jobs, options.scheduler)
