@@ -24,7 +24,7 @@ from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.robustness import summarize_robustness
 from soft_gripper.evaluation.robustness.robustness_claims import realistic
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
-from soft_gripper.files import writable_folder
+from soft_gripper.files import locked, writable_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -45,7 +45,7 @@ def _run(options: argparse.Namespace) -> int:
     opened = chosen_executor("evaluate", options)
     seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
     out = writable_folder(options.out)
-    with opened as executor:
+    with locked(out), opened as executor:
         evaluation = _evaluate(out, options.resume, executor)
         robust = _robustness(out, seeds, executor, options.resume) if options.robustness else True
     return 0 if robust and all(claim.holds for claim in evaluation.claims) else 1

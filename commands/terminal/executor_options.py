@@ -11,6 +11,11 @@ from soft_gripper.evaluation.executor.executor import open_executor
 def add_executor_options(parser: argparse.ArgumentParser) -> None:
     """Where simulations run that are many."""
     parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
+    add_scheduler_option(parser)
+
+
+def add_scheduler_option(parser: argparse.ArgumentParser) -> None:
+    """A cluster, in the place of processes."""
     address = "Dask scheduler, such as tcp://127.0.0.1:8786, whose workers are used instead; see docs/cluster.md"
     parser.add_argument("--scheduler", metavar="URL", help=address)
 

@@ -32,7 +32,7 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
-    return changed_scenario(name_or_path, dict(map(read_override, overrides)))
+    return _load("--set", name_or_path, dict(map(read_override, overrides)))
 
 
 def changed_scenario(name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
@@ -46,10 +46,18 @@ def changed_scenario(name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
+    return _load("change", name_or_path, changes)
+
+
+def _load(where: str, name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
+    """Reads a scenario with changes, which come from `where`."""
     path = _find(name_or_path)
     document = _read(path)
     for key, value in changes.items():
-        _change(document, key, copy.deepcopy(value))
+        try:
+            _change(document, key, copy.deepcopy(value))
+        except LookupError as error:
+            raise InputError(where, "key", key, str(error.args[0])) from None
     return _checked(path, document)
 
 
@@ -144,25 +152,25 @@ def read_override(override: str) -> tuple[str, Any]:
 
 
 def _change(document: dict[str, Any], key: str, value: Any) -> None:
-    """Puts a value into the document."""
+    """Puts a value into the document; raises a LookupError if there is no place for it."""
     *parents, last = key.split(".")
     place: Any = document
     for name in parents:
-        place = place.setdefault(name, {}) if isinstance(place, dict) else place[_index(place, name, key)]
+        place = place.setdefault(name, {}) if isinstance(place, dict) else place[_index(place, name)]
     if isinstance(place, dict):
         place[last] = value
     else:
-        place[_index(place, last, key)] = value
+        place[_index(place, last)] = value
 
 
-def _index(place: Any, name: str, key: str) -> int:
-    """Which entry of a list is meant."""
+def _index(place: Any, name: str) -> int:
+    """Which entry of a list is meant; raises a LookupError if none is."""
     if not isinstance(place, list):
-        raise InputError("change", "key", key, f"nothing lies below: there is no '{name}'")
+        raise LookupError(f"nothing lies below: there is no '{name}'")
     names = [str(entry["name"]) for entry in place if isinstance(entry, dict) and "name" in entry]
-    if names.count(name) == 1 and len(names) == len(place):
+    if len(names) == len(place) and names.count(name) == 1:
         return names.index(name)
     if name.isdecimal() and int(name) < len(place):
         return int(name)
-    known = f", nor is it named so; named: {', '.join(names)}" if names else ""
-    raise InputError("change", "key", key, f"'{name}' is none of the entries 0 to {len(place) - 1}{known}")
+    named = f", nor is it named so; named: {', '.join(names)}" if names else ""
+    raise LookupError(f"'{name}' is none of the entries 0 to {len(place) - 1}{named}")

@@ -100,8 +100,8 @@ def _open_loop(station: Station, recording: Recording) -> OpenLoop:
     torque_errors = 1e3 * np.abs(np.array(torques)[:, 0] - np.array(torques)[:, 1])
     contact = max(float(recording[f"{finger.name}.true_contact_total"].max()) for finger in station.fingers)
     bend = max(abs(row.bend_angle_deg) for row in rows)
-    errors = (float(value) for value in (poses.mean(), poses.max(), tips.mean(), tips.max(), torque_errors.mean()))
-    return OpenLoop(*errors, bend, contact)
+    errors = [poses.mean(), poses.max(), tips.mean(), tips.max(), torque_errors.mean()]
+    return OpenLoop(*map(float, [*errors, bend, contact]))
 
 
 def _closed_loop(station: Station, recording: Recording) -> ClosedLoop:

@@ -6,6 +6,7 @@ from contextlib import suppress
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
@@ -75,7 +76,7 @@ def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array
     if len(columns) * len(rows) == len(x) and min(len(columns), len(rows)) > 1:
         grid = np.full((len(rows), len(columns)), np.nan)
         grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = values
-        drawn = axes.pcolormesh(columns, rows, grid, shading="nearest")
+        drawn: ScalarMappable = axes.pcolormesh(columns, rows, grid, shading="nearest")
     else:
         drawn = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20)
     axes.plot(x[failed], y[failed], "x", color="#b2182b")

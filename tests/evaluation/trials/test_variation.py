@@ -16,6 +16,7 @@ from soft_gripper.models import DIRECTORY
 SCENARIOS = ["pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate"]
 LOW = np.array([-30, -30, -45, 20, 0.5, 0.9, -3, -3, -3])
 HIGH = np.array([30, 30, 45, 60, 0.9, 1.1, 3, 3, 3])
+NARROW = TrialsConfig(0.01, 0.2, [0.03, 0.04], [0.6, 0.7], 0.05, 1e-3, 0.01)  # as a scenario may have it
 EXACT = (0.0, 0.0, 0.0)  # no error of the reported pose
 
 
@@ -41,6 +42,16 @@ def test_variations_are_spread_evenly_over_their_ranges():
     np.testing.assert_allclose(parts.var(axis=0), 1 / 12, rtol=0.1)
     correlation = np.corrcoef(parts.T) - np.eye(len(LOW))
     assert np.abs(correlation).max() < 4 / np.sqrt(len(drawn))
+
+
+def test_ranges_are_those_of_the_scenario():
+    drawn = np.array([astuple(draw(random_numbers(1, "box", trial), NARROW)) for trial in range(500)])
+    turn, error = np.degrees(0.2), np.degrees(0.01)
+    low, high = [-10, -10, -turn, 30, 0.6, 0.95, -1, -1, -error], [10, 10, turn, 40, 0.7, 1.05, 1, 1, error]
+    np.testing.assert_allclose(drawn.min(axis=0), low, atol=0.02 * (np.array(high) - low).max())
+    assert (drawn >= low).all()
+    assert (drawn <= high).all()
+    assert (np.ptp(drawn, axis=0) > 0.95 * (np.array(high) - low)).all()
 
 
 def test_a_trial_is_the_same_whatever_is_drawn_before_and_unlike_every_other():
