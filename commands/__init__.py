@@ -12,7 +12,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from soft_gripper.commands.dispatch import dispatch
 
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.signal(signal.SIGTERM, _end)
         return dispatch(arguments)
     except KeyboardInterrupt:
         print("soft-gripper: interrupted; what has been written is whole", file=sys.stderr)
         return 130
+
+
+def _end(number: int, frame: object) -> None:
+    """Ends the process as one that was killed, but not before it has removed what it is halfway through writing."""
+    raise SystemExit(128 + number)

@@ -2,12 +2,15 @@
 
 import argparse
 from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
-from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, number_of_jobs, whole_number
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
@@ -30,7 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
     friction = "coefficient of friction of the peg's surface (default: %(default)s)"
     parser.add_argument("--friction", metavar="MU", default=f"{PEG_FRICTION:g}", help=friction)
-    parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
+    add_executor_options(parser)
     contacts = f"{ARRAYS} of an earlier run: score its contacts, and simulate none"
     parser.add_argument("--contacts", metavar="FILE", type=path, help=contacts)
     folder = Path("results/contact_trials")
@@ -41,11 +44,11 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> None:
     number = whole_number(NAME, "--trials", options.trials, 1)
     seed = whole_number(NAME, "--seed", options.seed, 0, MOST_SEED)
-    jobs = number_of_jobs(NAME, options.jobs)
+    executor = chosen_executor(NAME, options)
     friction = number_from_zero(NAME, "--friction", options.friction)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = claim_folder(writable_folder(options.out))
-    contacts = _simulate(number, seed, jobs, friction, out) if kept is None else kept
+    contacts = _simulate(number, seed, executor, friction, out) if kept is None else kept
     with tqdm(total=SCORES, desc="scores", dynamic_ncols=True, disable=None) as bar:
         rows = score_contacts(contacts, out, bar.update)
     _print_errors(rows)
@@ -53,10 +56,13 @@ def _run(options: argparse.Namespace) -> None:
     print(f"\nWritten to {out}: {', '.join(written)}")
 
 
-def _simulate(number: int, seed: int, jobs: int, friction: float, out: Path) -> Contacts:
+def _simulate(
+    number: int, seed: int, executor: AbstractContextManager[Executor], friction: float, out: Path
+) -> Contacts:
     with tqdm(total=number, desc="contacts", dynamic_ncols=True, disable=None) as bar:
         try:
-            contacts = run_contacts(number, seed, jobs, lambda contact: bar.update(), friction)
+            with executor as opened:
+                contacts = run_contacts(number, seed, opened, lambda contact: bar.update(), friction)
         except KeyboardInterrupt:
             bar.close()
             print("\nnothing is written before the last contact")

@@ -18,16 +18,25 @@ from soft_gripper.commands import (
     recognition,
     run,
     show,
+    sweep,
     tune,
 )
 from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
 from soft_gripper.commands.terminal.notes import notes
-from soft_gripper.errors import InputError, SimulationDivergedError, first_line, in_one_line, shortened
+from soft_gripper.errors import (
+    InputError,
+    SimulationDivergedError,
+    WorkerDiedError,
+    first_line,
+    in_one_line,
+    shortened,
+)
 from soft_gripper.folder_claims import release_folders
 
 COMMANDS = (
     run,
     evaluate,
+    sweep,
     grasp_trials,
     recognition,
     contact_trials,
@@ -61,7 +70,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> int:
             code = int(options.command(options) or 0)
             sys.stdout.flush()
             return code
-    except (InputError, SimulationDivergedError) as error:
+    except (InputError, SimulationDivergedError, WorkerDiedError) as error:
         return _complain(str(error))
     except BrokenPipeError:
         _leave_output()

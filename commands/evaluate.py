@@ -2,19 +2,22 @@
 
 import argparse
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 from tqdm import tqdm
 
 from soft_gripper.commands.progress import BAR
 from soft_gripper.commands.terminal.claims import print_claims
-from soft_gripper.commands.terminal.numbers import number_of_jobs, whole_number
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.evaluation.report.evaluate import RUNS, run_scenarios, summarize, unfinished
+from soft_gripper.evaluation.report.report import Evaluation
 from soft_gripper.evaluation.robustness.maps import CASES, FOLDER, run_cases, unfinished_cases
 from soft_gripper.evaluation.robustness.plant_runs import RUNS as PLANT_RUNS
 from soft_gripper.evaluation.robustness.plant_runs import run_plants, unfinished_runs
@@ -31,7 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("evaluate", help="run the paper's evaluation with 1 to 4 sensors a side")
     folder = Path("results/evaluation")
     parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
-    parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
+    add_executor_options(parser)
     parser.add_argument("--resume", action="store_true", help="run only what an interrupted evaluation left")
     parser.add_argument(
         "--robustness", action="store_true", help="also with sensors that err, wrong beliefs, and other plants"
@@ -41,14 +44,22 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    jobs = number_of_jobs("evaluate", options.jobs)
+    opened = chosen_executor("evaluate", options)
     seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
     out = claim_folder(writable_folder(options.out))
-    names = unfinished(out) if options.resume else list(RUNS)
+    with opened as executor:
+        evaluation = _evaluate(out, options.resume, executor)
+        robust = _robustness(out, seeds, executor, options.resume) if options.robustness else True
+    return 0 if robust and all(claim.holds for claim in evaluation.claims) else 1
+
+
+def _evaluate(out: Path, resume: bool, executor: Executor) -> Evaluation:
+    """Runs the scenarios, and prints what comes of them."""
+    names = unfinished(out) if resume else list(RUNS)
     duration = sum(load_scenario(name).duration for name in names)
     try:
         with tqdm(total=duration, desc=f"scenarios: {len(names)}", bar_format=BAR, disable=None) as bar:
-            run_scenarios(names, out, jobs, bar.update)
+            run_scenarios(names, out, executor, bar.update)
     except KeyboardInterrupt:
         print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")
         raise
@@ -59,18 +70,17 @@ def _run(options: argparse.Namespace) -> int:
     print(
         f"\nWritten to {out}: report.html, metrics.csv, forces.csv, contact.csv, the figures, and a folder a scenario"
     )
-    held = all(claim.holds for claim in evaluation.claims)
-    return 0 if (_robustness(out, seeds, jobs, options.resume) if options.robustness else True) and held else 1
+    return evaluation
 
 
-def _robustness(out: Path, seeds: int, jobs: int, resume: bool) -> bool:
+def _robustness(out: Path, seeds: int, executor: Executor, resume: bool) -> bool:
     """Runs what there is on robustness; whether all its claims hold."""
     cases = unfinished_cases(out, seeds) if resume else CASES
     runs = unfinished_runs(out, seeds) if resume else PLANT_RUNS
     try:
         with tqdm(total=len(cases) + len(runs), desc="robustness", dynamic_ncols=True, disable=None) as bar:
-            run_cases(cases, out, seeds, jobs, bar.update)
-            run_plants(runs, out, seeds, jobs, bar.update)
+            run_cases(cases, out, seeds, executor, bar.update)
+            run_plants(runs, out, seeds, executor, bar.update)
     except KeyboardInterrupt:
         print(f"\n`soft-gripper evaluate --out {out} --robustness --seeds {seeds} --resume` goes on")
         raise

@@ -2,23 +2,26 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import binomtest
 from tqdm import tqdm
 
 from soft_gripper.commands.progress import progress_bar
-from soft_gripper.commands.terminal.numbers import MOST_SEED, number_of_jobs, whole_number
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.trials.trial import Trial, TrialRow
+from soft_gripper.evaluation.trials.trial_tables import FIGURE, TABLES
 from soft_gripper.evaluation.trials.trials import (
-    FIGURE,
     SCENARIOS,
-    TABLES,
     check_scenario_for_trials,
     judge,
     record_trial,
@@ -37,7 +40,8 @@ def add_parser(subparsers: Subparsers) -> None:
         "--scenario", metavar="NAME", action="append", help=f"may be repeated (default: {', '.join(SCENARIOS)})"
     )
     parser.add_argument("--trial", metavar="K", help="run this trial alone, and keep its scenario and recording")
-    parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
+    parser.add_argument("--resume", action="store_true", help="run only the trials that are not in the tables")
+    add_executor_options(parser)
     folder = Path("results/grasp_trials")
     parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
@@ -47,7 +51,7 @@ def _run(options: argparse.Namespace) -> None:
     seed = whole_number("grasp-trials", "--seed", options.seed, 0, MOST_SEED)
     files = _different(options.scenario or SCENARIOS)
     number = whole_number("grasp-trials", "--trials", options.trials, 1)
-    jobs = number_of_jobs("grasp-trials", options.jobs)
+    executor = chosen_executor("grasp-trials", options)
     trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
     for file in files:
         check_scenario_for_trials(file)
@@ -56,10 +60,17 @@ def _run(options: argparse.Namespace) -> None:
         for file in files:
             _run_alone(file, seed, trial, out)
     else:
-        _run_all(files, number, seed, out, jobs)
+        _run_all(files, number, seed, out, executor, options.resume)
 
 
-def _run_all(files: Sequence[str], number: int, seed: int, out: Path, jobs: int) -> None:
+def _run_all(
+    files: Sequence[str],
+    number: int,
+    seed: int,
+    out: Path,
+    executor: AbstractContextManager[Executor],
+    resume: bool,
+) -> None:
     rows: list[TrialRow] = []
     with tqdm(total=number * len(files), desc="trials", dynamic_ncols=True, disable=None) as bar:
 
@@ -69,7 +80,8 @@ def _run_all(files: Sequence[str], number: int, seed: int, out: Path, jobs: int)
             bar.update()
 
         try:
-            trials = run_trials(files, number, seed, out, jobs, report)
+            with executor as opened:
+                trials = run_trials(files, number, seed, out, opened, report, resume)
         except KeyboardInterrupt:
             bar.close()
             where = f"; they are in {out / TABLES[0]}" if rows else ""
@@ -98,7 +110,10 @@ def _run_alone(file: str, seed: int, trial: int, out: Path) -> None:
 def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
     """How the trials of a scenario went, and every failure with its cause."""
     placed, angles = [row.placed_error_mm for row in rows], [row.placed_angle_deg for row in rows]
-    print(f"\n{rows[0].scenario}: {sum(row.success for row in rows)} of {len(rows)} succeeded")
+    successes = sum(row.success for row in rows)
+    low, high = binomtest(successes, len(rows)).proportion_ci(0.95, "wilson")
+    likely = f"95 % confidence (Wilson): {100 * low:.1f} to {100 * high:.1f} %"
+    print(f"\n{rows[0].scenario}: {successes} of {len(rows)} succeeded; {likely}")
     print(f"  placed error     mean {_over(np.mean, placed):.2f} mm, at most {_over(np.max, placed):.2f} mm")
     print(f"  placed angle     mean {_over(np.mean, angles):.1f} degrees, at most {_over(np.max, angles):.1f} degrees")
     for label, column, unit in (

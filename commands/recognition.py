@@ -2,13 +2,16 @@
 
 import argparse
 from collections.abc import Mapping
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.terminal.numbers import MOST_SEED, number_of_jobs, whole_number
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
@@ -36,7 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--train", metavar="N", default="60", help="grasps of every shape (default: %(default)s)")
     parser.add_argument("--test", metavar="N", default="50", help="others, of every shape (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
-    parser.add_argument("--jobs", metavar="J", help="processes (default: one a core)")
+    add_executor_options(parser)
     folder = Path("results/recognition")
     parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
     parser.set_defaults(command=_run)
@@ -48,10 +51,10 @@ def _run(options: argparse.Namespace) -> None:
         SETS[0]: whole_number("recognition", "--train", options.train, 2),
         SETS[1]: whole_number("recognition", "--test", options.test, 1),
     }
-    jobs = number_of_jobs("recognition", options.jobs)
+    executor = chosen_executor("recognition", options)
     check_scenario_for_recognition(options.scenario)
     out = claim_folder(writable_folder(options.out))
-    grasps = _run_grasps(options.scenario, numbers, seed, jobs)
+    grasps = _run_grasps(options.scenario, numbers, seed, executor)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]
     matrices = {sections: confusion(rows, sections) for sections in SECTIONS}
@@ -71,7 +74,9 @@ def _model_file(sections: int) -> str:
     return f"shapes_{sections}_sections.json"
 
 
-def _run_grasps(file: str, numbers: Mapping[str, int], seed: int, jobs: int) -> list[Grasp]:
+def _run_grasps(
+    file: str, numbers: Mapping[str, int], seed: int, executor: AbstractContextManager[Executor]
+) -> list[Grasp]:
     total = sum(numbers.values()) * len(SHAPES)
     with tqdm(total=total, desc="grasps", dynamic_ncols=True, disable=None) as bar:
         ended = 0
@@ -82,7 +87,8 @@ def _run_grasps(file: str, numbers: Mapping[str, int], seed: int, jobs: int) -> 
             bar.update()
 
         try:
-            return run_grasps(file, numbers, seed, jobs, report)
+            with executor as opened:
+                return run_grasps(file, numbers, seed, opened, report)
         except KeyboardInterrupt:
             bar.close()
             print(f"\n{ended} of {total} grasps ended; nothing is written before the last")

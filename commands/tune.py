@@ -5,11 +5,13 @@ import argparse
 from tqdm import tqdm
 
 from soft_gripper.commands.options import chosen_station
+from soft_gripper.commands.terminal.executor_options import add_scheduler_option
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.commands.terminal.tables import print_steps
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.errors import InputError
+from soft_gripper.evaluation.executor.executor import open_executor
 from soft_gripper.evaluation.tuning import follow, tune
 
 
@@ -19,6 +21,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("scenario", nargs="?", default="tip_distance_steps", help="a closed-loop scenario")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of it")
     parser.add_argument("--evaluations", metavar="N", default="50", help="simulations (default: %(default)s)")
+    add_scheduler_option(parser)
     parser.set_defaults(command=_run, sections=None)
 
 
@@ -33,6 +36,7 @@ def _run(options: argparse.Namespace) -> None:
             bar.set_postfix_str(f"kp {gains.kp:.3g} ki {gains.ki:.3g} kd {gains.kd:.3g}: {cost:.3f} s")
             bar.update()
 
-        gains = tune(scenario, evaluations, report)
+        with open_executor(1, options.scheduler) as executor:
+            gains = tune(scenario, executor, evaluations, report)
     print_steps(follow(scenario, gains))
     print(f"\ngains: {{ kp: {gains.kp:.4g}, ki: {gains.ki:.4g}, kd: {gains.kd:.4g} }}  # Pa/m, Pa/(m s), Pa s/m")

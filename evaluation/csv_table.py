@@ -23,7 +23,7 @@ def write_csv(path: Path, rows: Sequence[Any]) -> None:
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:
-    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, int or float.
+    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, bool, int or float.
 
     Raises:
         InputError: if the file is missing, or holds anything else, or no rows.
@@ -31,7 +31,7 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     columns = {field.name: field.type for field in fields(row)}  # type: ignore[arg-type]
     try:
         records = list(csv.DictReader(StringIO(read_text(path))))
-        rows = [row(**{name: kind(record[name]) for name, kind in columns.items()}) for record in records]  # type: ignore
+        rows = [row(**{name: _value(record[name], kind) for name, kind in columns.items()}) for record in records]
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         if isinstance(error, InputError):
             raise
@@ -39,6 +39,10 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     if not rows:
         raise InputError(path, "file", path.name, "holds no rows")
     return rows
+
+
+def _value(text: str, kind: Any) -> Any:
+    return text == "True" if kind is bool else kind(text)
 
 
 def _text(value: object) -> str:

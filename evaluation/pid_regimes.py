@@ -11,7 +11,7 @@ from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
-from soft_gripper.diagrams.simulation import Progress, run_station
+from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.step_figure import step_figure
@@ -47,21 +47,19 @@ def regime_scenarios(scenario: Scenario) -> dict[str, Scenario]:
     }
 
 
-def run_regimes(name: str, folder: Path, progress: Progress) -> None:
+def run_regimes(name: str, folder: Path) -> None:
     """Fills `folder`: scenario.yaml, regimes.csv and a recording of every regime; all of them or nothing.
 
     Args:
         name: of a closed-loop scenario.
         folder: appears when it is whole.
-        progress: called with the simulated time, s, of all regimes together.
     """
     scenario = load_scenario(name)
-    rows, past = [], 0.0
+    rows = []
     with atomic_folder(folder) as partial:
         for i, (regime, of_regime) in enumerate(regime_scenarios(scenario).items()):
             station = make_station(of_regime)
-            recording = run_station(station, progress=lambda time, past=past: progress(past + time))  # type: ignore[misc]
-            past += of_regime.duration
+            recording = run_station(station)
             recording.save(partial / f"regime_{i}.nc")
             rows.append(_row(regime, of_regime.control.gains, step_table(station, recording)[-1]))
         write_csv(partial / "regimes.csv", rows)

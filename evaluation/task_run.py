@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
-from soft_gripper.diagrams.simulation import Progress, run_station
+from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.phase_table import phase_table
@@ -11,17 +11,16 @@ from soft_gripper.files import atomic_folder
 from soft_gripper.pictures.phases_figure import phases_figure
 
 
-def run_task(name: str, folder: Path, progress: Progress) -> None:
+def run_task(name: str, folder: Path) -> None:
     """Fills `folder`: scenario.yaml, recording.nc, phases.csv and phases.png; all of them or nothing.
 
     Args:
         name: of a scenario with a task.
         folder: appears when it is whole.
-        progress: called with the simulated time, s.
     """
     scenario = load_scenario(name)
     station = make_station(scenario)
-    recording = run_station(station, progress=progress)
+    recording = run_station(station)
     assert station.task is not None
     with atomic_folder(folder) as partial:
         recording.save(partial / "recording.nc")

@@ -1,7 +1,9 @@
 """Gains for the grip control of a gripper: from a step response, then by optimization over its simulation."""
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
@@ -9,6 +11,7 @@ from scipy.optimize import minimize
 from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, parse_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.step_table import StepRow, step_table, true_opening
@@ -16,6 +19,8 @@ from soft_gripper.evaluation.step_table import StepRow, step_table, true_opening
 ALLOWED_OVERSHOOT = 2.0  # percent
 TEST_PRESSURE = 30e3  # Pa
 UNSETTLED_COST = 10.0  # s, what a step that does not settle costs
+_TEXT = Path("scenario.yaml")  # what the text of a scenario is called in messages
+
 Report = Callable[[PidGains, float], None]
 
 
@@ -37,19 +42,21 @@ def gains_from_step_response(gain: float, rise_time: float) -> PidGains:
     return PidGains(kp=0.1 / abs(gain), ki=0.2 / (abs(gain) * rise_time), kd=0.01 * rise_time / abs(gain))
 
 
-def tune(scenario: Scenario, evaluations: int = 60, report: Report | None = None) -> PidGains:
+def tune(scenario: Scenario, executor: Executor, evaluations: int = 60, report: Report | None = None) -> PidGains:
     """Gains that bring the opening to its set points soonest, with hardly any overshoot.
 
     Args:
         scenario: a closed-loop scenario; its set points are what is followed.
+        executor: runs the simulations, one after the other.
         evaluations: how many simulations may be spent.
         report: called with the gains and the cost of every simulation.
     """
-    start = gains_from_step_response(*step_response(scenario))
+    text = dump_scenario(scenario)
+    start = gains_from_step_response(*executor.submit(_response, text).result())
 
     def cost(logarithms: Array) -> float:
         gains = replace(start, **dict(zip(("kp", "ki", "kd"), map(float, np.exp(logarithms)), strict=True)))
-        value = step_cost(follow(scenario, gains))
+        value = step_cost(executor.submit(_follow, text, gains).result())
         if report is not None:
             report(gains, value)
         return value
@@ -59,6 +66,14 @@ def tune(scenario: Scenario, evaluations: int = 60, report: Report | None = None
     options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.01, "fatol": 1e-3}
     best = minimize(cost, begin, method="Nelder-Mead", options=options)
     return replace(start, **dict(zip(("kp", "ki", "kd"), map(float, np.exp(best.x)), strict=True)))
+
+
+def _response(text: str) -> tuple[float, float]:
+    return step_response(parse_scenario(_TEXT, text))
+
+
+def _follow(text: str, gains: PidGains) -> list[StepRow]:
+    return follow(parse_scenario(_TEXT, text), gains)
 
 
 def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:

@@ -12,8 +12,8 @@ _MODULES = {
     # Scenarios, stations, runs.
     "diagrams.schema.scenario": "Scenario ModelConfig MeshConfig PressureConfig ControlConfig ArmConfig TaskConfig"
     " PhaseConfig PoseErrorConfig SensorConfig StrainErrorsConfig DeadSensorConfig PressureErrorsConfig EstimatorConfig"
-    " BelievedConfig",
-    "diagrams.schema.scenario_file": "load_scenario dump_scenario scenario_names",
+    " BelievedConfig FingerConfig TrialsConfig",
+    "diagrams.schema.scenario_file": "load_scenario changed_scenario dump_scenario scenario_names",
     "diagrams.station": "add_station make_station",
     "diagrams.simulation": "simulate run_station make_simulator solver_config",
     "diagrams.recording.recording": "Recording read_logs",
@@ -112,7 +112,10 @@ _MODULES = {
     "evaluation.identify.identify": "identify Identified",
     "evaluation.identify.identify_figure": "identify_figure",
     "evaluation.identify.finger_file": "read_finger with_finger",
-    "evaluation.processes": "worker_processes",
+    "evaluation.executor.executor": "open_executor",
+    "evaluation.sweep.variation_run": "run_variation",
+    "evaluation.sweep.axes": "points Values Range",
+    "evaluation.sweep.sweep": "run_sweep",
     # Pictures.
     "diagrams.view.block_diagram": "graphviz save_block_diagram",
     "diagrams.view.torque_colors": "add_torque_bar",
@@ -121,7 +124,7 @@ _MODULES = {
     "pictures.phases_figure": "phases_figure",
     "evaluation.figure_style": "section_style COLORS",
     # Mistakes.
-    "errors": "InputError SimulationDivergedError",
+    "errors": "InputError SimulationDivergedError WorkerDiedError",
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
 

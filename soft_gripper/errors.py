@@ -24,6 +24,10 @@ class SimulationDivergedError(RuntimeError):
     """The simulation left the finite numbers; the message names the time, the state and the likely cause."""
 
 
+class WorkerDiedError(RuntimeError):
+    """The process that made a call died each time; the message names the call."""
+
+
 def first_line(error: BaseException) -> str:
     """What an exception says, short enough for a message of one line."""
     lines = str(error).strip().splitlines()

@@ -3,7 +3,7 @@
 import os
 import shutil
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -73,6 +73,25 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
         remove_partial(folder)
 
 
+def read_folder(folder: Path) -> dict[str, bytes]:
+    """The files of a folder by their names."""
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Writes what `read_folder` gave, whole.
+
+    Raises:
+        InputError: if it cannot be written.
+    """
+    try:
+        with atomic_folder(folder) as partial:
+            for name, content in files.items():
+                (partial / name).write_bytes(content)
+    except OSError as error:
+        raise InputError("output", "folder", str(folder), f"cannot be written: {_reason(error)}") from None
+
+
 def remove_partial(folder: Path) -> None:
     """Removes what a killed process left of filling `folder`."""
     shutil.rmtree(_partial(folder), ignore_errors=True)
@@ -89,7 +108,26 @@ def writable_folder(path: Path) -> Path:
         InputError: if the folder cannot be made or written to.
     """
     _try_writing("folder", path, path, "probe")
+    _remove_left_over(path)
     return path
+
+
+def _remove_left_over(folder: Path) -> None:
+    """Removes what processes that were killed left of writing files, see `atomic_file`."""
+    for file in folder.glob(".*-*"):
+        pid = file.name[1:].partition("-")[0]
+        if pid.isdecimal() and not _is_alive(int(pid)):
+            file.unlink(missing_ok=True)
+
+
+def _is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def check_file(path: Path) -> None:

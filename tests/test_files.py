@@ -9,7 +9,7 @@ import pytest
 
 from soft_gripper.checksums import is_whole
 from soft_gripper.errors import InputError
-from soft_gripper.files import atomic_file, atomic_folder, check_file, writable_folder
+from soft_gripper.files import atomic_file, atomic_folder, check_file, read_folder, writable_folder, write_folder
 
 
 def test_file_appears_when_the_block_ends(tmp_path):
@@ -127,3 +127,22 @@ def test_folder_is_whole_while_nothing_in_it_changes(tmp_path):
     (folder / "below" / "two.txt").unlink()
     assert not is_whole(folder)
     assert not is_whole(tmp_path / "none")
+
+
+def test_what_a_killed_process_left_of_a_file_is_removed_and_nothing_else(tmp_path):
+    with subprocess.Popen(["true"]) as gone:
+        pass
+    kept = [f".{os.getpid()}-of_one_that_runs.csv", ".hidden", ".git-keep", "1-table.csv"]
+    for name in (f".{gone.pid}-table.csv", *kept):
+        (tmp_path / name).touch()
+    writable_folder(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == set(kept)
+
+
+def test_a_folder_is_read_and_written_whole(tmp_path):
+    files = {"a.txt": b"1", "b.nc": bytes(range(256))}
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "old").touch()
+    write_folder(tmp_path / "out", files)
+    assert {name: read_folder(tmp_path / "out")[name] for name in files} == files
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]

@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 from soft_gripper.commands.terminal.claims import print_claims
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.identify_table import print_identified
-from soft_gripper.commands.terminal.numbers import number_of_jobs
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers
@@ -25,7 +25,6 @@ from soft_gripper.evaluation.hardware.hardware_claims import hardware_claims
 from soft_gripper.evaluation.hardware.hardware_figure import hardware_figure
 from soft_gripper.evaluation.identify.finger_file import with_finger, write_finger
 from soft_gripper.evaluation.identify.identify import Identified
-from soft_gripper.evaluation.processes import worker_processes
 from soft_gripper.files import writable_folder
 from soft_gripper.folder_claims import claim_folder
 
@@ -35,20 +34,22 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("hardware", help="identify and replay the published recordings of hardware")
     parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
     parser.add_argument("--out", metavar="DIR", type=path, default=Path("results/hardware"))
-    parser.add_argument("--jobs", metavar="N", help="processes (default: one a core)")
+    add_executor_options(parser)
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    jobs = number_of_jobs("hardware", options.jobs)
+    opened = chosen_executor("hardware", options)
     recordings = published_recordings(options.data)
     out = claim_folder(writable_folder(options.out))
     arm = replay_published(list(recordings[ARM].values()))
     print_replay(arm.replayed, arm.table)
     write_csv(out / f"{ARM}.csv", arm.table)
-    with worker_processes(jobs) as pool:
+    with opened as executor:
         beam, segment = (
-            _written(out, experiment, identify_published(experiment, recordings[experiment.description], pool, _report))
+            _written(
+                out, experiment, identify_published(experiment, recordings[experiment.description], executor, _report)
+            )
             for experiment in (BEAM, SEGMENT)
         )
     save_figure(hardware_figure(beam, segment, arm), out / "hardware")

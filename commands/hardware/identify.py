@@ -3,6 +3,7 @@
 import argparse
 import sys
 
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.identify_table import print_identified
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import path
@@ -16,7 +17,6 @@ from soft_gripper.evaluation.identify.finger_file import read_finger, with_finge
 from soft_gripper.evaluation.identify.identify import identify
 from soft_gripper.evaluation.identify.identify_figure import identify_figure
 from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion, measured_motion
-from soft_gripper.evaluation.processes import worker_processes
 from soft_gripper.files import check_file
 
 
@@ -34,13 +34,14 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
     parser.add_argument("--starts", default="1", metavar="N", help="fits of which the best is taken; default: 1")
     parser.add_argument("--seed", default="0", metavar="N", help="of where the further fits begin")
-    parser.add_argument("--jobs", default="2", metavar="N", help="processes; default: 2")
+    add_executor_options(parser)
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    jobs, starts = (whole_number("identify", f"--{name}", getattr(options, name), 1) for name in ("jobs", "starts"))
+    starts = whole_number("identify", "--starts", options.starts, 1)
     seed = whole_number("identify", "--seed", options.seed, 0, MOST_SEED)
+    opened = chosen_executor("identify", options)
     file, out = model_path(options.finger), options.out
     finger = read_finger(file)
     if out.suffix != ".urdf":
@@ -48,8 +49,8 @@ def _run(options: argparse.Namespace) -> None:
     fitted = _motions(options.file, options)
     tested = _motions(options.test, options) if options.test else []
     check_file(out)
-    with worker_processes(jobs) as pool:
-        found = identify(finger, options.free, fitted, tested, pool, starts, seed, _report)
+    with opened as executor:
+        found = identify(finger, options.free, fitted, tested, executor, starts, seed, _report)
     print(file=sys.stderr)
     text = with_finger(file, found.model.finger)
     print_identified(found)

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from pydrake.multibody.parsing import Parser
@@ -10,6 +11,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.diagrams.loading.arm_file import arm_urdf
 from soft_gripper.diagrams.loading.drake_reading import add_file, add_text, drake_reads
+from soft_gripper.diagrams.loading.finger_changes import check_names, configured_finger
 from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.diagrams.loading.package_paths import check_inside
 from soft_gripper.diagrams.schema.scenario import ModelConfig
@@ -43,13 +45,15 @@ def load_model(
     fingers: Sequence[Finger] = ()
     with drake_reads(where, "file", config.file):
         if is_urdf:
-            expanded = expand_urdf(path, config.segments, config.name, config.without)
+            change = partial(configured_finger, where=where, configs=config.fingers)
+            expanded = expand_urdf(path, config.segments, config.name, config.without, change=change)
             fingers = expanded.fingers
             models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
             models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path, ".sdf")
         else:
             models = add_file(parser, path)
+    check_names(where, config.fingers, [finger.name for finger in fingers])
     if len(models) != 1:
         raise InputError(where, "file", config.file, f"holds {len(models)} models; give a file with one")
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:

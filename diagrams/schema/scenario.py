@@ -3,6 +3,7 @@
 A field that may be left out, and then means that there is no such thing, is None.
 """
 
+import math
 from dataclasses import dataclass, field
 
 from pydrake.common.schema import Transform
@@ -24,6 +25,34 @@ class MeshConfig:
 
 
 @dataclass
+class FingerChanges:
+    """Values in the units of a <finger>, or relative changes, "+10 %"; of a cross-section, for base and tip alike."""
+
+    length: str | None = None  # m
+    width: str | None = None  # m
+    thickness: str | None = None  # m
+    youngs_modulus: str | None = None  # Pa
+    density: str | None = None  # kg/m^3
+    chamber_width: str | None = None  # m
+    chamber_thickness: str | None = None  # m
+    chamber_center: str | None = None  # m
+    layer_thickness: str | None = None  # m
+    layer_modulus: str | None = None  # Pa
+    relaxation_time: str | None = None  # s
+    sensor_spacing: str | None = None  # m
+
+
+@dataclass
+class FingerConfig(FingerChanges):
+    """What of a simulated finger differs from its file."""
+
+    shear_factor: str | None = None  # 1
+    friction: str | None = None  # Coulomb, static and dynamic alike
+    hydroelastic_modulus: str | None = None  # Pa
+    dissipation: str | None = None  # s/m
+
+
+@dataclass
 class ModelConfig:
     """A model and where it stands."""
 
@@ -35,6 +64,7 @@ class ModelConfig:
     free: bool = False  # not welded: X_PC in the world is where its first link begins
     without: list[str] = field(default_factory=list)  # links of a URDF that are left out, with all that hangs on them
     segments: int | None = None  # of every finger in the file; None: as the file says
+    fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
 
 
@@ -103,6 +133,19 @@ class PoseErrorConfig:
 
 
 @dataclass
+class TrialsConfig:
+    """What random trials of a task vary about its scenario, evenly distributed, either way or from least to most."""
+
+    offset: float = 0.03  # m, of where the object begins, along x and along y
+    yaw: float = math.radians(45)  # rad, of the object about its own z axis
+    mass: list[float] = field(default_factory=lambda: [0.02, 0.06])  # kg
+    friction: list[float] = field(default_factory=lambda: [0.5, 0.9])
+    size: float = 0.1  # share of the object's
+    offset_error: float = 3e-3  # m, of the reported pose along x and along y: that of a common depth camera
+    yaw_error: float = math.radians(3)  # rad, of the reported pose about the vertical
+
+
+@dataclass
 class TaskConfig:
     """What the arm does, phase after phase; where a phase gives an opening, the gripper too, in closed loop."""
 
@@ -116,6 +159,7 @@ class TaskConfig:
     time_limit: float = 60.0  # s, for all of it
     force_limit: float | None = None  # N, normal force of a finger that the object bears; what trials are judged by
     pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the reported pose, which motions go by
+    trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper grasp-trials`
 
     @property
     def grips(self) -> bool:
@@ -194,26 +238,10 @@ class EstimatorConfig:
 
 
 @dataclass
-class BelievedConfig:
-    """What the estimators believe of every finger and its sensors where it differs from what is simulated.
-
-    A value in the units of a <finger>, or a change relative to the simulated one: "+10 %". Of the cross-section it is
-    meant for base and tip alike.
-    """
+class BelievedConfig(FingerChanges):
+    """What the estimators believe of every finger and its sensors where it differs from what is simulated."""
 
     file: str | None = None  # URDF whose <finger> of the same name, or only one, is believed; changes come on top
-    length: str | None = None  # m
-    width: str | None = None  # m
-    thickness: str | None = None  # m
-    youngs_modulus: str | None = None  # Pa
-    density: str | None = None  # kg/m^3
-    chamber_width: str | None = None  # m
-    chamber_thickness: str | None = None  # m
-    chamber_center: str | None = None  # m
-    layer_thickness: str | None = None  # m
-    layer_modulus: str | None = None  # Pa
-    relaxation_time: str | None = None  # s
-    sensor_spacing: str | None = None  # m
     creep: bool = True  # whether the estimators know that the finger creeps, if it does
     response: list[list[float]] | None = None  # of the sensors; None: as they are
     calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to what is believed so far

@@ -2,14 +2,13 @@
 
 import copy
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
 
 from soft_gripper.diagrams.schema.document_check import check_document
-from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_checks import check_scenario
 from soft_gripper.diagrams.schema.yaml_text import parse_yaml, read_yaml
@@ -34,10 +33,32 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
+    return _load("--set", name_or_path, dict(map(read_override, overrides)))
+
+
+def changed_scenario(name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
+    """Reads a scenario with plain data in the place of what the file says.
+
+    Args:
+        name_or_path: as for `load_scenario`.
+        changes: by dotted keys; an entry of a list is counted from 0, or named if it has a name, such as
+            "models.gripper.segments".
+
+    Raises:
+        InputError: naming file, field and value, if anything is wrong.
+    """
+    return _load("change", name_or_path, changes)
+
+
+def _load(where: str, name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
+    """Reads a scenario with changes, which come from `where`."""
     path = _find(name_or_path)
     document = _mapping(path, read_yaml(path))
-    for override in overrides:
-        _apply(document, override)
+    for key, value in changes.items():
+        try:
+            _change(document, key, copy.deepcopy(value))
+        except LookupError as error:
+            raise InputError(where, "key", key, str(error.args[0])) from None
     return _checked(path, document)
 
 
@@ -47,7 +68,8 @@ def parse_scenario(path: Path, text: str) -> Scenario:
 
 
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
-    _quote_numbers(document.get("believed"))
+    for changes in _changes(document):
+        _quote_numbers(changes)
     check_document(path, document, Scenario)
     try:
         scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(document), retain_map_defaults=False)
@@ -66,8 +88,17 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
 
 
+def _changes(document: dict[str, Any]) -> Iterator[Any]:
+    """Where a document holds changes of fingers, in which numbers and text are meant alike."""
+    yield document.get("believed")
+    models = document.get("models")
+    for model in models if isinstance(models, list) else ():
+        fingers = model.get("fingers") if isinstance(model, dict) else None
+        yield from fingers.values() if isinstance(fingers, dict) else ()
+
+
 def _quote_numbers(changes: Any) -> None:
-    """Makes text of numbers where either is meant, in the beliefs."""
+    """Makes text of numbers."""
     for key, value in changes.items() if isinstance(changes, dict) else ():
         if isinstance(value, int | float) and not isinstance(value, bool):
             changes[key] = repr(value)
@@ -103,42 +134,39 @@ def _mapping(path: Path, document: Any) -> dict[str, Any]:
     return document
 
 
-def _apply(document: dict[str, Any], override: str) -> None:
-    """Puts the value of "a.b=c" into the document; a number between the dots counts along a list."""
+def read_override(override: str) -> tuple[str, Any]:
+    """Key and value of "a.b=c"."""
     key, equals, text = override.partition("=")
     if not equals or not key:
         raise InputError("--set", "argument", override, "write key=value, such as sensor.sections=3")
     try:
-        value = parse_yaml("--set", f"value: {text}")["value"]
+        return key, parse_yaml("--set", f"value: {text}")["value"]
     except InputError as error:
         raise InputError("--set", key, text, error.expected) from None
+
+
+def _change(document: dict[str, Any], key: str, value: Any) -> None:
+    """Puts a value into the document; raises a LookupError if there is no place for it."""
     *parents, last = key.split(".")
-    require(len(parents) < _DEEPEST, "--set", "argument", override, f"give no more than {_DEEPEST} names")
+    if len(parents) >= _DEEPEST:
+        raise LookupError(f"give no more than {_DEEPEST} names")
     place: Any = document
     for name in parents:
-        place = _step_into(place, name, override)
-    _assign(place, last, copy.deepcopy(value), override)
-
-
-def _step_into(place: Any, name: str, override: str) -> Any:
-    if isinstance(place, list):
-        return place[_index(place, name, override)]
-    if not isinstance(place, dict):
-        raise InputError("--set", "argument", override, f"nothing lies below '{name}'")
-    return place.setdefault(name, {})
-
-
-def _assign(place: Any, name: str, value: Any, override: str) -> None:
-    if isinstance(place, list):
-        place[_index(place, name, override)] = value
-    elif isinstance(place, dict):
-        place[name] = value
+        place = place.setdefault(name, {}) if isinstance(place, dict) else place[_index(place, name)]
+    if isinstance(place, dict):
+        place[last] = value
     else:
-        raise InputError("--set", "argument", override, f"nothing lies below '{name}'")
+        place[_index(place, last)] = value
 
 
-def _index(place: list[Any], name: str, override: str) -> int:
-    known = map(str, range(len(place)))
-    if name not in known:
-        raise InputError("--set", "argument", override, f"'{name}' is none of the entries 0 to {len(place) - 1}")
-    return int(name)
+def _index(place: Any, name: str) -> int:
+    """Which entry of a list is meant; raises a LookupError if none is."""
+    if not isinstance(place, list):
+        raise LookupError(f"nothing lies below: there is no '{name}'")
+    names = [str(entry["name"]) for entry in place if isinstance(entry, dict) and "name" in entry]
+    if len(names) == len(place) and names.count(name) == 1:
+        return names.index(name)
+    if name.isdecimal() and int(name) < len(place):
+        return int(name)
+    named = f", nor is it named so; named: {', '.join(names)}" if names else ""
+    raise LookupError(f"'{name}' is none of the entries 0 to {len(place) - 1}{named}")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
-from soft_gripper.diagrams.schema.scenario import ArmConfig, PhaseConfig, Scenario, TaskConfig
+from soft_gripper.diagrams.schema.scenario import ArmConfig, PhaseConfig, Scenario, TaskConfig, TrialsConfig
 from soft_gripper.names import NAME_RULE, is_name
 
 _GOALS = (None, "object", "goal", "home")
@@ -46,9 +46,22 @@ def check_task(where: Path | str, scenario: Scenario) -> None:
     for name, unit in (("x", "m"), ("y", "m"), ("yaw", "rad")):
         value = getattr(task.pose_error, name)
         require(math.isfinite(value), where, f"task.pose_error.{name}", value, f"give a finite number, {unit}")
+    _check_trials(where, task.trials)
     for i, phase in enumerate(task.phases):
         _check_phase(where, f"task.phases[{i}]", phase)
     _check_grip(where, scenario, task)
+
+
+def _check_trials(where: Path | str, trials: TrialsConfig) -> None:
+    """What random trials may vary."""
+    for name in ("offset", "yaw", "offset_error", "yaw_error"):
+        value = getattr(trials, name)
+        require(not_negative(value), where, f"task.trials.{name}", value, "give a finite number, 0 or more")
+    require(0 <= trials.size < 1, where, "task.trials.size", trials.size, "give 0 up to, not including, 1")
+    for name, least in (("mass", 1e-9), ("friction", 0.0)):
+        span = getattr(trials, name)
+        fine = len(span) == 2 and least <= span[0] <= span[1] < math.inf
+        require(fine, where, f"task.trials.{name}", span, "give the least and the greatest value")
 
 
 def _check_grip(where: Path | str, scenario: Scenario, task: TaskConfig) -> None:

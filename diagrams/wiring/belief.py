@@ -1,24 +1,17 @@
 """What the estimators believe of a finger and its sensors, from the simulated ones and what a scenario changes."""
 
-import math
 import os
-from dataclasses import fields, replace
-from typing import Any
+from dataclasses import replace
 
 from soft_gripper.diagrams.loading.calibration_file import calibrated, load_calibration
+from soft_gripper.diagrams.loading.finger_changes import OF_FINGER, OF_SECTION, changed_finger
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.schema.scenario import BelievedConfig, SensorConfig
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.sensors.sensor_layout import SensorLayout
-
-_OF_SECTION = tuple(field.name for field in fields(CrossSection))
-_OF_FINGER = ("length", "relaxation_time", "sensor_spacing")
-_FAR = 20.0  # times the simulated value: more is taken for a change whose "%" was forgotten
-_EXPECTED = 'give a number, or a change such as "+10 %"'
 
 
 def believed_layout(finger: Finger, sensor: SensorConfig, believed: BelievedConfig) -> SensorLayout:
@@ -36,16 +29,12 @@ def believed_finger(finger: Finger, believed: BelievedConfig) -> Finger:
     """The finger as it is believed to be; raises as `believed_layout`."""
     found = finger if believed.file is None else _from_file(finger, believed.file)
     found = found if believed.creep else replace(found, creep=())
-    try:
-        sections = {end: _changed(getattr(found, end), believed, _OF_SECTION) for end in ("base", "tip")}
-        return replace(_changed(found, believed, _OF_FINGER), **sections)
-    except InputError as error:
-        raise (error if error.where == "believed" else error.inside("believed")) from None
+    return changed_finger(found, "believed", believed, OF_FINGER)
 
 
 def describe_belief(believed: BelievedConfig) -> str:
     """The belief in a few words, for tables."""
-    changes = [f"{name} {text}" for name in (*_OF_SECTION, *_OF_FINGER) if (text := getattr(believed, name))]
+    changes = [f"{name} {text}" for name in (*OF_SECTION, *OF_FINGER) if (text := getattr(believed, name))]
     creep = [] if believed.creep else ["no creep"]
     response = ["response"] if believed.response is not None else []
     file = [believed.file.rpartition("/")[2]] if believed.file is not None else []
@@ -63,27 +52,3 @@ def _from_file(finger: Finger, file: str) -> Finger:
         names = ", ".join(other.name for other in fingers) or "none"
         raise InputError("believed", "file", file, f"holds no finger '{finger.name}', nor a single one; it has {names}")
     return replace(named[0], name=finger.name)
-
-
-def _changed(part: Any, believed: BelievedConfig, names: tuple[str, ...]) -> Any:
-    texts = {name: getattr(believed, name) for name in names}
-    return replace(
-        part, **{name: _value(name, text, getattr(part, name)) for name, text in texts.items() if text is not None}
-    )
-
-
-def _value(name: str, text: str, simulated: float) -> float:
-    """What a change leads to."""
-    number, percent, rest = str(text).partition("%")
-    try:
-        value = float(number)
-    except ValueError:
-        value = math.nan
-    relative, sign = bool(percent), number.strip()[:1]
-    wrong = rest.strip() or (relative and sign not in ("+", "-")) or (not relative and sign == "+")
-    if wrong or not math.isfinite(value):
-        raise InputError("believed", name, text, _EXPECTED)
-    if not relative and value > 0 and not 1 / _FAR <= value / simulated <= _FAR:
-        expected = f'is far from the simulated {simulated:g}; a change is written "+10 %"'
-        raise InputError("believed", name, text, expected)
-    return simulated * (1 + value / 100) if relative else value

@@ -1,8 +1,8 @@
-"""Contact trials: random single contacts, simulated in processes, as a table and as arrays."""
+"""Contact trials: random single contacts, simulated many at a time, as a table and as arrays."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
 from soft_gripper.evaluation.contacts.dataset import as_arrays, save_contacts
 from soft_gripper.evaluation.contacts.random_contact import Contact, run_contact
 from soft_gripper.evaluation.csv_table import write_csv
-from soft_gripper.evaluation.processes import Call, call_in_processes
+from soft_gripper.evaluation.executor.executor import Call, make_calls
 
 TABLE, ARRAYS = "contacts.csv", "contacts.npz"
 
@@ -52,14 +52,14 @@ def contact_row(contact: Contact) -> ContactRow:
 
 
 def run_contacts(
-    number: int, seed: int, jobs: int, report: Callable[[Contact], Any], friction: float = PEG_FRICTION
+    number: int, seed: int, executor: Executor, report: Callable[[Contact], Any], friction: float = PEG_FRICTION
 ) -> list[Contact]:
-    """Simulates random contacts in processes.
+    """Simulates random contacts.
 
     Args:
         number: contacts 0 to `number` - 1 of the seed.
         seed: of what is random.
-        jobs: processes.
+        executor: runs the simulations.
         report: called with each contact.
         friction: coefficient of the peg's surface.
     """
@@ -70,7 +70,7 @@ def run_contacts(
         report(contacts[call])
 
     calls = [(seed, i, friction) for i in range(number)]
-    call_in_processes(run_contact, calls, jobs, ended)
+    make_calls(executor, run_contact, calls, ended)
     return [contacts[call] for call in calls]
 
 

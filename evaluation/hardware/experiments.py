@@ -1,7 +1,7 @@
 """The published experiments: what is fitted on which recordings, and what of them is kept for the test."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,7 +87,7 @@ def published_recordings(data: Path | None) -> dict[str, Recordings]:
 
 
 def identify_published(
-    experiment: Experiment, recordings: Recordings, pool: ProcessPoolExecutor, report: Report
+    experiment: Experiment, recordings: Recordings, executor: Executor, report: Report
 ) -> Identified:
     """Fits a finger to the recordings of an experiment that are for that, and tests it on the others."""
     fitted, tested = (
@@ -99,7 +99,7 @@ def identify_published(
         experiment.free,
         fitted,
         tested,
-        pool,
+        executor,
         report=lambda error: report(experiment.description, error),
     )
 

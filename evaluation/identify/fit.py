@@ -6,7 +6,7 @@ rest; of a recording that only tests a fit they are all that is fitted.
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,6 @@ from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.evaluation.identify.free_parameters import FreeParameters, Model
 from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion
 from soft_gripper.evaluation.identify.simulated_motion import simulated_markers
-from soft_gripper.evaluation.processes import submit_quietly
 
 _OF_SCALE = 0.02  # by which a number is moved to see what it changes, in usual changes
 _EVENT_SCALE = 0.01  # s
@@ -54,7 +53,7 @@ class Fit:
 def fit(
     free: FreeParameters,
     motions: Sequence[MeasuredMotion],
-    pool: ProcessPoolExecutor,
+    executor: Executor,
     report: Report = lambda error: None,
     start: Array | None = None,
 ) -> Fit:
@@ -63,14 +62,14 @@ def fit(
     Args:
         free: and where the fit begins.
         motions: of the recordings.
-        pool: in which simulations run.
+        executor: runs the simulations.
         report: called with the root mean square that every step has reached.
         start: vector of the free parameters to begin from; None: of the model as it is.
 
     Raises:
         InputError: if the fit does not converge.
     """
-    problem = _Problem(free, tuple(motions), pool, report)
+    problem = _Problem(free, tuple(motions), executor, report)
     x0 = np.concatenate([free.start if start is None else start, *(motion.events for motion in motions)])
     bounds = problem.bounds(x0)
     found = least_squares(
@@ -144,7 +143,7 @@ class _Problem:
 
     free: FreeParameters
     motions: tuple[MeasuredMotion, ...]
-    pool: ProcessPoolExecutor
+    executor: Executor
     report: Report
 
     @property
@@ -194,4 +193,4 @@ class _Problem:
             model = self.free.at(x[: len(self.free.start)])
         except InputError:
             model = None  # a step of the search may lead to what cannot be
-        return [submit_quietly(self.pool, _residuals_or_impossible, model, motions[i]) for i in which]
+        return [self.executor.submit(_residuals_or_impossible, model, motions[i]) for i in which]

@@ -1,7 +1,7 @@
 """Recordings of hardware -> the parameters of a finger, what they are known by, and what they predict."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,6 @@ from soft_gripper.evaluation.identify.fit import Fit, Report, fit, fit_events
 from soft_gripper.evaluation.identify.free_parameters import Model, free_parameters
 from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion
 from soft_gripper.evaluation.identify.motion_scores import MotionScore, score
-from soft_gripper.evaluation.processes import submit_quietly
 from soft_gripper.fingers.finger import Finger
 
 _JITTER = 2.0  # usual changes, standard deviation of where further fits begin
@@ -39,7 +38,7 @@ def identify(
     names: Sequence[str],
     fitted: Sequence[MeasuredMotion],
     tested: Sequence[MeasuredMotion],
-    pool: ProcessPoolExecutor,
+    executor: Executor,
     starts: int = 1,
     seed: int = 0,
     report: Report = lambda error: None,
@@ -51,7 +50,7 @@ def identify(
         names: of the keys that are free, see `free_parameters`.
         fitted: recordings to fit to.
         tested: recordings of which nothing but the times of their events is fitted.
-        pool: in which simulations run.
+        executor: runs the simulations.
         starts: of how many fits the best is taken; the first begins with the finger, the others at random about it.
         seed: of where those begin.
         report: called with the root mean square that every step has reached, in parts of the largest displacement.
@@ -63,9 +62,9 @@ def identify(
     free = free_parameters(finger, names, pressures)
     jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
     jitter[0] = 0.0
-    best = _best(lambda away: fit(free, fitted, pool, report, free.start + away), list(jitter))
+    best = _best(lambda away: fit(free, fitted, executor, report, free.start + away), list(jitter))
     calls = [(best.model, motion, "fit") for motion in best.motions] + [(best.model, m, "test") for m in tested]
-    scored = [future.result() for future in [submit_quietly(pool, _score, *call) for call in calls]]
+    scored = [future.result() for future in [executor.submit(_score, *call) for call in calls]]
     return Identified(best, confidence(best), *(tuple(column) for column in zip(*scored, strict=True)))
 
 

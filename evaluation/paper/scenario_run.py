@@ -8,7 +8,7 @@ from soft_gripper.checksums import is_whole
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
-from soft_gripper.diagrams.simulation import Progress, run_station
+from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.open_meshcat import open_meshcat
@@ -32,7 +32,7 @@ SCENARIOS = (FREE, *CONTACT)
 SECTIONS = (1, 2, 3, 4)
 
 
-def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> None:
+def run_scenario(name: str, folder: Path) -> None:
     """Fills `folder` with all files of a scenario; the folder appears when it is whole, or not at all.
 
     Files: scenario.yaml, recording.nc, metrics.csv, forces.csv, contact.csv, contact_forces.csv, scene.png and
@@ -42,7 +42,7 @@ def run_scenario(name: str, folder: Path, progress: Progress | None = None) -> N
     meshcat = open_meshcat()
     station = make_station(scenario, meshcat)
     _require_equal_sections(station)
-    recording = run_station(station, meshcat, progress)
+    recording = run_station(station, meshcat)
     with atomic_folder(folder) as partial:
         recording.save(partial / "recording.nc")
         _picture(scenario, recording).save(partial / "scene.png")

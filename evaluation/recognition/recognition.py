@@ -1,8 +1,7 @@
-"""Random grasps in processes, shape models trained with some of them, and tried on the others."""
+"""Random grasps, shape models trained with some of them, and tried on the others."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Executor, Future
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,14 +11,12 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.estimation.shape_model import ShapeModel
 from soft_gripper.estimation.shape_training import train_shape_model
-from soft_gripper.evaluation.processes import Call, call_in_processes
+from soft_gripper.evaluation.executor.executor import Call, make_calls
 from soft_gripper.evaluation.recognition.grasp import SECTIONS, SETS, SHAPES, Grasp, draw, run_grasp, with_object
 from soft_gripper.evaluation.trials.variation import RandomObject
-
-OF_A_WORKER = 25  # grasps, after which a process makes way for another: systems written in Python are not freed
 
 
 @dataclass(frozen=True)
@@ -71,13 +68,14 @@ def check_scenario_for_recognition(file: str) -> None:
 
 
 def run_grasps(
-    file: str, numbers: Mapping[str, int], seed: int, jobs: int, report: Callable[[Grasp], Any]
+    file: str, numbers: Mapping[str, int], seed: int, executor: Executor, report: Callable[[Grasp], Any]
 ) -> list[Grasp]:
-    """Runs random grasps of every shape in `jobs` processes; the same seed leads to the same ones.
+    """Runs random grasps of every shape; the same seed leads to the same ones.
 
     Args:
         file: name or path of a scenario.
         numbers: how many of every shape, by SETS.
+        executor: runs the simulations.
         report: called with every grasp that has ended.
     """
     calls = [(file, seed, set, i, shape) for set in SETS for i in range(numbers[set]) for shape in SHAPES]
@@ -85,16 +83,14 @@ def run_grasps(
 
     def ended(call: Call, future: Future[Grasp]) -> None:
         error = future.exception()
-        if error is not None and not isinstance(error, BrokenProcessPool):
+        if error is not None and not isinstance(error, WorkerDiedError):
             raise error
         _, _, set, number, shape = call
         lost = Grasp(set, number, shape, draw(seed, set, number, shape), {}, "its process died")
         grasps[call] = lost if error else future.result()
         report(grasps[call])
 
-    batch = jobs * OF_A_WORKER
-    for begin in range(0, len(calls), batch):
-        call_in_processes(run_grasp, calls[begin : begin + batch], jobs, ended)
+    make_calls(executor, run_grasp, calls, ended)
     return [grasps[call] for call in calls]
 
 

@@ -1,8 +1,9 @@
-"""The evaluation: scenarios side by side in processes, then the tables, figures and claims of them all."""
+"""The evaluation: scenarios side by side, then the tables, figures and claims of them all."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Executor, Future
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,12 @@ from matplotlib.figure import Figure
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.diagrams.simulation import Progress
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.evaluation.csv_table import Row, read_csv, write_csv
 from soft_gripper.evaluation.estimators.bars import estimator_claims
 from soft_gripper.evaluation.estimators.estimators_figure import estimators_figure
+from soft_gripper.evaluation.executor.executor import Call, make_calls
 from soft_gripper.evaluation.figure_style import save_figure
 from soft_gripper.evaluation.paper.claims import claims
 from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
@@ -30,10 +31,9 @@ from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
 from soft_gripper.evaluation.paper.scenario_run import CONTACT, FREE, SCENARIOS, is_finished, run_scenario
 from soft_gripper.evaluation.phase_table import PhaseRow, outcome
 from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
-from soft_gripper.evaluation.processes import call_in_processes, report
 from soft_gripper.evaluation.report.report import Evaluation, write_report
 from soft_gripper.evaluation.task_run import run_task
-from soft_gripper.files import remove_partial
+from soft_gripper.files import read_folder, write_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.scenes_figure import scenes_figure
 from soft_gripper.pictures.section_figure import section_figure
@@ -69,41 +69,42 @@ def unfinished(out: Path) -> list[str]:
     return [name for name in RUNS if not is_finished(out / name, load_scenario(name))]
 
 
-def run_scenarios(names: Sequence[str], out: Path, jobs: int, advance: Advance) -> None:
-    """Runs scenarios, tasks and closed loops in `jobs` processes, each into its own folder below `out`.
+def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: Advance) -> None:
+    """Runs scenarios, tasks and closed loops, each into its own folder below `out`.
 
     Args:
-        advance: called with the seconds of simulated time that were added, of all scenarios together.
+        executor: runs them.
+        advance: called with the seconds of simulated time of every scenario that has ended.
 
     Raises:
-        InputError, SimulationDivergedError: if a scenario fails; the others are finished first.
+        InputError, SimulationDivergedError, WorkerDiedError: if a scenario fails; the others are finished first.
     """
-    longest_first = sorted(names, key=lambda name: -len(load_scenario(name).models))
-    finished: list[Future[None]] = []
-    calls = [(name, out / name) for name in longest_first]
-    try:
-        call_in_processes(_work, calls, jobs, lambda _, future: finished.append(future), advance)
-    except KeyboardInterrupt:
-        for name in names:
-            remove_partial(out / name)
-        raise
-    for future in finished:
-        future.result()
+    scenarios = {name: load_scenario(name) for name in names}
+    longest_first = sorted(names, key=lambda name: -len(scenarios[name].models))
+    failed: list[BaseException] = []
+
+    def ended(call: Call, future: Future[dict[str, bytes]]) -> None:
+        (name,) = call
+        if error := future.exception():
+            failed.append(error)
+        else:
+            write_folder(out / name, future.result())
+        advance(scenarios[name].duration)
+
+    make_calls(executor, files_of_run, [(name,) for name in longest_first], ended)
+    if failed:
+        raise failed[0]
 
 
-def _work(name: str, folder: Path) -> None:
-    scenario, last = load_scenario(name), 0.0
-
-    def advance(time: float) -> None:
-        nonlocal last
-        report(time - last)
-        last = time
-
-    _runner(scenario)(name, folder, advance)
-    advance(scenario.duration)  # a task is over before its time is
+def files_of_run(name: str) -> dict[str, bytes]:
+    """Runs a scenario, task or closed loop; the files that it leaves, by their names."""
+    with TemporaryDirectory(prefix="soft-gripper-") as temporary:
+        folder = Path(temporary) / "run"
+        _runner(load_scenario(name))(name, folder)
+        return read_folder(folder)
 
 
-def _runner(scenario: Scenario) -> Callable[[str, Path, Progress], None]:
+def _runner(scenario: Scenario) -> Callable[[str, Path], None]:
     """What runs a scenario of this kind."""
     if scenario.task is not None:
         return run_task

@@ -1,7 +1,7 @@
 """The maps of robustness, run case by case: a scenario at a noise, which leaves a file of rows."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,8 @@ from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
+from soft_gripper.evaluation.executor.executor import Call, make_calls
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
-from soft_gripper.evaluation.processes import call_in_processes
 from soft_gripper.evaluation.robustness.finger_at_rest import touched_fingers
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow, robustness_table
 
@@ -38,28 +38,34 @@ def _has_rows(file: Path, seeds: int) -> bool:
         return False
 
 
-def run_cases(cases: Sequence[Case], out: Path, seeds: int, jobs: int, advance: Callable[[], Any]) -> None:
-    """Runs cases in `jobs` processes on the recordings in `out`; `advance` is called after each.
+def run_cases(cases: Sequence[Case], out: Path, seeds: int, executor: Executor, advance: Callable[[], Any]) -> None:
+    """Runs cases on the recordings in `out`; `advance` is called after each.
 
     Raises:
-        InputError: if a case fails; the others are finished first.
+        InputError, WorkerDiedError: if a case fails; the others are finished first.
     """
-    finished: list[Future[None]] = []
+    recordings = {name: Recording.load(out / name / "recording.nc") for name in {name for name, _ in cases}}
+    failed: list[BaseException] = []
 
-    def ended(call: object, future: Future[None]) -> None:
-        finished.append(future)
+    def ended(call: Call, future: Future[list[RobustnessRow]]) -> None:
+        name, noise, *_ = call
+        if error := future.exception():
+            failed.append(error)
+        else:
+            file = case_file(out, (name, noise))
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_csv(file, future.result())
         advance()
 
-    call_in_processes(_work, [(*case, out, seeds) for case in cases], jobs, ended)
-    for future in finished:
-        future.result()
+    make_calls(executor, case_rows, [(name, noise, recordings[name], seeds) for name, noise in cases], ended)
+    if failed:
+        raise failed[0]
 
 
-def _work(name: str, noise: float, out: Path, seeds: int) -> None:
-    station, recording = make_station(load_scenario(name)), Recording.load(out / name / "recording.nc")
-    file = case_file(out, (name, noise))
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_csv(file, robustness_table(name, touched_fingers(name, station, recording), noise, seeds))
+def case_rows(name: str, noise: float, recording: Recording, seeds: int) -> list[RobustnessRow]:
+    """The rows of a case from the recording of its scenario."""
+    fingers = touched_fingers(name, make_station(load_scenario(name)), recording)
+    return robustness_table(name, fingers, noise, seeds)
 
 
 def gather_maps(out: Path) -> list[RobustnessRow]:

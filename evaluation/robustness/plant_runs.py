@@ -1,8 +1,9 @@
 """Other plants, run: every scenario with every one of them is simulated once and leaves a recording and its rows."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Executor, Future
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from soft_gripper.checksums import is_whole
@@ -10,13 +11,13 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
+from soft_gripper.evaluation.executor.executor import Call, make_calls
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
-from soft_gripper.evaluation.processes import call_in_processes
 from soft_gripper.evaluation.robustness.finger_at_rest import touched_fingers
 from soft_gripper.evaluation.robustness.maps import FOLDER
 from soft_gripper.evaluation.robustness.plant_table import PlantRow, plant_table
 from soft_gripper.evaluation.robustness.plants import PLANTS
-from soft_gripper.files import atomic_folder, remove_partial
+from soft_gripper.files import read_folder, write_folder
 
 Run = tuple[str, str]
 RUNS: tuple[Run, ...] = tuple((plant.name, scenario) for plant in PLANTS for scenario in SCENARIOS)
@@ -42,36 +43,37 @@ def _has_rows(file: Path, seeds: int) -> bool:
         return False
 
 
-def run_plants(runs: Sequence[Run], out: Path, seeds: int, jobs: int, advance: Callable[[], Any]) -> None:
-    """Simulates runs in `jobs` processes; `advance` is called after each.
+def run_plants(runs: Sequence[Run], out: Path, seeds: int, executor: Executor, advance: Callable[[], Any]) -> None:
+    """Simulates runs, each into its own folder; `advance` is called after each.
 
     Raises:
-        InputError, SimulationDivergedError: if a run fails; the others are finished first.
+        InputError, SimulationDivergedError, WorkerDiedError: if a run fails; the others are finished first.
     """
-    finished: list[Future[None]] = []
+    failed: list[BaseException] = []
 
-    def ended(call: object, future: Future[None]) -> None:
-        finished.append(future)
+    def ended(call: Call, future: Future[dict[str, bytes]]) -> None:
+        plant, scenario, _ = call
+        if error := future.exception():
+            failed.append(error)
+        else:
+            write_folder(run_folder(out, (plant, scenario)), future.result())
         advance()
 
-    try:
-        call_in_processes(run_plant, [(*run, out, seeds) for run in runs], jobs, ended)
-    except KeyboardInterrupt:
-        for run in runs:
-            remove_partial(run_folder(out, run))
-        raise
-    for future in finished:
-        future.result()
+    make_calls(executor, run_plant, [(*run, seeds) for run in runs], ended)
+    if failed:
+        raise failed[0]
 
 
-def run_plant(plant_name: str, name: str, out: Path, seeds: int) -> None:
-    """Fills the folder of a run: model files, recording.nc and rows.csv; it appears when it is whole, or not at all."""
+def run_plant(plant_name: str, name: str, seeds: int) -> dict[str, bytes]:
+    """The files of a run, by their names: model files, recording.nc and rows.csv."""
     (plant,) = (plant for plant in PLANTS if plant.name == plant_name)
-    with atomic_folder(run_folder(out, (plant_name, name))) as partial:
-        station = make_station(plant.scenario(name, partial))
+    with TemporaryDirectory(prefix="soft-gripper-") as temporary:
+        folder = Path(temporary)
+        station = make_station(plant.scenario(name, folder))
         recording = run_station(station)
-        recording.save(partial / "recording.nc")
-        write_csv(partial / TABLE, plant_table(plant, name, touched_fingers(name, station, recording), seeds))
+        recording.save(folder / "recording.nc")
+        write_csv(folder / TABLE, plant_table(plant, name, touched_fingers(name, station, recording), seeds))
+        return read_folder(folder)
 
 
 def gather_plants(out: Path) -> list[PlantRow]:

@@ -1,10 +1,8 @@
-"""Trials of pick and place: scenarios varied at random, many in processes, each of which can be run again alone."""
+"""Trials of pick and place: scenarios varied at random, of which each can be run again alone."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Executor, Future
 from dataclasses import asdict, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,20 +13,17 @@ from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.evaluation.csv_table import write_csv
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.evaluation.executor.executor import Call, make_calls
 from soft_gripper.evaluation.figure_style import save_figure
-from soft_gripper.evaluation.processes import Call, call_in_processes
 from soft_gripper.evaluation.trials.trial import DetailRow, Trial, failed_row, trial_row
 from soft_gripper.evaluation.trials.trial_run import TrialRun
+from soft_gripper.evaluation.trials.trial_tables import FIGURE, begin, write_tables
 from soft_gripper.evaluation.trials.trials_figure import trials_figure
 from soft_gripper.evaluation.trials.turning import tilt, yaw
 from soft_gripper.evaluation.trials.variation import draw, random_numbers, vary
 
 SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
-TABLES = ("trials.csv", "trials_details.csv")
-FIGURE = "trials"
-OF_A_WORKER = 25  # trials, after which a process makes way for another: systems written in Python are not freed
 
 
 def check_scenario_for_trials(file: str) -> None:
@@ -52,37 +47,40 @@ def check_scenario_for_trials(file: str) -> None:
 
 
 def run_trials(
-    files: Sequence[str], number: int, seed: int, out: Path, jobs: int, report: Callable[[Trial], Any]
+    files: Sequence[str],
+    number: int,
+    seed: int,
+    out: Path,
+    executor: Executor,
+    report: Callable[[Trial], Any],
+    resume: bool = False,
 ) -> list[Trial]:
-    """Runs `number` trials of every scenario in `jobs` processes.
+    """Runs `number` trials of every scenario.
 
     The tables in `out` are written anew after every trial, the figure after the last. The same seed leads to the
     same tables.
 
     Args:
         files: names or paths of scenarios.
+        executor: runs them.
         report: called with every trial that has ended.
-    """
-    for stale in (*TABLES, f"{FIGURE}.png", f"{FIGURE}.svg"):
-        (out / stale).unlink(missing_ok=True)
-    calls = [(file, seed, trial) for trial in range(number) for file in files]
-    trials: dict[Call, Trial] = {}
-    deserted: list[Call] = []  # by a process that died, over one of them
+        resume: keep the trials that are in the tables, and run the others.
 
-    def ended(call: Call, future: Future[Trial], alone: bool = False) -> None:
-        error = future.exception()
-        if isinstance(error, BrokenProcessPool) and not alone:
-            deserted.append(call)
-            return
-        trials[call] = _failed(call, error) if error else future.result()
-        _write_tables(out, _in_order(trials, files))
+    Raises:
+        InputError: if there is something to resume, of another seed or other scenarios.
+    """
+    trials = begin(out, {file: load_scenario(file) for file in files}, seed, resume)
+    wanted = [(file, seed, trial) for trial in range(number) for file in files]
+    for call in trials:
         report(trials[call])
 
-    batch = jobs * OF_A_WORKER
-    for begin in range(0, len(calls), batch):
-        call_in_processes(run_trial, calls[begin : begin + batch], jobs, ended)
-    for call in deserted:
-        call_in_processes(run_trial, [call], 1, partial(ended, alone=True))
+    def ended(call: Call, future: Future[Trial]) -> None:
+        error = future.exception()
+        trials[call] = _failed(call, error) if error else future.result()
+        write_tables(out, _in_order(trials, files))
+        report(trials[call])
+
+    make_calls(executor, run_trial, [call for call in wanted if call not in trials], ended)
     force_limits = {Path(file).stem: _force_limit(file) for file in files}
     save_figure(trials_figure(_in_order(trials, files), force_limits), out / FIGURE)
     return _in_order(trials, files)
@@ -96,11 +94,6 @@ def _force_limit(file: str) -> float | None:
 def _in_order(trials: dict[Call, Trial], files: Sequence[str]) -> list[Trial]:
     """Scenario after scenario, by the numbers of the trials."""
     return [trials[call] for call in sorted(trials, key=lambda call: (files.index(call[0]), call[2]))]
-
-
-def _write_tables(out: Path, trials: Sequence[Trial]) -> None:
-    write_csv(out / TABLES[0], [trial.row for trial in trials])
-    write_csv(out / TABLES[1], [trial.details for trial in trials])
 
 
 def run_trial(file: str, seed: int, trial: int) -> Trial:
@@ -125,7 +118,7 @@ def judge(file: str, seed: int, trial: int, station: Station, recording: Recordi
     name, run = Path(file).stem, TrialRun(station, recording)
     x, y, _ = 1e3 * run.placed
     details = replace(
-        _details(name, seed, trial),
+        _details(file, seed, trial),
         placed_x_mm=float(x),
         placed_y_mm=float(y),
         placed_yaw_deg=float(np.degrees(yaw(run.turned))),
@@ -138,14 +131,18 @@ def _failed(call: Call, error: BaseException) -> Trial:
     """A trial that ended in an error."""
     file, seed, trial = call
     name = Path(file).stem
-    kind = "" if isinstance(error, (InputError, SimulationDivergedError)) else f"{type(error).__name__}: "
+    kind = (
+        "" if isinstance(error, InputError | SimulationDivergedError | WorkerDiedError) else f"{type(error).__name__}: "
+    )
     cause = kind + " ".join(str(error).split())
-    return Trial(failed_row(name, trial, cause), _details(name, seed, trial))
+    return Trial(failed_row(name, trial, cause), _details(file, seed, trial))
 
 
-def _details(name: str, seed: int, trial: int) -> DetailRow:
+def _details(file: str, seed: int, trial: int) -> DetailRow:
     """What was drawn for a trial."""
-    drawn = draw(random_numbers(seed, name, trial))
+    name, task = Path(file).stem, load_scenario(file).task
+    assert task is not None
+    drawn = draw(random_numbers(seed, name, trial), task.trials)
     return DetailRow(
         name,
         trial,

@@ -11,16 +11,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.loading.mesh_cache import read_scene
 from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES
 from soft_gripper.diagrams.loading.model_files import model_path
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PoseErrorConfig, Scenario
+from soft_gripper.diagrams.schema.scenario import ModelConfig, PoseErrorConfig, Scenario, TrialsConfig
 from soft_gripper.errors import InputError
-
-OFFSET = 30.0  # mm, from where the scenario puts the object, along x and along y
-YAW = 45.0  # degrees, about its own z axis, from the scenario's
-MASS = (20.0, 60.0)  # g
-FRICTION = (0.5, 0.9)
-SIZE = 0.1  # of the scenario's
-OFFSET_ERROR = 3.0  # mm, of the reported pose along x and along y: that of a common depth camera
-YAW_ERROR = 3.0  # degrees, of the reported pose about the vertical
 
 
 @dataclass(frozen=True)
@@ -49,17 +41,21 @@ def random_numbers(seed: int, scenario: str, trial: int) -> np.random.Generator:
     return np.random.default_rng([seed, trial, *scenario.encode()])
 
 
-def draw(rng: np.random.Generator) -> Variation:
+def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
     """A variation, every part of it evenly distributed."""
-    x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, YAW)
-    others = (rng.uniform(*MASS), rng.uniform(*FRICTION), rng.uniform(1 - SIZE, 1 + SIZE))
-    error = rng.uniform(-1.0, 1.0, 3) * (OFFSET_ERROR, OFFSET_ERROR, YAW_ERROR)
+    x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (1e3 * ranges.offset, 1e3 * ranges.offset, np.degrees(ranges.yaw))
+    spans = (1e3 * np.array(ranges.mass), np.array(ranges.friction), 1 + ranges.size * np.array([-1.0, 1.0]))
+    others = tuple(rng.uniform(least, most) for least, most in spans)
+    offset, turn = 1e3 * ranges.offset_error, np.degrees(ranges.yaw_error)
+    error = rng.uniform(-1.0, 1.0, 3) * (offset, offset, turn)
     return Variation(*map(float, (x, y, yaw, *others, *error)))
 
 
 def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
     """A random variation of a scenario, and what was drawn; see `varied`. Sensors with errors have their own, too."""
-    variation = draw(rng)
+    _object(scenario)
+    assert scenario.task is not None
+    variation = draw(rng, scenario.task.trials)
     found = varied(scenario, variation)
     found.sensor.seed = int(rng.integers(2**31))
     return found, variation

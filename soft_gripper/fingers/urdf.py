@@ -10,8 +10,8 @@ Drake wants every <frame> to name a link. Expanding takes it out.
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from soft_gripper.errors import InputError
@@ -38,6 +38,7 @@ def expand_urdf(
     only_name: str | None = None,
     without: Sequence[str] = (),
     model_name: str | None = None,
+    change: Callable[[Finger], Finger] = lambda finger: finger,
 ) -> ExpandedUrdf:
     """Replaces every <finger> of a URDF by links, joints and springs.
 
@@ -47,6 +48,7 @@ def expand_urdf(
         only_name: name of the finger if the file holds just one, so that a file can be loaded twice.
         without: links that are left out, see `remove_links`.
         model_name: name of the robot in the result; None: as in the file.
+        change: gives each finger in the place of that in the file.
 
     Raises:
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
@@ -59,7 +61,8 @@ def expand_urdf(
         robot.set("name", model_name)
     if only_name is not None and len(robot.findall("finger")) == 1:
         robot.findall("finger")[0].set("name", only_name)
-    elements = [read_finger_element(str(path), e, segments) for e in robot.findall("finger")]
+    read = [read_finger_element(str(path), e, segments) for e in robot.findall("finger")]
+    elements = [replace(element, finger=change(element.finger)) for element in read]
     _check_links(path, robot, elements)
     children = list(robot)
     robot[:] = []

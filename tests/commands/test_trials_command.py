@@ -16,6 +16,7 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import TrialsConfig
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.trials.trials import run_trial
@@ -50,7 +51,7 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
     assert (printed["success"], printed["dropped"], printed["cause"]) == ("True", "False", "")
     recording = Recording.load(tmp_path / "box_4" / "recording.nc")
     kept = load_scenario(str(tmp_path / "box_4" / "scenario.yaml"))
-    drawn = draw(random_numbers(2, "box", 4))
+    drawn = draw(random_numbers(2, "box", 4), TrialsConfig())
     assert kept.models[3].mesh.mass == pytest.approx(1e-3 * drawn.mass_g)
     box = recording["plant.state"].sel(state=["box_box_x", "box_box_y", "box_box_z"]).values
     start = np.array([0.45 + 1e-3 * drawn.x_mm, -0.18 + 1e-3 * drawn.y_mm, 0.03 * drawn.size + 1e-5])
@@ -109,7 +110,7 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
     assert all(record["cause"].startswith("not over at 0.50 s") for record in found)
     assert f"{len(found)} of 200 trials ended" in printed
     assert "Traceback" not in complaint
-    assert {path.name for path in out.iterdir()} == {"trials.csv", "trials_details.csv"}
+    assert {path.name for path in out.iterdir()} == {"trials.yaml", "trials.csv", "trials_details.csv"}
 
 
 @pytest.mark.parametrize(

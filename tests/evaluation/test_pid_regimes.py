@@ -26,10 +26,7 @@ NAME = "tip_distance_steps"
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What a run of all regimes leaves."""
     folder: Path = tmp_path_factory.mktemp("results") / "regimes"
-    times: list[float] = []
-    run_regimes(NAME, folder, times.append)
-    assert times == sorted(times)
-    assert times[-1] == sum(one.duration for one in regime_scenarios(load_scenario(NAME)).values())
+    run_regimes(NAME, folder)
     return folder
 
 

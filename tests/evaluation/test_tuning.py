@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from here_executor import HereExecutor
 
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
@@ -43,7 +44,7 @@ def test_cost_counts_overshoot_beyond_two_percent():
 
 def test_tuning_lowers_the_cost(two_steps):
     costs = []
-    best = tune(two_steps, 8, lambda gains, cost: costs.append(cost))
+    best = tune(two_steps, HereExecutor(), 8, lambda gains, cost: costs.append(cost))
     assert len(costs) == 8
     cost = step_cost(follow(two_steps, best))
     assert cost == pytest.approx(np.min(costs))

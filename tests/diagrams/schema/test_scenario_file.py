@@ -17,7 +17,7 @@ from soft_gripper.diagrams.schema.scenario import (
     StrainErrorsConfig,
     TaskConfig,
 )
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario, scenario_names
+from soft_gripper.diagrams.schema.scenario_file import changed_scenario, dump_scenario, load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.manipulation.task_phases import Outcome
@@ -94,6 +94,21 @@ def test_overrides_take_the_place_of_what_the_file_says():
 def test_steps_of_the_file_are_the_only_ones():
     scenario = load_scenario(DEFAULTS, ["pressure.steps={finger: [1.0]}"])
     assert scenario.pressure.steps == {"finger": [1.0]}
+
+
+def test_an_entry_of_a_list_is_counted_or_named():
+    for key in ("models.1.X_PC.translation", "models.right_finger.X_PC.translation"):
+        scenario = changed_scenario("free_bending", {key: [1.0, 2.0, 3.0]})
+        assert scenario.models[1].X_PC.translation.tolist() == [1.0, 2.0, 3.0]
+        assert scenario.models[0].X_PC.translation.tolist() != [1.0, 2.0, 3.0]
+
+
+def test_changes_are_data_and_stay_as_they_are():
+    changes = {"pressure.steps": {"all": [0.0, 1e-7]}, "believed.width": 0.03, "believed.length": "+5 %"}
+    scenario = changed_scenario("free_bending", changes)
+    assert scenario.pressure.steps == {"all": [0.0, 1e-7]}
+    assert (scenario.believed.width, scenario.believed.length) == ("0.03", "+5 %")
+    assert changes["believed.width"] == 0.03
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import numpy as np
 from soft_gripper.evaluation.contacts.bench import Settled
 from soft_gripper.evaluation.contacts.contact_trials import contact_row, redrawn, run_contacts
 from soft_gripper.evaluation.contacts.random_contact import Contact, RandomContact, run_contact
+from soft_gripper.evaluation.executor.executor import open_executor
 
 DRAWN = RandomContact("outer", 5.0, 80.0, 50.0, 20.0, (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0))
 FOUND = Settled(np.zeros(12), 0.0, np.zeros(12), np.zeros(13), -0.5, 0.6, 0.082)
@@ -25,7 +26,8 @@ def test_reasons_are_counted() -> None:
 
 def test_contacts_of_processes_are_those_of_one_alone() -> None:
     reported: list[int] = []
-    contacts = run_contacts(2, 5, 1, lambda contact: reported.append(contact.number))
+    with open_executor(1) as executor:
+        contacts = run_contacts(2, 5, executor, lambda contact: reported.append(contact.number))
     assert sorted(reported) == [contact.number for contact in contacts] == [0, 1]
     alone = run_contact(5, 1, 0.3)
     assert contacts[1].drawn == alone.drawn

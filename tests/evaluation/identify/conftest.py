@@ -3,7 +3,7 @@
 import pytest
 from identified import BEAM, HOLLOW, finger_of
 
-from soft_gripper.evaluation.processes import worker_processes
+from soft_gripper.evaluation.executor.executor import open_executor
 
 
 @pytest.fixture(scope="session")
@@ -20,5 +20,5 @@ def hollow(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def pool():
-    with worker_processes(1) as processes:
-        yield processes
+    with open_executor(1) as executor:
+        yield executor

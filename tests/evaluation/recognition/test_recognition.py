@@ -1,16 +1,14 @@
 """Many grasps: those of processes that die, models and tables from them, and the shipped model."""
 
-from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
-
 import numpy as np
 import pytest
+from here_executor import HereExecutor
 
 from soft_gripper.diagrams.loading.shape_model_file import load_shape_model
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.evaluation.recognition import recognition
 from soft_gripper.evaluation.recognition.confusion_figure import confusion_figure
 from soft_gripper.evaluation.recognition.grasp import SECTIONS, SHAPES, Grasp, Probe, draw, probe, with_object
@@ -34,22 +32,17 @@ def simulated(file, seed, set, number, shape):
 
 @pytest.fixture
 def grasps(monkeypatch):
-    """Grasps made here, each batch of them backwards; the process of one dies."""
+    """Grasps made here; the process of one dies."""
     dead = ("probing_grasp", 1, "train", 3, "sphere")
 
-    def call_backwards(work, calls, jobs, ended):
-        assert len(calls) <= jobs * recognition.OF_A_WORKER
-        for call in reversed(calls):
-            future = Future()
-            if call == dead:
-                future.set_exception(BrokenProcessPool())
-            else:
-                future.set_result(simulated(*call))
-            ended(call, future)
+    def run(*call):
+        if call == dead:
+            raise WorkerDiedError
+        return simulated(*call)
 
-    monkeypatch.setattr(recognition, "call_in_processes", call_backwards)
+    monkeypatch.setattr(recognition, "run_grasp", run)
     reported = []
-    found = run_grasps("probing_grasp", NUMBERS, 1, 1, reported.append)
+    found = run_grasps("probing_grasp", NUMBERS, 1, HereExecutor(), reported.append)
     assert sorted(map(id, reported)) == sorted(map(id, found))
     return found
 
@@ -84,14 +77,12 @@ def test_a_shape_without_a_grasp_is_reported(grasps):
 
 
 def test_an_error_that_is_no_grasps_is_raised(monkeypatch):
-    def fail(work, calls, jobs, ended):
-        future = Future()
-        future.set_exception(ArithmeticError("a mistake of ours"))
-        ended(calls[0], future)
+    def fail(*_):
+        raise ArithmeticError("a mistake of ours")
 
-    monkeypatch.setattr(recognition, "call_in_processes", fail)
+    monkeypatch.setattr(recognition, "run_grasp", fail)
     with pytest.raises(ArithmeticError, match="of ours"):
-        run_grasps("probing_grasp", NUMBERS, 1, 1, print)
+        run_grasps("probing_grasp", NUMBERS, 1, HereExecutor(), print)
 
 
 def test_the_figure_shows_every_count_and_the_share_that_is_right():

@@ -1,10 +1,11 @@
 """Maps, case by case: what is finished is not run again, unless it was for another number of seeds."""
 
 import pytest
+from here_executor import HereExecutor
 
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.robustness import maps
-from soft_gripper.evaluation.robustness.maps import CASES, FOLDER, case_file, gather_maps, unfinished_cases
+from soft_gripper.evaluation.robustness.maps import CASES, FOLDER, case_file, gather_maps, run_cases, unfinished_cases
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
 
 
@@ -32,7 +33,7 @@ def test_all_rows_are_gathered_by_noise(tmp_path) -> None:
     assert [(row.scenario, row.noise) for row in again] == [(row.scenario, row.noise) for row in rows]
 
 
-def test_a_case_leaves_the_rows_of_its_recording(tmp_path, held, monkeypatch) -> None:
+def test_cases_leave_the_rows_of_their_recordings(tmp_path, held, monkeypatch) -> None:
     """Of the recording that lies there."""
     folder = tmp_path / "free_bending"
     folder.mkdir()
@@ -45,7 +46,7 @@ def test_a_case_leaves_the_rows_of_its_recording(tmp_path, held, monkeypatch) ->
             RobustnessRow(name, fingers[0].finger.name, "", noise, len(fingers), 1.0, 2.0, 3.0, 0.5, seeds)
         ],
     )
-    maps._work("free_bending", 2.0, tmp_path, 7)
+    run_cases([("free_bending", 2.0)], tmp_path, 7, HereExecutor(), lambda: None)
     (row,) = read_csv(case_file(tmp_path, ("free_bending", 2.0)), RobustnessRow)
     assert (row.scenario, row.estimator, row.noise, row.sections, row.seeds) == (
         "free_bending",

@@ -1,6 +1,7 @@
 """Runs of other plants: what they leave, whole or not at all, and what is left to run."""
 
 import pytest
+from here_executor import HereExecutor
 
 from soft_gripper.checksums import SUMS
 from soft_gripper.evaluation.csv_table import read_csv, write_csv
@@ -10,7 +11,7 @@ from soft_gripper.evaluation.robustness.plant_runs import (
     TABLE,
     gather_plants,
     run_folder,
-    run_plant,
+    run_plants,
     unfinished_runs,
 )
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
@@ -43,7 +44,7 @@ def quick(held, monkeypatch):
 
 def test_a_run_leaves_models_recording_and_rows(quick, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(plant_runs, "plant_table", lambda plant, name, fingers, seeds: [row((plant.name, name), seeds)])
-    run_plant(RUBBER.name, "box_grasp", tmp_path, 3)
+    run_plants([(RUBBER.name, "box_grasp")], tmp_path, 3, HereExecutor(), lambda: None)
     folder = run_folder(tmp_path, (RUBBER.name, "box_grasp"))
     assert {path.name for path in folder.iterdir()} == {"two_finger.urdf", "recording.nc", TABLE, SUMS}
     assert read_csv(folder / TABLE, PlantRow) == [row((RUBBER.name, "box_grasp"), 3)]
@@ -55,6 +56,6 @@ def test_a_run_that_fails_leaves_nothing(quick, tmp_path, monkeypatch) -> None:
 
     monkeypatch.setattr(plant_runs, "plant_table", fail)
     with pytest.raises(RuntimeError):
-        run_plant(RUBBER.name, "box_grasp", tmp_path, 3)
+        run_plants([(RUBBER.name, "box_grasp")], tmp_path, 3, HereExecutor(), lambda: None)
     assert not run_folder(tmp_path, (RUBBER.name, "box_grasp")).exists()
-    assert list(run_folder(tmp_path, (RUBBER.name, "box_grasp")).parent.iterdir()) == []
+    assert list(tmp_path.iterdir()) == []

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from soft_gripper.diagrams.manipulation.reported_pose import reported_pose
-from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario import Scenario, TrialsConfig
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.trials.variation import Variation, draw, random_numbers, varied, vary
@@ -16,6 +16,7 @@ from soft_gripper.models import DIRECTORY
 SCENARIOS = ["pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate"]
 LOW = np.array([-30, -30, -45, 20, 0.5, 0.9, -3, -3, -3])
 HIGH = np.array([30, 30, 45, 60, 0.9, 1.1, 3, 3, 3])
+NARROW = TrialsConfig(0.01, 0.2, [0.03, 0.04], [0.6, 0.7], 0.05, 1e-3, 0.01)  # as a scenario may have it
 EXACT = (0.0, 0.0, 0.0)  # no error of the reported pose
 
 
@@ -33,7 +34,7 @@ def lowest_points(scenario: Scenario) -> tuple[float, float]:
 
 
 def test_variations_are_spread_evenly_over_their_ranges():
-    drawn = np.array([astuple(draw(random_numbers(1, "box", trial))) for trial in range(2000)])
+    drawn = np.array([astuple(draw(random_numbers(1, "box", trial), TrialsConfig())) for trial in range(2000)])
     parts = (drawn - LOW) / (HIGH - LOW)
     assert np.all((parts >= 0) & (parts <= 1))
     error_of_mean = 1 / np.sqrt(12 * len(drawn))
@@ -43,10 +44,23 @@ def test_variations_are_spread_evenly_over_their_ranges():
     assert np.abs(correlation).max() < 4 / np.sqrt(len(drawn))
 
 
+def test_ranges_are_those_of_the_scenario():
+    drawn = np.array([astuple(draw(random_numbers(1, "box", trial), NARROW)) for trial in range(500)])
+    turn, error = np.degrees(0.2), np.degrees(0.01)
+    low, high = [-10, -10, -turn, 30, 0.6, 0.95, -1, -1, -error], [10, 10, turn, 40, 0.7, 1.05, 1, 1, error]
+    np.testing.assert_allclose(drawn.min(axis=0), low, atol=0.02 * (np.array(high) - low).max())
+    assert (drawn >= low).all()
+    assert (drawn <= high).all()
+    assert (np.ptp(drawn, axis=0) > 0.95 * (np.array(high) - low)).all()
+
+
 def test_a_trial_is_the_same_whatever_is_drawn_before_and_unlike_every_other():
-    again = draw(random_numbers(3, "box", 7))
-    assert again == draw(random_numbers(3, "box", 7))
-    others = [draw(random_numbers(*key)) for key in ((3, "box", 6), (4, "box", 7), (7, "box", 3), (3, "cup", 7))]
+    again = draw(random_numbers(3, "box", 7), TrialsConfig())
+    assert again == draw(random_numbers(3, "box", 7), TrialsConfig())
+    others = [
+        draw(random_numbers(*key), TrialsConfig())
+        for key in ((3, "box", 6), (4, "box", 7), (7, "box", 3), (3, "cup", 7))
+    ]
     assert again not in others
     assert len(set(others)) == len(others)
 
@@ -97,7 +111,7 @@ def test_the_scenario_itself_is_left_as_it_was_and_its_variation_can_be_written_
     before = dump_scenario(scenario)
     found, variation = vary(scenario, random_numbers(1, "box", 2))
     assert dump_scenario(scenario) == before != dump_scenario(found)
-    assert variation == draw(random_numbers(1, "box", 2))
+    assert variation == draw(random_numbers(1, "box", 2), TrialsConfig())
 
 
 @pytest.mark.parametrize(

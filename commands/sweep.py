@@ -1,0 +1,93 @@
+"""soft-gripper sweep: a scenario run with many values of its fields, in one table."""
+
+import argparse
+from pathlib import Path
+
+from tqdm import tqdm
+
+from soft_gripper.commands.options import add_scenario_options
+from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
+from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
+from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.diagrams.schema.scenario_file import read_override
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.figure_style import save_figure
+from soft_gripper.evaluation.sweep.axes import METHODS, Axis, Variation, points, read_axis
+from soft_gripper.evaluation.sweep.sweep import TABLE, run_sweep
+from soft_gripper.evaluation.sweep.sweep_figure import sweep_figure
+from soft_gripper.evaluation.sweep.sweep_table import ERROR, NUMBER, SweepTable
+
+NAME, FIGURE = "sweep", "sweep"
+EXAMPLE = "such as pressure.maximum=1e5,2e5 or models.gripper.fingers.all.youngs_modulus=-20..20 %%:5"
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = subparsers.add_parser(NAME, help="run a scenario with many values of its fields: one table")
+    add_scenario_options(parser)
+    vary = f"values or a range of a field, {EXAMPLE}; whole numbers stay whole; may be repeated"
+    parser.add_argument("--vary", metavar="KEY=VALUES", action="append", required=True, help=vary)
+    parser.add_argument("--method", choices=METHODS, help="default: grid; latin with --sample")
+    parser.add_argument("--sample", metavar="N", help="points drawn from the values and ranges")
+    parser.add_argument("--seed", metavar="S", default="1", help="of these (default: %(default)s)")
+    parser.add_argument("--out", metavar="DIR", type=path, required=True, help="folder of the table")
+    parser.add_argument("--resume", action="store_true", help="run only what an interrupted sweep left")
+    add_executor_options(parser)
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    variations = _variations(options, [read_axis(text) for text in options.vary])
+    fixed = dict(map(read_override, options.set))
+    if options.sections is not None:
+        fixed["sensor.sections"] = whole_number(NAME, "--sections", options.sections, 1)
+    executor, failed = chosen_executor(NAME, options), 0
+    with tqdm(total=len(variations), desc="runs", dynamic_ncols=True, disable=None) as bar:
+
+        def report(fine: bool) -> None:
+            nonlocal failed
+            failed += not fine
+            bar.set_postfix_str(f"{failed} failed")
+            bar.update()
+
+        try:
+            with executor as opened:
+                table = run_sweep(
+                    options.scenario,
+                    variations,
+                    options.out,
+                    opened,
+                    fixed=fixed,
+                    resume=options.resume,
+                    report=report,
+                )
+        except KeyboardInterrupt:
+            bar.close()
+            print(f"\n{bar.n} of {len(variations)} runs ended; they are in {options.out / TABLE}, --resume goes on")
+            raise
+    files = [TABLE, *_draw(table, variations, options)]
+    print(f"{len(variations)} runs, {failed} failed\nWritten to {options.out}: {', '.join(files)}")
+    return 0
+
+
+def _variations(options: argparse.Namespace, axes: list[Axis]) -> list[Variation]:
+    method = options.method or ("grid" if options.sample is None else "latin")
+    if (method == "grid") != (options.sample is None):
+        expected = "give --sample N" if options.sample is None else "leave --sample out: a grid has all combinations"
+        raise InputError(NAME, "--method", method, expected)
+    number = 0 if options.sample is None else whole_number(NAME, "--sample", options.sample, 1)
+    return points(axes, method, number, whole_number(NAME, "--seed", options.seed, 0, MOST_SEED))
+
+
+def _draw(table: SweepTable, variations: list[Variation], options: argparse.Namespace) -> list[str]:
+    """Draws the figure, if the sweep has one; returns its files."""
+    keys, rows = list(variations[0]), list(zip(*(table.rows[i] for i in sorted(table.rows)), strict=True))
+    columns = dict(zip(table.header, rows, strict=True))
+    measured = {name: cells for name, cells in columns.items() if name not in (NUMBER, ERROR, *keys)}
+    title = f"{Path(options.scenario).stem}: {len(variations)} runs"
+    figure = sweep_figure({key: columns[key] for key in keys}, measured, title)
+    if figure is None:
+        return []
+    save_figure(figure, options.out / FIGURE)
+    return [f"{FIGURE}.png", f"{FIGURE}.svg"]

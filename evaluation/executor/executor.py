@@ -1,0 +1,48 @@
+"""The executor that calls are given to: processes of this machine, or a Dask cluster."""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from contextlib import contextmanager
+from typing import Any
+
+from soft_gripper.evaluation.executor.cluster import cluster_executor
+from soft_gripper.evaluation.executor.worker_processes import WorkerProcesses
+
+Call = tuple[Any, ...]
+
+
+@contextmanager
+def open_executor(jobs: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
+    """An executor, to be used in a `with` of the main thread.
+
+    Args:
+        jobs: number of processes of this machine; None: one a core.
+        scheduler: address of a Dask scheduler, whose workers are used instead.
+
+    Raises:
+        InputError: if there is no such scheduler, or Dask is not installed.
+    """
+    opened = WorkerProcesses(jobs or os.cpu_count() or 1) if scheduler is None else cluster_executor(scheduler)
+    with opened as executor:
+        yield executor
+
+
+def make_calls(
+    executor: Executor,
+    work: Callable[..., Any],
+    calls: Sequence[Call],
+    ended: Callable[[Call, Future[Any]], None],
+) -> None:
+    """Makes all calls of `work`, and returns when the last has ended.
+
+    Args:
+        executor: makes them.
+        work: a function of a module, that takes and returns plain data.
+        calls: the arguments of each call.
+        ended: called here, as each call ends, with its arguments and what came of it; an exception of a call is its to
+            find.
+    """
+    call_of = {executor.submit(work, *call): call for call in calls}
+    for future in as_completed(call_of):
+        ended(call_of.pop(future), future)

@@ -1,0 +1,139 @@
+"""WorkerProcesses: an executor of processes that are replaced when they have grown or died.
+
+Systems written in Python are not freed with their diagram (pydrake 1.51 to 1.58), so that every station that is built
+stays in memory, 15 MB. A process that has grown by GROWTH makes way for another.
+"""
+
+import logging
+import reprlib
+import signal
+import tempfile
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import forkserver, get_context
+from types import TracebackType
+from typing import Any
+
+from soft_gripper.errors import WorkerDiedError
+from soft_gripper.evaluation.executor.worker import begin, make
+
+GROWTH = 0.15  # share by which a process that is replaced has grown since its first call
+ATTEMPTS = 2  # at a call whose process dies
+# What most calls need, imported once by the server that processes are forked from, so that one more costs a tenth of a
+# second; xarray loads dask.array when it is first used, if it is there.
+_PRELOADED = ("soft_gripper.evaluation.sweep.variation_run", "dask.array")
+_CONTEXT = get_context("forkserver")
+_LOGGER = logging.getLogger(__name__)
+
+
+class WorkerProcesses(Executor):
+    """So many processes, each with a call of its own; to be made in the main thread, and used in a `with`.
+
+    Every process stands in a pool of one, so that when it dies it takes no other call with it. Its call is made
+    again in another, and fails with a WorkerDiedError if that dies too. An exception within the `with`, Ctrl-C above
+    all, ends the processes at once; so does the death of this process, by whatever signal.
+    """
+
+    def __init__(self, jobs: int):
+        """`jobs` is the number of processes."""
+        _start_server()
+        self._folder = tempfile.TemporaryDirectory(prefix="soft-gripper-", ignore_cleanup_errors=True)
+        self._threads = ThreadPoolExecutor(jobs)
+        self._of_thread = threading.local()
+        self._workers: set[_Worker] = set()
+        self._is_ended = False
+
+    def submit(self, work: Callable[..., Any], /, *arguments: Any, **named: Any) -> "Future[Any]":
+        """Makes a call of a function of a module in one of the processes; see Executor."""
+        assert not named
+        return self._threads.submit(self._call, work, arguments)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Ends the processes when they have made their calls; see Executor."""
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        for worker in set(self._workers):
+            worker.end()
+        self._folder.cleanup()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self._is_ended = True
+            for worker in set(self._workers):
+                worker.cut()
+        self.shutdown(cancel_futures=kind is not None)
+
+    def _call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """What comes of a call; runs in a thread that has a process of its own."""
+        for attempt in range(1, ATTEMPTS + 1):
+            worker = self._worker()
+            try:
+                return worker.call(work, arguments)
+            except BrokenProcessPool:
+                if self._is_ended:
+                    raise
+                self._replace(worker)
+                _LOGGER.warning("process %d of %d died at %s", attempt, ATTEMPTS, name_of(work, arguments))
+            finally:
+                if worker.has_grown:
+                    self._replace(worker)
+        raise WorkerDiedError(f"the process died, {ATTEMPTS} times, at {name_of(work, arguments)}: out of memory?")
+
+    def _worker(self) -> "_Worker":
+        if self._is_ended:
+            raise BrokenProcessPool
+        if getattr(self._of_thread, "worker", None) is None:
+            self._of_thread.worker = _Worker(self._folder.name)
+            self._workers.add(self._of_thread.worker)
+        worker: _Worker = self._of_thread.worker
+        return worker
+
+    def _replace(self, worker: "_Worker") -> None:
+        self._of_thread.worker = None
+        self._workers.discard(worker)
+        worker.end()
+
+
+class _Worker:
+    """One process."""
+
+    def __init__(self, folder: str):
+        end, self._line = _CONTEXT.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(1, _CONTEXT, begin, (end, folder))
+        self._end = end
+        self._memory: int | None = None
+        self.has_grown = False
+
+    def call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """Raises BrokenProcessPool if the process dies."""
+        made = self._pool.submit(make, work, arguments).result()
+        self._memory = made.memory if self._memory is None else self._memory
+        self.has_grown = made.memory > (1 + GROWTH) * self._memory
+        return made.result
+
+    def end(self) -> None:
+        """Waits for the process to end."""
+        self._pool.shutdown()
+        self.cut()
+
+    def cut(self) -> None:
+        """Ends the process at once."""
+        self._line.close()
+
+
+def name_of(work: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
+    """A call in a few words."""
+    return f"{getattr(work, '__name__', work)}({', '.join(map(reprlib.repr, arguments))})"
+
+
+def _start_server() -> None:
+    """Starts the server that processes are forked from; what it is told to ignore, they ignore too: Ctrl-C."""
+    _CONTEXT.set_forkserver_preload(list(_PRELOADED))
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.signal(signal.SIGINT, handler)

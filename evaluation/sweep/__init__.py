@@ -1,0 +1,1 @@
+"""Sweeps: a scenario run with many changes, in one table."""

@@ -1,0 +1,103 @@
+"""soft-gripper sweep: the same table from one process, from two, and after SIGKILL; and what it refuses."""
+
+import csv
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from command_line import LISTENING, short, soft_gripper
+
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+
+NOISY = [*short("pressure.settle=0.1"), "--set", "sensor.errors.preset=realistic"]
+VARY = ["--vary", "models.0.fingers.all.youngs_modulus=-10..10 %:2", "--vary", "sensor.seed=0..3:4"]
+SWEEP = ["sweep", "free_bending", *NOISY, *VARY]
+
+
+def table(folder: Path) -> bytes:
+    return (folder / "sweep.csv").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sweep that nothing happened to, by one process."""
+    folder = tmp_path_factory.mktemp("sweep") / "whole"
+    done = soft_gripper(*SWEEP, "--jobs", 1, "--out", folder)
+    assert done.code == 0
+    assert "8 runs, 0 failed" in done.out
+    return folder
+
+
+def test_table_and_figure(whole):
+    assert {path.name for path in whole.iterdir()} == {"sweep.csv", "sweep.json", "sweep.png", "sweep.svg"}
+    with (whole / "sweep.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["sensor.seed"] for row in rows] == 2 * ["0", "1", "2", "3"]
+    assert len({row["mean_pose_error_mm"] for row in rows}) == 8
+    assert len({row["largest_bend_deg"] for row in rows}) == 2
+    assert float(rows[0]["largest_bend_deg"]) > float(rows[4]["largest_bend_deg"])  # the softer bends more
+
+
+@pytest.mark.parametrize("rows", [0, 3])
+def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_path, rows):
+    with subprocess.Popen([*LISTENING, *SWEEP, "--jobs", "2", "--out", tmp_path], stderr=subprocess.PIPE) as process:
+        file = tmp_path / "sweep.csv"
+        while not file.exists() or file.read_bytes().count(b"\n") < 1 + rows:
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+    assert len(table(tmp_path)) < len(table(whole))
+    done = soft_gripper(*SWEEP, "--jobs", 2, "--out", tmp_path, "--resume")
+    assert done.code == 0
+    assert table(tmp_path) == table(whole)
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
+
+
+def test_ctrl_c_says_how_to_go_on(tmp_path):
+    arguments = [*LISTENING, *SWEEP, "--jobs", "1", "--out", tmp_path]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(arguments, start_new_session=True, **pipes) as process:
+        while not (tmp_path / "sweep.csv").exists():
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        printed, complaint = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "of 8 runs ended; they are in" in printed
+    assert "Traceback" not in complaint
+
+
+def test_a_scenario_of_ones_own_and_failures_as_rows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(dump_scenario(load_scenario("free_bending")))
+    vary = "models.0.fingers.all.thickness=0.02,0.004,0.021"
+    done = soft_gripper("sweep", "mine.yaml", *NOISY, "--vary", vary, "--jobs", 1, "--out", "out")
+    assert done.code == 0
+    assert "3 runs, 1 failed" in done.out
+    with Path("out/sweep.csv").open(newline="") as file:
+        errors = [row["error"] for row in csv.DictReader(file)]
+    assert "the chamber does not fit" in errors[1]
+    assert [errors[0], errors[2]] == ["", ""]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--vary", "sensor.nothing=1,2"], "--vary sensor.nothing: "),
+        (["--vary", "sensor.sections"], "write KEY=1,2,3"),
+        (["--vary", "sensor.sections=1,2", "--vary", "sensor.sections=3"], "appears more than once"),
+        (["--vary", "pressure.time_constant=0.01..0.1"], "say how many values"),
+        (["--vary", "sensor.seed=1,2", "--method", "sobol"], "give --sample N"),
+        (["--vary", "sensor.seed=1,2", "--method", "grid", "--sample", "4"], "leave --sample out"),
+        (["--vary", "sensor.seed=1,2", "--jobs", "0"], "--jobs = '0'"),
+        (["--vary", "sensor.seed=1,2", "--out", "/dev/null/out"], "folder = '/dev/null/out': cannot be written to"),
+    ],
+)
+def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
+    done = soft_gripper("sweep", "free_bending", "--out", tmp_path, *arguments)
+    assert done.code == 2
+    assert complaint in done.err
+    assert done.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
