@@ -11,14 +11,14 @@ Leading axes are free; T samples, B branches of creep, N joints.
 """
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.shape.estimate import ShapeFunction
 from soft_gripper.shape.finger_shape import ANGLES
-from soft_gripper.signals import describe
 
 DRIVING_TORQUE = "driving_torque"
 _SETTLED = 1e-7  # N m, by which a driving torque that is found may still change
@@ -64,7 +64,7 @@ def recorded_driving(
     return driving
 
 
-class DrivingTorque(LeafSystem):
+class DrivingTorque(ArrayBlock):
     """What drives one finger, sample for sample.
 
     ::
@@ -82,15 +82,16 @@ class DrivingTorque(LeafSystem):
         """The finger as it is believed to be; it begins straight."""
         super().__init__()
         self._finger, self._period, joints = finger, period, finger.segments
-        self._pressure = self.DeclareVectorInputPort("pressure", 1)
-        known = {self._pressure.ticket()}
+        self.take("pressure", 1)
+        self.derive("of pressure", lambda pressure: finger.pressure_torque(pressure[..., 0]), "pressure")
+        torques = ["of pressure"]
         if finger.creep:
-            self._angles = self.DeclareVectorInputPort(ANGLES, joints)
+            self._angles = self.take(ANGLES, joints)
             self.DeclareDiscreteState(len(finger.creep) * joints)
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-            known.add(self.xd_ticket())
-        port = self.DeclareVectorOutputPort(DRIVING_TORQUE, joints, self._calc_torque, known)
-        describe(port, "N m", joint=range(joints))
+            self.remember("memory", lambda context: memory_torque(finger, self._internal_angles(context)))
+            torques.append("memory")
+        self.put_out(DRIVING_TORQUE, lambda first, *others: sum(others, first), *torques, unit="N m", joint=range(joints))
 
     def _internal_angles(self, context: Context) -> Array:
         z: Array = context.get_discrete_state_vector().value().reshape(-1, self._finger.segments)
@@ -101,9 +102,3 @@ class DrivingTorque(LeafSystem):
         if context.get_time() > 0:
             z, q = self._internal_angles(context), self._angles.Eval(context)
             values.set_value(internal_angles(self._finger, z, q, self._period).ravel())
-
-    def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        torque = self._finger.pressure_torque(self._pressure.Eval(context)[0])
-        if self._finger.creep:
-            torque = torque + memory_torque(self._finger, self._internal_angles(context))
-        output.SetFromVector(torque)

@@ -1,0 +1,131 @@
+"""Which ports need a log, and how signals follow from what is logged.
+
+An ArrayBlock gives its outputs at all samples of a recording from its inputs at all of them. So a port of such a block
+needs no log, and is not computed while the diagram runs, as long as its inputs lead back to ports that are logged.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple, Union
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+
+
+class Logged(NamedTuple):
+    """A port that has a log."""
+
+    port: OutputPort
+
+
+@dataclass(eq=False)
+class Derived:
+    """A block whose outputs follow from those of others."""
+
+    block: ArrayBlock
+    inputs: dict[str, "Source"] = field(default_factory=dict)  # by the names of its ports
+    outputs: list[str] = field(default_factory=list)  # names of those that are asked for
+
+
+class Output(NamedTuple):
+    """One output of such a block."""
+
+    of: Derived
+    name: str
+
+
+Source = Union[Logged, Output]
+
+
+class _Level(NamedTuple):
+    """What is wired where a system sits."""
+
+    wires: Mapping[tuple[System, int], tuple[System, int]]  # outputs by the inputs that they feed
+    diagram: Diagram | None = None  # None: the builder of the whole
+    above: "_Level | None" = None
+
+    def source(self, port: InputPort) -> "tuple[OutputPort, _Level] | None":
+        """The output that feeds an input, and where it is; None if there is none yet."""
+        key = port.get_system(), port.get_index()
+        if key in self.wires:
+            system, index = self.wires[key]
+            return system.get_output_port(index), self
+        if self.diagram is None or self.above is None:
+            return None
+        outer = map(self.diagram.get_input_port, range(self.diagram.num_input_ports()))
+        fed = (each for each in outer if key in map(tuple, self.diagram.GetInputPortLocators(each.get_index())))
+        port_above = next(fed, None)
+        return None if port_above is None else self.above.source(port_above)
+
+    def exported(self, port: OutputPort) -> OutputPort | None:
+        """The port of the whole that shows an output; None if none does."""
+        if self.diagram is None or self.above is None:
+            return port
+        key = port.get_system(), port.get_index()
+        outer = map(self.diagram.get_output_port, range(self.diagram.num_output_ports()))
+        shown = (each for each in outer if tuple(self.diagram.get_output_port_locator(each.get_index())) == key)
+        port_above = next(shown, None)
+        return None if port_above is None else self.above.exported(port_above)
+
+
+class SignalSources:
+    """Finds what signals of a diagram follow from, at samples `period` s apart. Ask before the diagram is built."""
+
+    def __init__(self, builder: DiagramBuilder, period: float):
+        self._root, self._period = _Level(builder.connection_map()), period
+        self._blocks: dict[System, Derived | None] = {}
+
+    def find(self, port: OutputPort) -> Source:
+        """What gives a port of the builder's systems."""
+        return self._trace(port, self._root) or Logged(port)
+
+    def _trace(self, port: OutputPort, level: _Level) -> Source | None:
+        """The same anywhere; None if it follows from what no port of the whole shows."""
+        system = port.get_system()
+        if isinstance(system, Diagram):
+            inner, index = system.get_output_port_locator(port.get_index())
+            return self._trace(inner.get_output_port(index), _Level(system.connection_map(), system, level))
+        if isinstance(system, ArrayBlock) and system.follows(port.get_name(), self._period):
+            block = self._block(system, level)
+            if block is not None:
+                block.outputs.append(port.get_name())
+                return Output(block, port.get_name())
+        shown = level.exported(port)
+        return None if shown is None else Logged(shown)
+
+    def _block(self, system: ArrayBlock, level: _Level) -> Derived | None:
+        if system not in self._blocks:
+            self._blocks[system] = None  # in a loop
+            inputs = {}
+            for port in map(system.get_input_port, range(system.num_input_ports())):
+                fed = level.source(port)
+                source = None if fed is None else self._trace(*fed)
+                if source is None:
+                    return None
+                inputs[port.get_name()] = source
+            self._blocks[system] = Derived(system, inputs)
+        return self._blocks[system]
+
+
+def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[OutputPort, Array]) -> dict[str, Array]:
+    """Signals at all samples, (T, size) each, by their names.
+
+    Args:
+        sources: of the signals.
+        time: of the samples, s, (T,).
+        logged: what the logs hold, (T, size) each, by their ports.
+    """
+    known: dict[Derived, dict[str, Array]] = {}
+
+    def values(source: Source) -> Array:
+        if isinstance(source, Logged):
+            return logged[source.port]
+        block = source.of
+        if block not in known:
+            inputs = {name: values(each) for name, each in block.inputs.items()}
+            known[block] = block.block.over_time(time, inputs, block.outputs)
+        return known[block][source.name]
+
+    return {name: values(source) for name, source in sources.items()}
