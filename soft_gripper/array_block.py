@@ -4,7 +4,7 @@ Its ports call the functions for one sample. A recording calls them once for all
 in a diagram reads cost next to nothing while it runs.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ class _Step(NamedTuple):
     sources: tuple[str, ...] = ()
     over_time: Callable[..., Any] | None = None  # from those of the sources, at all samples; None: only a run knows
     period: float | None = None  # s, of the samples that it remembers, if it does
+    is_logged: bool = False  # by a port of its own, and so known at all samples as inputs are
 
 
 class ArrayBlock(LeafSystem):
@@ -44,10 +45,27 @@ class ArrayBlock(LeafSystem):
         self._steps[name] = _Step(port.Eval, port.ticket())
         return port
 
-    def derive(self, name: str, function: Callable[..., Any], *sources: str) -> None:
-        """Declares a step that several others name, which is computed once a sample."""
+    def derive(
+        self, name: str, function: Callable[..., Any], *sources: str, over_time: Callable[..., Any] | None = None
+    ) -> None:
+        """Declares a step that several others name, which is computed once a sample.
+
+        `over_time` takes the place of the function where it is for a single sample.
+        """
         reads, tickets = self._reads(sources), self._tickets(sources)
-        self._keep(name, lambda context: function(*[read(context) for read in reads]), tickets, sources, function)
+        step = _Step(self._read_all(function, reads), None, sources, over_time or function)
+        self._keep(name, step, tickets)
+
+    def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
+        """Declares a step, and an output that holds it, of what is no array; at all samples it is a list."""
+        self._keep(name, _Step(function, None, is_logged=True), tickets)
+        read = self._steps[name].read
+        self.DeclareAbstractOutputPort(
+            name,
+            lambda: AbstractValue.Make(object()),
+            lambda context, value: value.set_value(read(context)),
+            {self._steps[name].ticket},
+        )
 
     def remember(
         self,
@@ -62,7 +80,8 @@ class ArrayBlock(LeafSystem):
         `over_time` gives it at all samples of a recording, from the times of these, (T,) s, and the sources, if they
         are `period` s apart; None: what is remembered follows from a run alone.
         """
-        self._keep(name, function, self._tickets(sources) | {self.xd_ticket()}, ("time", *sources), over_time, period)
+        step = _Step(function, None, ("time", *sources), over_time, period)
+        self._keep(name, step, self._tickets(sources) | {self.xd_ticket()})
 
     def put_out(
         self,
@@ -74,10 +93,11 @@ class ArrayBlock(LeafSystem):
         **axes: Sequence[Any],
     ) -> None:
         """Declares a vector output, function(*sources), folded into axes; see `describe`."""
-        reads, size = self._reads(sources), int(np.prod([len(labels) for labels in axes.values()]))
+        size = int(np.prod([len(labels) for labels in axes.values()]))
+        value = self._read_all(function, self._reads(sources))
 
         def calc(context: Context, output: BasicVector) -> None:
-            output.SetFromVector(np.ravel(function(*[read(context) for read in reads])))
+            output.SetFromVector(np.ravel(value(context)))
 
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets(sources))
         describe(port, unit, meanings, **axes)
@@ -88,18 +108,22 @@ class ArrayBlock(LeafSystem):
         return self._steps[name].read(context)
 
     def follows(self, output: str, period: float) -> bool:
-        """Whether an output at all samples of a recording, `period` s apart, follows from the inputs at all of them."""
+        """Whether an output at all samples of a recording, `period` s apart, follows from what `leaves` names."""
         return output in self._outputs and all(self._follows(step, period) for step in self._outputs[output][1])
 
-    def over_time(self, time: Array, inputs: Mapping[str, Array], outputs: Sequence[str]) -> dict[str, Array]:
+    def leaves(self, output: str) -> set[str]:
+        """Names of the inputs, and of the outputs of what is shown, that an output follows from."""
+        return {leaf for step in self._outputs[output][1] for leaf in self._leaves(step)}
+
+    def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
         """Outputs that follow, at all T samples, (T, size) each.
 
         Args:
             time: of the samples, s, (T,).
-            inputs: at these, (T, size) each, by the names of the ports.
+            leaves: at these, (T, size) each, or a list of T, by the names of the ports.
             outputs: names of ports.
         """
-        known: dict[str, Any] = {"time": time, **inputs}
+        known: dict[str, Any] = {"time": time, **leaves}
         found = {}
         for name in outputs:
             function, sources = self._outputs[name]
@@ -114,28 +138,36 @@ class ArrayBlock(LeafSystem):
         return known[name]
 
     def _follows(self, name: str, period: float) -> bool:
-        if name == "time" or not self._steps[name].sources:
+        if name == "time" or self._is_leaf(name):
             return True
         step = self._steps[name]
         fits = step.over_time is not None and step.period in (None, period)
         return fits and all(self._follows(source, period) for source in step.sources)
 
-    def _keep(
-        self,
-        name: str,
-        function: Callable[[Context], Any],
-        tickets: set[Any],
-        sources: tuple[str, ...],
-        over_time: Callable[..., Any] | None,
-        period: float | None = None,
-    ) -> None:
+    def _leaves(self, name: str) -> set[str]:
+        if name == "time" or self._is_leaf(name):
+            return {name} - {"time"}
+        return {leaf for source in self._steps[name].sources for leaf in self._leaves(source)}
+
+    def _is_leaf(self, name: str) -> bool:
+        step = self._steps[name]
+        return step.is_logged or not step.sources
+
+    def _keep(self, name: str, step: _Step, tickets: set[Any]) -> None:
+        """Adds a step, with a cache entry for it."""
+
         def calc(context: Context, value: AbstractValue) -> None:
-            value.set_value(function(context))
+            value.set_value(step.read(context))
 
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
         entry = self.DeclareCacheEntry(name, producer, tickets)
-        ticket = self.cache_entry_ticket(entry.cache_index())
-        self._steps[name] = _Step(entry.Eval, ticket, sources, over_time, period)
+        self._steps[name] = step._replace(read=entry.Eval, ticket=self.cache_entry_ticket(entry.cache_index()))
+
+    @staticmethod
+    def _read_all(
+        function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]
+    ) -> Callable[[Context], Any]:
+        return lambda context: function(*[read(context) for read in reads])
 
     def _reads(self, sources: Sequence[str]) -> list[Callable[[Context], Any]]:
         return [self._steps[source].read for source in sources]

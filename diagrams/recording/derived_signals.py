@@ -6,7 +6,7 @@ needs no log, and is not computed while the diagram runs, as long as its inputs 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple, Union
+from typing import Any, NamedTuple, Union
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 
@@ -25,7 +25,7 @@ class Derived:
     """A block whose outputs follow from those of others."""
 
     block: ArrayBlock
-    inputs: dict[str, "Source"] = field(default_factory=dict)  # by the names of its ports
+    leaves: dict[str, "Source"] = field(default_factory=dict)  # what they follow from, by the names of its ports
     outputs: list[str] = field(default_factory=list)  # names of those that are asked for
 
 
@@ -75,7 +75,8 @@ class SignalSources:
 
     def __init__(self, builder: DiagramBuilder, period: float):
         self._root, self._period = _Level(builder.connection_map()), period
-        self._blocks: dict[System, Derived | None] = {}
+        self._blocks: dict[System, Derived] = {}
+        self._outputs: dict[tuple[System, str], Output | None] = {}
 
     def find(self, port: OutputPort) -> Source:
         """What gives a port of the builder's systems."""
@@ -88,44 +89,51 @@ class SignalSources:
             inner, index = system.get_output_port_locator(port.get_index())
             return self._trace(inner.get_output_port(index), _Level(system.connection_map(), system, level))
         if isinstance(system, ArrayBlock) and system.follows(port.get_name(), self._period):
-            block = self._block(system, level)
-            if block is not None:
-                block.outputs.append(port.get_name())
-                return Output(block, port.get_name())
+            output = self._follow(system, port.get_name(), level)
+            if output is not None:
+                return output
         shown = level.exported(port)
         return None if shown is None else Logged(shown)
 
-    def _block(self, system: ArrayBlock, level: _Level) -> Derived | None:
-        if system not in self._blocks:
-            self._blocks[system] = None  # in a loop
-            inputs = {}
-            for port in map(system.get_input_port, range(system.num_input_ports())):
-                fed = level.source(port)
-                source = None if fed is None else self._trace(*fed)
-                if source is None:
-                    return None
-                inputs[port.get_name()] = source
-            self._blocks[system] = Derived(system, inputs)
-        return self._blocks[system]
+    def _follow(self, system: ArrayBlock, name: str, level: _Level) -> Output | None:
+        """An output of a block, if all that it follows from is known; None too while that is looked for, in a loop."""
+        key = system, name
+        if key not in self._outputs:
+            self._outputs[key] = None
+            leaves = {leaf: self._leaf(system, leaf, level) for leaf in system.leaves(name)}
+            found = {leaf: source for leaf, source in leaves.items() if source is not None}
+            if len(found) == len(leaves):
+                block = self._blocks.setdefault(system, Derived(system))
+                block.leaves |= found
+                block.outputs.append(name)
+                self._outputs[key] = Output(block, name)
+        return self._outputs[key]
+
+    def _leaf(self, system: ArrayBlock, name: str, level: _Level) -> Source | None:
+        if system.HasOutputPort(name):
+            shown = level.exported(system.GetOutputPort(name))
+            return None if shown is None else Logged(shown)
+        fed = level.source(system.GetInputPort(name))
+        return None if fed is None else self._trace(*fed)
 
 
-def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[OutputPort, Array]) -> dict[str, Array]:
+def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[OutputPort, Any]) -> dict[str, Array]:
     """Signals at all samples, (T, size) each, by their names.
 
     Args:
         sources: of the signals.
         time: of the samples, s, (T,).
-        logged: what the logs hold, (T, size) each, by their ports.
+        logged: what the logs hold, (T, size) each or lists of T, by their ports.
     """
     known: dict[Derived, dict[str, Array]] = {}
 
-    def values(source: Source) -> Array:
+    def values(source: Source) -> Any:
         if isinstance(source, Logged):
             return logged[source.port]
         block = source.of
         if block not in known:
-            inputs = {name: values(each) for name, each in block.inputs.items()}
-            known[block] = block.block.over_time(time, inputs, block.outputs)
+            leaves = {name: values(each) for name, each in block.leaves.items()}
+            known[block] = block.block.over_time(time, leaves, block.outputs)
         return known[block][source.name]
 
     return {name: values(source) for name, source in sources.items()}

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, PortDataType
 from pydrake.systems.primitives import VectorLogSink
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.derived_signals import Logged, SignalSources, Source, derive
+from soft_gripper.diagrams.recording.value_log import ValueLog
 from soft_gripper.signals import Signal, signal_of
 
 
@@ -19,10 +20,11 @@ class SignalLogs(Diagram):
         builder = DiagramBuilder()
         self.signals: dict[str, Signal] = {name: signal_of(port) for name, port in signals.items()}
         self._sources = dict(sources)
-        self._sinks: dict[OutputPort, VectorLogSink] = {}
+        self._sinks: dict[OutputPort, VectorLogSink | ValueLog] = {}
         for port, name in _logged_ports(sources).items():
-            self._sinks[port] = builder.AddNamedSystem(name, VectorLogSink(port.size(), period))
-            builder.ExportInput(self._sinks[port].get_input_port(), name)
+            sink = VectorLogSink(port.size(), period) if _is_vector(port) else ValueLog(period)
+            self._sinks[port] = builder.AddNamedSystem(name, sink)
+            builder.ExportInput(sink.get_input_port(), name)
         builder.BuildInto(self)
 
     @property
@@ -32,9 +34,10 @@ class SignalLogs(Diagram):
 
     def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
         """Times, (T,) s, and all signals, (T, size) each, in the context of the whole diagram."""
-        logs = {port: sink.FindLog(root_context) for port, sink in self._sinks.items()}
-        time: Array = next(iter(logs.values())).sample_times()
-        return time, derive(self._sources, time, {port: log.data().T for port, log in logs.items()})
+        vectors = {port: sink.FindLog(root_context) for port, sink in self._sinks.items() if _is_vector(port)}
+        values = {port: sink.values(root_context) for port, sink in self._sinks.items() if not _is_vector(port)}
+        time: Array = next(iter(vectors.values())).sample_times()
+        return time, derive(self._sources, time, {port: log.data().T for port, log in vectors.items()} | values)
 
 
 def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:
@@ -60,9 +63,13 @@ def _logged_ports(sources: Mapping[str, Source]) -> dict[OutputPort, str]:
     found = {source.port: name for name, source in reversed(sources.items()) if isinstance(source, Logged)}
     blocks = [source.of for source in sources.values() if not isinstance(source, Logged)]
     while blocks:
-        for source in blocks.pop().inputs.values():
+        for source in blocks.pop().leaves.values():
             if isinstance(source, Logged):
                 found.setdefault(source.port, f"{source.port.get_system().get_name()}.{source.port.get_name()}")
             else:
                 blocks.append(source.of)
     return found
+
+
+def _is_vector(port: OutputPort) -> bool:
+    return bool(port.get_data_type() == PortDataType.kVectorValued)
