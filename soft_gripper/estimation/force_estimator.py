@@ -59,7 +59,7 @@ class ForceEstimator(ArrayBlock):
         An event that began at `period` instead would drift off those at multiples of it by rounding.
         """
         if context.get_time() > 0:
-            values.set_value(self._read_samples(context)[1:].ravel())
+            values.set_value(self.read("samples", context)[1:].ravel())
 
     def _read_samples(self, context: Context) -> Array:
         """The samples remembered and the present one, (5, 2 N + 12): joint angles, driving torque, X_WB."""

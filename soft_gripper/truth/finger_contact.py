@@ -111,7 +111,7 @@ class FingerContacts(NamedTuple):
 
     def link_sums(self, values: Array, links: int) -> Array:
         """Sums over the patches of each link, of so many, (P,) -> (T, links)."""
-        return np.bincount(self.sample * links + self.link, values, self.samples * links).reshape(-1, links)
+        return np.bincount(self.sample * links + self.link, values, self.samples * links).reshape(self.samples, links)
 
     @property
     def mean_arc_length(self) -> Array:
