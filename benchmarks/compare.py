@@ -1,7 +1,8 @@
-"""This checkout against another one: `python compare.py OTHER [SCENARIO ...]`, OTHER a folder with `make .venv/ready` done.
+"""This checkout against another one: `python compare.py OTHER [SCENARIO ...]`.
 
-Runs of both go in turns, each in a process of its own. A run is timed in parts; of every part counts the mean of its
-two shortest times, so that what else the machine does is left out as far as that is possible.
+OTHER is a folder where `make .venv/ready` was done. Runs of both go in turns, each in a process of its own. A run is
+timed in parts; of every part counts the mean of its two shortest times, so that what else the machine does is left out
+as far as that is possible.
 """
 
 import json

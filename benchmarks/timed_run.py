@@ -41,7 +41,7 @@ def main(name: str) -> None:
     print(json.dumps(times))
 
 
-def bare_diagram(scenario: Scenario):  # noqa: ANN201
+def bare_diagram(scenario: Scenario):
     """The plant and what drives it."""
     builder = DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)

@@ -164,9 +164,7 @@ class ArrayBlock(LeafSystem):
         self._steps[name] = step._replace(read=entry.Eval, ticket=self.cache_entry_ticket(entry.cache_index()))
 
     @staticmethod
-    def _read_all(
-        function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]
-    ) -> Callable[[Context], Any]:
+    def _read_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:
         return lambda context: function(*[read(context) for read in reads])
 
     def _reads(self, sources: Sequence[str]) -> list[Callable[[Context], Any]]:

@@ -6,7 +6,7 @@ needs no log, and is not computed while the diagram runs, as long as its inputs 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Union
+from typing import Any, NamedTuple
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 
@@ -36,7 +36,7 @@ class Output(NamedTuple):
     name: str
 
 
-Source = Union[Logged, Output]
+Source = Logged | Output
 
 
 class _Level(NamedTuple):

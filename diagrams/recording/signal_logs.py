@@ -60,7 +60,7 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
 
 def _logged_ports(sources: Mapping[str, Source]) -> dict[OutputPort, str]:
     """The ports that need a log, and its name: that of the signal, if the port is one."""
-    found = {source.port: name for name, source in reversed(sources.items()) if isinstance(source, Logged)}
+    found = {source.port: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
     blocks = [source.of for source in sources.values() if not isinstance(source, Logged)]
     while blocks:
         for source in blocks.pop().leaves.values():

@@ -15,7 +15,6 @@ from soft_gripper.truth.finger_contact import TouchedLinks
 from soft_gripper.truth.metrics import PoseError
 from soft_gripper.truth.true_contact import TrueContact
 
-
 _DELAYED = "delayed_torque"  # no signal: the true torque at the sample that the estimated one belongs to
 
 

@@ -91,7 +91,9 @@ class DrivingTorque(ArrayBlock):
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
             self.remember("memory", lambda context: memory_torque(finger, self._internal_angles(context)))
             torques.append("memory")
-        self.put_out(DRIVING_TORQUE, lambda first, *others: sum(others, first), *torques, unit="N m", joint=range(joints))
+        self.put_out(
+            DRIVING_TORQUE, lambda first, *others: sum(others, first), *torques, unit="N m", joint=range(joints)
+        )
 
     def _internal_angles(self, context: Context) -> Array:
         z: Array = context.get_discrete_state_vector().value().reshape(-1, self._finger.segments)

@@ -64,9 +64,7 @@ def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[GeometryId, OwnLink]
     }
 
 
-def patch_table(
-    found: Iterable[Patch], links: Mapping[GeometryId, OwnLink], X_WB: Sequence[RigidTransform]
-) -> Array:
+def patch_table(found: Iterable[Patch], links: Mapping[GeometryId, OwnLink], X_WB: Sequence[RigidTransform]) -> Array:
     """What touches fingers from outside, as it is, in numbers, (P, 28): to be made sense of by `finger_contacts`.
 
     Args:
@@ -107,11 +105,12 @@ class FingerContacts(NamedTuple):
 
     def sums(self, values: Array) -> Array:
         """Sums over the patches of each sample, (P,) -> (T,)."""
-        return np.bincount(self.sample, values, self.samples)
+        return np.bincount(self.sample, values, self.samples).astype(float)
 
     def link_sums(self, values: Array, links: int) -> Array:
         """Sums over the patches of each link, of so many, (P,) -> (T, links)."""
-        return np.bincount(self.sample * links + self.link, values, self.samples * links).reshape(self.samples, links)
+        row = self.sample * links + self.link
+        return np.bincount(row, values, self.samples * links).astype(float).reshape(self.samples, links)
 
     @property
     def mean_arc_length(self) -> Array:
@@ -159,9 +158,7 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> Fin
     arc_length = begin + (z * (center - origin)).sum(axis=1)
     opening = -sign * (force * x).sum(axis=1)
     total = np.linalg.norm(force, axis=1)
-    return FingerContacts(
-        samples, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening
-    )
+    return FingerContacts(samples, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening)
 
 
 def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:

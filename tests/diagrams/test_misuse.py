@@ -113,7 +113,9 @@ def test_a_mistake_in_a_users_block_is_no_divergence():
         return sg.ShapeEstimate(driving)
 
     scenario = sg.load_scenario("obstructed_inside")
-    station = sg.make_station(scenario, make_estimator=lambda layout, gravity, _: sg.ShapeEstimator(no_shape, layout, gravity))
+    station = sg.make_station(
+        scenario, make_estimator=lambda layout, gravity, _: sg.ShapeEstimator(no_shape, layout, gravity)
+    )
     with pytest.raises(RuntimeError, match="no calibration") as caught:
         sg.run_station(station)
     assert not isinstance(caught.value, sg.SimulationDivergedError)

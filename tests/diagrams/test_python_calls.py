@@ -71,7 +71,12 @@ def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
 
 
 def test_what_nothing_reads_is_left_for_the_recording(baseline):
-    for name in ("truth.metrics", "truth.finger_contact.finger_contacts", "estimation.torque_balance", "shape.arcs.join"):
+    for name in (
+        "truth.metrics",
+        "truth.finger_contact.finger_contacts",
+        "estimation.torque_balance",
+        "shape.arcs.join",
+    ):
         assert not any(call.startswith(f"soft_gripper.{name}") for call in baseline)
 
 

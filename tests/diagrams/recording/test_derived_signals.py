@@ -49,7 +49,9 @@ def assert_same(found, expected):
     assert found.keys() == expected.keys()
     for name, values in expected.items():
         scale = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-        np.testing.assert_allclose(found[name], values, rtol=0, atol=(1e-11 if ".contact." in name else 1e-12) * scale, err_msg=name)
+        np.testing.assert_allclose(
+            found[name], values, rtol=0, atol=(1e-11 if ".contact." in name else 1e-12) * scale, err_msg=name
+        )
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
