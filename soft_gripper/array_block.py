@@ -111,9 +111,9 @@ class ArrayBlock(LeafSystem):
         """Whether an output at all samples of a recording, `period` s apart, follows from what `leaves` names."""
         return output in self._outputs and all(self._follows(step, period) for step in self._outputs[output][1])
 
-    def leaves(self, output: str) -> set[str]:
+    def leaves(self, output: str) -> list[str]:
         """Names of the inputs, and of the outputs of what is shown, that an output follows from."""
-        return {leaf for step in self._outputs[output][1] for leaf in self._leaves(step)}
+        return list(dict.fromkeys(leaf for step in self._outputs[output][1] for leaf in self._leaves(step)))
 
     def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
         """Outputs that follow, at all T samples, (T, size) each.
@@ -144,10 +144,12 @@ class ArrayBlock(LeafSystem):
         fits = step.over_time is not None and step.period in (None, period)
         return fits and all(self._follows(source, period) for source in step.sources)
 
-    def _leaves(self, name: str) -> set[str]:
-        if name == "time" or self._is_leaf(name):
-            return {name} - {"time"}
-        return {leaf for source in self._steps[name].sources for leaf in self._leaves(source)}
+    def _leaves(self, name: str) -> list[str]:
+        if name == "time":
+            return []
+        if self._is_leaf(name):
+            return [name]
+        return [leaf for source in self._steps[name].sources for leaf in self._leaves(source)]
 
     def _is_leaf(self, name: str) -> bool:
         step = self._steps[name]
