@@ -59,7 +59,7 @@ _MODULES = {
     "sensors.fixed_base_pose": "FixedBasePose",
     # Estimation.
     "shape.estimate": "ShapeEstimate ShapeFunction ContactForce",
-    "shape.driving_torque": "DrivingTorque recorded_driving memory_torques",
+    "shape.driving_torque": "DrivingTorque recorded_driving driving_torques",
     "shape.uncertainty": "Uncertainty",
     "shape.sensor_uncertainty": "uncertainty_of",
     "shape.section_bends": "section_bends",
