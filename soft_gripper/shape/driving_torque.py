@@ -111,11 +111,11 @@ class DrivingTorque(ArrayBlock):
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
             self.remember("internal angles", self._internal_angles)
             followed.append("internal angles")
-        self.put_out(
-            *(DRIVING_TORQUE, lambda pressure, z=nothing: driving_torque(finger, pressure[..., 0], z), *followed),
-            unit="N m",
-            joint=range(joints),
-        )
+
+        def torque(pressure: Array, z: Array = nothing) -> Array:
+            return driving_torque(finger, pressure[..., 0], z)
+
+        self.put_out(DRIVING_TORQUE, torque, *followed, unit="N m", joint=range(joints))
 
     def _internal_angles(self, context: Context) -> Array:
         """(B, N) rad."""
