@@ -8,7 +8,7 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-.PHONY: evaluate fuzz test test-newer check lint format types wheel bench work-precision clean
+.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -54,6 +54,10 @@ wheel: $(READY)
 
 bench: $(READY)
 	$(BIN)/python benchmarks/bench.py
+
+# Against another checkout: make bench-against OTHER=../before, where `make .venv/ready` was done.
+bench-against: $(READY)
+	$(BIN)/python benchmarks/compare.py $(OTHER)
 
 work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py

@@ -21,6 +21,7 @@ _MODULES = {
     "diagrams.recording.phase_spans": "phase_spans",
     "diagrams.random_seed": "seed_random_sources",
     "signals": "describe",
+    "array_block": "ArrayBlock",
     "piecewise_linear": "PiecewiseLinear",
     "piecewise_linear_block": "PiecewiseLinearBlock",
     # In a diagram of one's own.
@@ -55,6 +56,7 @@ _MODULES = {
     "sensors.error_block": "ErrorBlock ErrorModel",
     "diagrams.schema.sensor_presets": "strain_errors pressure_errors",
     "sensors.base_pose_sensor": "BasePoseSensor",
+    "sensors.fixed_base_pose": "FixedBasePose",
     # Estimation.
     "shape.estimate": "ShapeEstimate ShapeFunction ContactForce",
     "shape.driving_torque": "DrivingTorque recorded_driving driving_torques",

@@ -88,16 +88,15 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
     """
     names, variables = _axis_names(logs.signals), {}
     coords: dict[str, Any] = {}
+    time, samples = logs.samples(root_context)
     for name, signal in logs.signals.items():
-        log = logs.find_log(name, root_context)
         labels = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
-        values = log.data().T.reshape(-1, *map(len, labels.values()))
+        values = samples[name].reshape(-1, *map(len, labels.values()))
         variables[name] = (["time", *labels], values, _attributes(signal))
         coords |= {axis: (axis, np.array(entries)) for axis, entries in labels.items()}
         if not isinstance(signal.unit, str):
             last = list(labels)[-1]
             coords[f"{last}_units"] = (last, np.array(signal.unit))
-        time = log.sample_times()
     coords["time"] = ("time", time, {"units": "s"})
     return Recording(xr.Dataset(variables, coords, dict(about or {})))
 

@@ -3,16 +3,19 @@
 from collections.abc import Mapping, Sequence
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
-from pydrake.systems.primitives import Adder, DiscreteTimeDelay, Gain, MatrixGain, ZeroOrderHold
+from pydrake.systems.primitives import DiscreteTimeDelay, MatrixGain, ZeroOrderHold
 
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, inputs, vector_outputs
 from soft_gripper.estimation.torque_balance import DELAY
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.signals import describe
+from soft_gripper.truth.difference import Difference
 from soft_gripper.truth.finger_contact import TouchedLinks
 from soft_gripper.truth.metrics import PoseError
 from soft_gripper.truth.true_contact import TrueContact
+
+_DELAYED = "delayed_torque"  # no signal: the true torque at the sample that the estimated one belongs to
 
 
 class FingerScoring(Diagram):
@@ -22,8 +25,9 @@ class FingerScoring(Diagram):
 
         joint_angles (N) rad ----> sampled_joint_angles --> PoseError --> pose_error, fingertip_error  (1) m
         joint_positions, tip_pose ---------------------------^
-        contact_torque (N) N m --> true_external_torque --> delayed ----> external_torque_error  (N) N m
-        external_torque (N) N m ------------------------------^
+        contact_torque (N) N m --> true_external_torque
+                     +-----------> delayed_torque --> Difference -------> external_torque_error  (N) N m
+        external_torque (N) N m ------------------------^
 
     For a finger that shears there is also `shear` (N) m, which PoseError takes as `sampled_shear`.
     The true torque waits for the estimated one, which belongs to samples before, see `torque_balance`.
@@ -42,13 +46,9 @@ class FingerScoring(Diagram):
             wires.add(name, hold, {"u": source, "y": name})
             describe(hold.get_output_port(), unit, joint=range(joints))
         wires.add("pose_error", PoseError(finger))
-        wires.add("delay", DiscreteTimeDelay(period, DELAY, joints), {"u": "contact_torque", "delayed_u": "delayed"})
-        wires.add("minus", Gain(-1.0, joints), {"u0": "delayed", "y0": "minus_delayed"})
-        error = Adder(2, joints)
-        wires.add("sum", error, {"u0": "external_torque", "u1": "minus_delayed", "sum": "external_torque_error"})
-        describe(error.get_output_port(), "N m", joint=range(joints))
-        for internal in ("delayed", "minus_delayed"):
-            del wires.outputs[internal]
+        wires.add("delay", DiscreteTimeDelay(period, DELAY, joints), {"u": "contact_torque", "delayed_u": _DELAYED})
+        names = {"estimate": "external_torque", "truth": _DELAYED, "difference": "external_torque_error"}
+        wires.add("torque_error", Difference(joints, "N m", joint=range(joints)), names)
         wires.build_into(self)
 
 
@@ -75,7 +75,9 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
         sources["shear"] = shear.get_output_port()
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
-    return vector_outputs(scoring)
+    signals = vector_outputs(scoring)
+    del signals[_DELAYED]
+    return signals
 
 
 def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -> Ports:
@@ -91,9 +93,7 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) ->
 
 def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPort) -> OutputPort:
     """Adds `object_width_error`: the estimated width less the true one; returns it, (1) m."""
-    minus = builder.AddNamedSystem("minus_true_width", Gain(-1.0, 1))
-    error = builder.AddNamedSystem("object_width_error", Adder(2, 1))
-    builder.Connect(truth, minus.get_input_port())
-    builder.Connect(width, error.get_input_port(0))
-    builder.Connect(minus.get_output_port(), error.get_input_port(1))
-    return describe(error.get_output_port(), "m")
+    error = builder.AddNamedSystem("object_width_error", Difference(1, "m"))
+    builder.Connect(width, error.GetInputPort("estimate"))
+    builder.Connect(truth, error.GetInputPort("truth"))
+    return error.get_output_port()

@@ -2,7 +2,7 @@
 
 from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import ConstantVectorSource, MatrixGain, RandomSource, ZeroOrderHold
+from pydrake.systems.primitives import MatrixGain, RandomSource, ZeroOrderHold
 
 from soft_gripper.diagrams.schema.scenario import SensorConfig
 from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block
@@ -11,12 +11,11 @@ from soft_gripper.diagrams.wiring.sensor_errors import IDEAL, pressure_error_blo
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.sensors import base_pose_sensor
 from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
 from soft_gripper.sensors.error_block import ErrorBlock
+from soft_gripper.sensors.fixed_base_pose import FixedBasePose
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.bending_plane import pose_entries
 from soft_gripper.signals import describe
 
 
@@ -91,8 +90,7 @@ def add_base_pose(builder: DiagramBuilder, finger: PlantFinger, period: float) -
     """Adds `{finger}.base_pose`: X_WB (12) [R | p], constant where the base stands still, else sampled."""
     name = f"{finger.name}.base_pose"
     if finger.is_anchored:
-        constant = builder.AddNamedSystem(name, ConstantVectorSource(pose_entries(finger.X_WB)))
-        return describe(constant.get_output_port(), base_pose_sensor.UNITS, **base_pose_sensor.AXES)
+        return builder.AddNamedSystem(name, FixedBasePose(finger.X_WB)).get_output_port()
     sensor = builder.AddNamedSystem(name, BasePoseSensor(finger.base.index(), period))
     builder.Connect(finger.plant.get_body_poses_output_port(), sensor.get_input_port())
     return sensor.get_output_port()

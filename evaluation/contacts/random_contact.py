@@ -50,7 +50,7 @@ class RandomContact:
     def gravity(self) -> complex:
         """In the bending plane, z + i x in B, m/s^2."""
         plane = BendingPlane(self.R_WB.matrix()[:, ::2].T, np.zeros(3))
-        return plane.planar(np.array([0.0, 0.0, -G]))
+        return complex(plane.planar(np.array([0.0, 0.0, -G])))
 
 
 @dataclass(frozen=True)

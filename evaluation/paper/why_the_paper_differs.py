@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.section_arcs import arcs_from_paths
+from soft_gripper.estimators.section_arcs import bends_from_paths
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, segment_path_lengths
+from soft_gripper.shape.arcs import join_arcs
 
 
 @dataclass(frozen=True)
@@ -66,5 +67,5 @@ def chain_with_joints_at_starts(q: Array, ds: float, offsets: Array) -> tuple[Ar
 def _tip(paths: Array, finger: Finger) -> Planar:
     """The estimated tip from the lengths of the inner and outer paths, (2, steps, S) m."""
     inner, outer = paths
-    tip: Planar = arcs_from_paths(finger, inner, outer).end[..., -1]
+    tip: Planar = join_arcs(*bends_from_paths(finger, inner, outer)).end[..., -1]
     return tip

@@ -1,27 +1,19 @@
 """ForceEstimator: shape and driving torque -> external torque at every joint, at rest and in motion."""
 
-from typing import NamedTuple
+from operator import attrgetter
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import Context, DiscreteValues
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.estimation.torque_balance import DELAY, SAMPLES, ExternalTorque, Motion, TorqueBalance
+from soft_gripper.estimation.torque_balance import DELAY, SAMPLES, ExternalTorque, Motion, TorqueBalance, windows
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.shape.driving_torque import DRIVING_TORQUE
 from soft_gripper.shape.finger_shape import ANGLES
-from soft_gripper.signals import describe
 
 
-class Estimate(NamedTuple):
-    """What one sample leads to."""
-
-    samples: Array  # (5, 2 N + 12), the last of them, row after row
-    external: ExternalTorque
-
-
-class ForceEstimator(LeafSystem):
+class ForceEstimator(ArrayBlock):
     """Estimates what bends one finger besides its driving torque, its weight and its motion (paper, II.D).
 
     ::
@@ -51,19 +43,15 @@ class ForceEstimator(LeafSystem):
         self._finger, self._balance = finger, TorqueBalance(finger)
         self._gravity, self._period, self._noisy = gravity, period, noisy
         joints = finger.segments
-        self._angles = self.DeclareVectorInputPort(ANGLES, joints)
-        self._driving = self.DeclareVectorInputPort(DRIVING_TORQUE, joints)
-        self._X_WB = self.DeclareVectorInputPort("X_WB", 12)
-        self.DeclareDiscreteState(np.full((SAMPLES - 1) * (2 * joints + 12), np.nan))  # the samples before
+        sizes = {ANGLES: joints, DRIVING_TORQUE: joints, "X_WB": 12}
+        self._inputs = [self.take(name, size) for name, size in sizes.items()]
+        self.DeclareDiscreteState(np.full((SAMPLES - 1) * sum(sizes.values()), np.nan))  # the samples before
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc)
-        inputs = {self.all_input_ports_ticket(), self.xd_ticket()}
-        self._estimate = self.DeclareCacheEntry("external torque", producer, inputs)
-        external = {self.cache_entry_ticket(self._estimate.cache_index())}
-        free = self.DeclareVectorOutputPort("free_bending_angles", joints, self._calc_free, {self._driving.ticket()})
-        describe(free, "rad", joint=range(joints))
-        for name, calc in (("external_torque", self._calc_torque), ("torque_tolerance", self._calc_tolerance)):
-            describe(self.DeclareVectorOutputPort(name, joints, calc, external), "N m", joint=range(joints))
+        self.remember("samples", self._read_samples, *sizes, over_time=_recorded_samples, period=period)
+        self.derive("external", self._external_torque, "samples")
+        self.put_out("free_bending_angles", finger.angle, DRIVING_TORQUE, unit="rad", joint=range(joints))
+        for name, part in (("external_torque", "torque"), ("torque_tolerance", "tolerance")):
+            self.put_out(name, attrgetter(part), "external", unit="N m", joint=range(joints))
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         """Keeps the sample that was taken a period ago; at time 0 there is none.
@@ -71,33 +59,35 @@ class ForceEstimator(LeafSystem):
         An event that began at `period` instead would drift off those at multiples of it by rounding.
         """
         if context.get_time() > 0:
-            values.set_value(self._estimate.Eval(context).samples[1:].ravel())
+            values.set_value(self.read("samples", context)[1:].ravel())
 
     def _read_samples(self, context: Context) -> Array:
         """The samples remembered and the present one, (5, 2 N + 12): joint angles, driving torque, X_WB."""
-        present = (port.Eval(context) for port in (self._angles, self._driving, self._X_WB))
+        present = (port.Eval(context) for port in self._inputs)
         samples = np.concatenate([context.get_discrete_state_vector().value(), *present])
         return samples.reshape(SAMPLES, -1)
 
-    def _calc(self, context: Context, value: AbstractValue) -> None:
-        samples, joints = self._read_samples(context), self._finger.segments
-        q, driving, X_WB = np.split(samples, [joints, 2 * joints], axis=-1)
-        motion = Motion(q, driving, X_WB.reshape(SAMPLES, 3, 4))
-        external = self._balance.external_torque(motion, self._gravity, self._period, self._moving(motion))
-        value.set_value(Estimate(samples, external))
+    def _external_torque(self, samples: Array) -> ExternalTorque:
+        """From samples (..., 5, 2 N + 12)."""
+        joints = self._finger.segments
+        q, driving = samples[..., :joints], samples[..., joints : 2 * joints]
+        X_WB = samples[..., 2 * joints :].reshape(*samples.shape[:-1], 3, 4)
+        motion = Motion(q, driving, X_WB)
+        return self._balance.external_torque(motion, self._gravity, self._period, self._moving(motion))
 
     def _moving(self, motion: Motion) -> Array | None:
         """The present shape, moved as the driving torque moves a free finger."""
         if not self._noisy:
             return None
         free = self._finger.angle(motion.driving)
-        return motion.q[DELAY] + free - free[DELAY]
+        return motion.q[..., DELAY, None, :] + free - free[..., DELAY, None, :]
 
-    def _calc_free(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._finger.angle(self._driving.Eval(context)))
 
-    def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._estimate.Eval(context).external.torque)
-
-    def _calc_tolerance(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._estimate.Eval(context).external.tolerance)
+def _recorded_samples(time: Array, *inputs: Array) -> Array:
+    """What `_read_samples` reads at every sample of a recording, (T, 5, 2 N + 12): at time 0 nothing is kept."""
+    present = np.concatenate(inputs, axis=-1)
+    kept = np.where(time[:, None] > 0, present, np.nan)
+    before = np.concatenate([np.full((SAMPLES - 1, present.shape[-1]), np.nan), kept])
+    samples = windows(before).copy()
+    samples[:, -1] = present
+    return samples

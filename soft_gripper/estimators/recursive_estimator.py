@@ -1,15 +1,14 @@
 """RecursiveEstimator: the estimator `recursive` as a block, which remembers what it has learnt."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, ValueProducer
+from pydrake.systems.framework import Context, DiscreteValues
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.recursive_shape import Filter, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.shape.bending_plane import bending_plane
-from soft_gripper.shape.estimate import ShapeEstimate
-from soft_gripper.signals import describe
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.shape.driving_torque import DRIVING_TORQUE
+from soft_gripper.shape.estimate import ShapeEstimate, ShapeFunction
 
 EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
 
@@ -29,41 +28,34 @@ class RecursiveEstimator(ShapeEstimator):
 
     def __init__(self, function: RecursiveShape, gravity: Array):
         """`gravity` in the world, (3,) m/s^2, zero for none."""
-        super().__init__(lambda _, driving, __: function.estimate(function.begin(), driving), function.layout, gravity)
+        super().__init__(function, function.layout, gravity)
+        joints = range(function.layout.finger.segments)
+        self.put_out(
+            *(EFFECTIVE_DRIVING_TORQUE, lambda known, driving: function.effective_driving(known.mean, driving)),
+            *("known", DRIVING_TORQUE),
+            unit="N m",
+            joint=joints,
+        )
+        self.put_out("loaded", lambda known: float(known.loaded), "known", meanings=("free", "loaded"))
+
+    def _derive_shape(self, function: ShapeFunction, layout: SensorLayout) -> ShapeEstimate:
+        assert isinstance(function, RecursiveShape)
         self._recursive, self._start = function, function.begin()
         self.DeclareDiscreteState(_flat(self._start))
         self.DeclarePeriodicDiscreteUpdateEvent(function.period, 0.0, self._remember)
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc_known)
-        self._known = self.DeclareCacheEntry("known", producer, {self.all_input_ports_ticket(), self.xd_ticket()})
-        known = {self.cache_entry_ticket(self._known.cache_index())}
-        joints = function.layout.finger.segments
-        effective = self.DeclareVectorOutputPort(EFFECTIVE_DRIVING_TORQUE, joints, self._calc_driving, known)
-        describe(effective, "N m", joint=range(joints))
-        describe(self.DeclareVectorOutputPort("loaded", 1, self._calc_loaded, known), meanings=("free", "loaded"))
+        self.remember("known", self._calc_known, "strain", DRIVING_TORQUE, "gravity")
+        self.derive("shape", function.estimate, "known", DRIVING_TORQUE)
+        return function.estimate(self._start, np.zeros(layout.finger.segments))
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         """Keeps what was known a period ago; at time 0 there is nothing."""
         if context.get_time() > 0:
-            values.set_value(_flat(self._known.Eval(context)))
+            values.set_value(_flat(self.read("known", context)))
 
-    def _calc_known(self, context: Context, value: AbstractValue) -> None:
+    def _calc_known(self, context: Context) -> Filter:
         before = _unflat(context.get_discrete_state_vector().value(), self._start)
-        gravity = bending_plane(self._X_WB.Eval(context)).planar(self._gravity)
-        strain, driving = self._strain.Eval(context), self._driving.Eval(context)
-        value.set_value(self._recursive.step(before, strain, driving, gravity))
-
-    def _calc(self, context: Context, value: AbstractValue) -> None:
-        value.set_value(self._shape(context))
-
-    def _shape(self, context: Context) -> ShapeEstimate:
-        return self._recursive.estimate(self._known.Eval(context), self._driving.Eval(context))
-
-    def _calc_driving(self, context: Context, output: BasicVector) -> None:
-        mean, driving = self._known.Eval(context).mean, self._driving.Eval(context)
-        output.SetFromVector(self._recursive.effective_driving(mean, driving))
-
-    def _calc_loaded(self, context: Context, output: BasicVector) -> None:
-        output.SetAtIndex(0, float(self._known.Eval(context).loaded))
+        sample = (self.read(name, context) for name in ("strain", DRIVING_TORQUE, "gravity"))
+        return self._recursive.step(before, *sample)
 
 
 def _flat(known: Filter) -> Array:

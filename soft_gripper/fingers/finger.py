@@ -158,7 +158,7 @@ class Finger:
     def _thinner_end(self) -> CrossSection:
         return min(self.base, self.tip, key=lambda section: section.thickness)
 
-    @property
+    @cached_property
     def sensor_offsets(self) -> tuple[float, float]:
         """Of the inner and the outer sensor path from the neutral axis, m, positive on the inner side.
 

@@ -66,7 +66,19 @@ def join_arcs(theta: Array, length: Array) -> Arcs:
     return Arcs(theta, length, heading, end - step, end)
 
 
+class Bends(NamedTuple):
+    """How far arcs bend, and how long they are, each (..., S)."""
+
+    theta: Array  # rad
+    length: Array  # m, along the axis of the finger
+
+
 def arcs_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> Arcs:
+    """The arcs of `bends_from_lengths`, one after the other from the base."""
+    return join_arcs(*bends_from_lengths(inner, outer, spacing, axis_at))
+
+
+def bends_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> Bends:
     """Equations (2)-(6): the arcs whose two sensor paths are `inner` and `outer` m long, each (..., S).
 
     `spacing` is the distance between the paths, m; `axis_at` says where between them the neutral axis of the
@@ -74,7 +86,7 @@ def arcs_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float
     own arc NaN and the start of all that follow: what hangs on an unknown arc is unknown.
     """
     difference = outer - inner
-    return join_arcs(difference / spacing, inner + axis_at * difference)
+    return Bends(difference / spacing, inner + axis_at * difference)
 
 
 def points_on_arcs(arcs: Arcs, section: NDArray[np.int_], fraction: Array) -> Planar:

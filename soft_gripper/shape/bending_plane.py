@@ -10,19 +10,18 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.fingers.kinematics import as_planar, as_points
 
 
 class BendingPlane(NamedTuple):
-    """Axes and origin of the bending plane."""
+    """Axes and origin of the bending plane; leading axes are free."""
 
-    axes: Array  # (2, 3) unit vectors, x and z of B
-    origin: Array  # (3,) m
+    axes: Array  # (..., 2, 3) unit vectors, x and z of B
+    origin: Array  # (..., 3) m
 
-    def planar(self, vector: Array) -> complex:
-        """A vector of the world, (3,), in the bending plane: z + i x."""
-        x, z = self.axes @ vector
-        return complex(z, x)
+    def planar(self, vector: Array) -> Planar:
+        """A vector of the world, (3,), in the bending plane: z + i x, (...)."""
+        return as_planar(self.axes @ vector)
 
 
 def pose_entries(X_WB: RigidTransform) -> Array:
@@ -32,9 +31,9 @@ def pose_entries(X_WB: RigidTransform) -> Array:
 
 
 def bending_plane(X_WB: Array) -> BendingPlane:
-    """The bending plane of a finger, from the 12 entries of its base pose."""
-    matrix = np.asarray(X_WB).reshape(3, 4)
-    return BendingPlane(matrix[:, :3:2].T.copy(), matrix[:, 3])
+    """The bending plane of a finger, from the 12 entries of its base pose, (..., 12)."""
+    matrix = np.asarray(X_WB).reshape(*np.shape(X_WB)[:-1], 3, 4)
+    return BendingPlane(np.ascontiguousarray(matrix[..., :3:2].swapaxes(-1, -2)), matrix[..., 3])
 
 
 def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
@@ -49,5 +48,5 @@ def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
 
 
 def to_world(planar: Planar, plane: BendingPlane) -> Array:
-    """Points of the bending plane, (...) m in B -> (..., 3) m in the world."""
-    return as_points(planar) @ plane.axes + plane.origin
+    """Points of the bending plane, (..., M) m in B -> (..., M, 3) m in the world."""
+    return as_points(planar) @ plane.axes + plane.origin[..., None, :]

@@ -11,14 +11,14 @@ Leading axes are free; T samples, B branches of creep, N joints.
 """
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.shape.estimate import ShapeFunction
 from soft_gripper.shape.finger_shape import ANGLES
-from soft_gripper.signals import describe
 
 DRIVING_TORQUE = "driving_torque"
 _SETTLED = 1e-7  # N m, by which a driving torque that is found may still change
@@ -85,7 +85,7 @@ def recorded_driving(
     return driving
 
 
-class DrivingTorque(LeafSystem):
+class DrivingTorque(ArrayBlock):
     """What drives one finger, sample for sample.
 
     ::
@@ -103,28 +103,27 @@ class DrivingTorque(LeafSystem):
         """The finger as it is believed to be; it begins straight."""
         super().__init__()
         self._finger, self._period, joints = finger, period, finger.segments
-        self._pressure = self.DeclareVectorInputPort("pressure", 1)
-        known = {self._pressure.ticket()}
+        self._pressure = self.take("pressure", 1)
+        followed, nothing = ["pressure"], np.zeros((0, joints))
         if finger.creep:
-            self._angles = self.DeclareVectorInputPort(ANGLES, joints)
+            self._angles = self.take(ANGLES, joints)
             self.DeclareDiscreteState(len(finger.creep) * joints)
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-            known.add(self.xd_ticket())
-        port = self.DeclareVectorOutputPort(DRIVING_TORQUE, joints, self._calc_torque, known)
-        describe(port, "N m", joint=range(joints))
+            self.remember("internal angles", self._internal_angles)
+            followed.append("internal angles")
+
+        def torque(pressure: Array, z: Array = nothing) -> Array:
+            return driving_torque(finger, pressure[..., 0], z)
+
+        self.put_out(DRIVING_TORQUE, torque, *followed, unit="N m", joint=range(joints))
 
     def _internal_angles(self, context: Context) -> Array:
         """(B, N) rad."""
-        creeps, joints = bool(self._finger.creep), self._finger.segments
-        z: Array = context.get_discrete_state_vector().value() if creeps else np.zeros(0)
-        return z.reshape(-1, joints)
+        z: Array = context.get_discrete_state_vector().value().reshape(-1, self._finger.segments)
+        return z
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         """Goes on by what was estimated a period ago; at time 0 there is nothing."""
         if context.get_time() > 0:
             z, q, pressure = self._internal_angles(context), self._angles.Eval(context), self._pressure.Eval(context)[0]
             values.set_value(internal_angles(self._finger, z, q, pressure, self._period).ravel())
-
-    def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        pressure = self._pressure.Eval(context)[0]
-        output.SetFromVector(driving_torque(self._finger, pressure, self._internal_angles(context)))

@@ -1,11 +1,10 @@
 """Patches: where two shapes of a plant touch, and with what force."""
 
-from collections.abc import Iterator, Set
+from collections.abc import Container, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import ContactSurface, GeometryId
-from pydrake.math import VectorToSkewSymmetric
 from pydrake.multibody.plant import ContactResults
 
 from soft_gripper.arrays import Array
@@ -15,31 +14,32 @@ class Patch(NamedTuple):
     """Where two shapes touch."""
 
     shapes: tuple[GeometryId, GeometryId]
-    center: Array  # (3,) m, of the pressure, in the world
-    normal: Array  # (3,) unit vector in the world, either way
+    place: Array  # (3,) m, of the patch, in the world
+    normal: Array  # (3,) in the world, either way, of any length
     force: Array  # (3,) N in the world, friction included, that the first shape receives; the second its opposite
+    torque: Array  # (3,) N m in the world, about the place
 
 
-def patches(results: ContactResults, shapes: Set[GeometryId]) -> Iterator[Patch]:
-    """All contacts of some shapes of a plant. A surface's pressure acts along its mean normal, in its centre."""
+def patches(results: ContactResults, shapes: Container[GeometryId]) -> Iterator[Patch]:
+    """All contacts of some shapes of a plant. The normal of a surface is the mean over its faces."""
     for i in range(results.num_hydroelastic_contacts()):
         info = results.hydroelastic_contact_info(i)
-        surface, wrench = info.contact_surface(), info.F_Ac_W()
+        surface = info.contact_surface()
         pair = (surface.id_M(), surface.id_N())
-        if shapes.isdisjoint(pair):
-            continue
-        normal, force = _mean_normal(surface), wrench.translational()
-        pressed = float(force @ normal)
-        lever = VectorToSkewSymmetric(normal) @ wrench.rotational() / pressed if pressed else np.zeros(3)
-        yield Patch(pair, surface.centroid() + lever, normal, force)
+        if pair[0] in shapes or pair[1] in shapes:
+            wrench = info.F_Ac_W()
+            yield Patch(pair, surface.centroid(), _area(surface), wrench.translational(), wrench.rotational())
     for i in range(results.num_point_pair_contacts()):
         point = results.point_pair_contact_info(i)
-        pair, normal = (point.point_pair().id_B, point.point_pair().id_A), point.point_pair().nhat_BA_W
-        if not shapes.isdisjoint(pair):
-            yield Patch(pair, point.contact_point(), normal, point.contact_force())
+        touching = point.point_pair()
+        pair = (touching.id_B, touching.id_A)
+        if pair[0] in shapes or pair[1] in shapes:
+            yield Patch(pair, point.contact_point(), touching.nhat_BA_W, point.contact_force(), np.zeros(3))
 
 
-def _mean_normal(surface: ContactSurface) -> Array:
+def _area(surface: ContactSurface) -> Array:
+    """Sum of the normals of a surface's faces, each as long as the face is large."""
     faces = range(surface.num_faces())
-    total = np.array([surface.area(i) for i in faces]) @ np.array([surface.face_normal(i) for i in faces])
-    return total / np.linalg.norm(total)
+    normals = np.concatenate([*map(surface.face_normal, faces)]).reshape(-1, 3)
+    area: Array = np.array([*map(surface.area, faces)]) @ normals
+    return area

@@ -1,6 +1,9 @@
-"""What presses on one finger, out of all patches of a plant; and what several fingers hold between them."""
+"""What presses on fingers, out of all patches of a plant; and what several fingers hold between them.
 
-from collections.abc import Collection, Sequence
+The patches of several samples lie one after the other: P of them in T samples.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,6 +17,13 @@ from pydrake.multibody.tree import BodyIndex
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.truth.contact_patches import Patch
+
+CONTACT_SIGNALS = (
+    *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
+    *("true_contact_arc_length", "normal_force", "contact_center"),
+)
+PLACES = ("true_contact_arc_length", "contact_center")  # the others are forces
+COLUMNS = 28  # of a table of patches, see `patch_table`
 
 
 @dataclass(frozen=True)
@@ -36,9 +46,50 @@ class TouchedLinks:
         return {shape: link for link, shapes in enumerate(self.shapes) for shape in shapes}
 
 
-class FingerContact(NamedTuple):
-    """All P patches in which a finger touches something else."""
+class OwnLink(NamedTuple):
+    """The link that a shape belongs to."""
 
+    finger: int
+    link: int  # 0 at the base
+    begin: float  # m, arc length at its frame
+    body: BodyIndex
+
+
+def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[GeometryId, OwnLink]:
+    """The links of fingers by their shapes."""
+    return {
+        shape: OwnLink(number, link, finger.begins[link], finger.bodies[link])
+        for number, finger in enumerate(fingers)
+        for shape, link in finger.link_of.items()
+    }
+
+
+def patch_table(found: Iterable[Patch], links: Mapping[GeometryId, OwnLink], X_WB: Sequence[RigidTransform]) -> Array:
+    """What touches fingers from outside, as it is, in numbers, (P, 28): to be made sense of by `finger_contacts`.
+
+    Args:
+        found: patches of a plant.
+        links: of the fingers, see `links_by_shape`.
+        X_WB: poses of all bodies of the plant, in the order of their indices.
+    """
+    rows: list[Array] = []
+    for patch in found:
+        own = [links.get(shape) for shape in patch.shapes]
+        if own[0] is not None and own[1] is not None and own[0].finger == own[1].finger:
+            continue
+        for sign, link in zip((1.0, -1.0), own, strict=True):
+            if link is not None:
+                X_WL = X_WB[link.body].GetAsMatrix34().ravel()
+                rows += [np.array((link.finger, link.link, link.begin, sign)), *patch[1:], X_WL]
+    return np.concatenate(rows).reshape(-1, COLUMNS) if rows else np.empty((0, COLUMNS))
+
+
+class FingerContacts(NamedTuple):
+    """All P patches in which fingers touch something else, in T samples."""
+
+    samples: int  # T
+    sample: NDArray[np.int_]  # (P,) that the patch belongs to
+    finger: NDArray[np.int_]  # (P,) number of the finger
     link: NDArray[np.int_]  # (P,) number of the link, 0 at the base
     arc_length: Array  # (P,) m from the base: where the centre of pressure lies along the axis of the link
     center: Array  # (P, 3) m, of the pressure, in the world
@@ -47,82 +98,93 @@ class FingerContact(NamedTuple):
     pressing: Array  # (P,) N, along the normal of the patch, not negative
     opening: Array  # (P,) N, across the link in the bending plane; positive on the inner side, so that it opens
 
+    def of(self, finger: int) -> "FingerContacts":
+        """Those of one finger."""
+        own = self.finger == finger
+        return FingerContacts(self.samples, *(column[own] for column in self[1:]))
+
+    def sums(self, values: Array) -> Array:
+        """Sums over the patches of each sample, (P,) -> (T,)."""
+        return np.bincount(self.sample, values, self.samples).astype(float)
+
+    def link_sums(self, values: Array, links: int) -> Array:
+        """Sums over the patches of each link, of so many, (P,) -> (T, links)."""
+        row = self.sample * links + self.link
+        return np.bincount(row, values, self.samples * links).astype(float).reshape(self.samples, links)
+
     @property
-    def mean_arc_length(self) -> float:
-        """Arc length of the centre of pressure, m: by the sizes of `opening`; NaN without contact."""
+    def mean_arc_length(self) -> Array:
+        """Arc length of the centre of pressure, (T,) m: by the sizes of `opening`; NaN without contact."""
         sizes = np.abs(self.opening)
-        return float(sizes @ self.arc_length / sizes.sum()) if sizes.any() else float("nan")
+        return _ratio(self.sums(sizes * self.arc_length), self.sums(sizes))
 
     @property
     def mean_center(self) -> Array:
-        """Centre of all that presses, (3,) m in the world; NaN without contact."""
-        force = self.pressing.sum()
-        return self.pressing @ self.center / force if force else np.full(3, np.nan)
+        """Centre of all that presses, (T, 3) m in the world; NaN without contact."""
+        total = self.sums(self.pressing)
+        return np.stack([_ratio(self.sums(self.pressing * part), total) for part in self.center.T], axis=-1)
 
     @property
     def main_normal(self) -> Array:
-        """Normal of the strongest patch, (3,) in the world, either way; NaN without contact."""
-        return self.normal[np.argmax(self.pressing)] if self.pressing.any() else np.full(3, np.nan)
+        """Normal of the strongest patch, (T, 3) in the world, either way; NaN without contact."""
+        order = np.argsort(-self.pressing, kind="stable")
+        pressed = order[self.pressing[order] > 0]
+        sample, first = np.unique(self.sample[pressed], return_index=True)
+        normals = np.full((self.samples, 3), np.nan)
+        normals[sample] = self.normal[pressed[first]]
+        return normals
 
 
-PLACES = ("true_contact_arc_length", "contact_center")  # of the signals below; the others are forces
-NO_CONTACT = FingerContact(np.zeros(0, int), np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), *np.zeros((3, 0)))
+def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> FingerContacts:
+    """What presses on fingers from outside.
 
-
-def finger_contact(finger: TouchedLinks, found: Sequence[Patch], X_WB: Sequence[RigidTransform]) -> FingerContact:
-    """What presses on a finger from outside.
-
-    A force that presses on the inner side pushes a link along the -x axis of its frame.
+    A force that presses on the inner side pushes a link along the -x axis of its frame. The pressure of a surface acts
+    along its mean normal n, in its centre: at  n x torque / (force n)  from the place of the patch.
 
     Args:
-        finger: its links.
-        found: all patches of its plant.
-        X_WB: poses of all bodies of the plant, in the order of their indices.
+        table: of patches, (P, 28), see `patch_table`.
+        sample: that each belongs to, (P,), in rising order.
+        samples: how many there are.
     """
-    rows = [_row(finger, patch, X_WB) for patch in found if _touches_once(finger, patch)]
-    return FingerContact(*map(np.array, zip(*rows, strict=True))) if rows else NO_CONTACT
+    finger, link = table[:, :2].astype(int).T
+    begin, sign = table[:, 2:4].T
+    place, normal, force, torque = (table[:, begin : begin + 3] for begin in (4, 7, 10, 13))
+    X_WL = table[:, 16:].reshape(-1, 3, 4)
+    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    pressed = (force * normal).sum(axis=1)
+    lever = np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
+    center = place + lever
+    x, z, origin = X_WL[..., 0], X_WL[..., 2], X_WL[..., 3]
+    arc_length = begin + (z * (center - origin)).sum(axis=1)
+    opening = -sign * (force * x).sum(axis=1)
+    total = np.linalg.norm(force, axis=1)
+    return FingerContacts(samples, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening)
 
 
-def _touches_once(finger: TouchedLinks, patch: Patch) -> bool:
-    first, second = (shape in finger.link_of for shape in patch.shapes)
-    return first != second
+def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
+    """What `TrueContact` puts out of one finger of so many links, (T, ...) each; see there."""
+    values = (
+        *(contact.link_sums(contact.total, links), contact.link_sums(contact.opening, links)),
+        *(contact.sums(contact.opening), contact.sums(contact.total)),
+        *(contact.mean_arc_length, contact.sums(contact.pressing), contact.mean_center),
+    )
+    return dict(zip(CONTACT_SIGNALS, values, strict=True))
 
 
-def _row(finger: TouchedLinks, patch: Patch, X_WB: Sequence[RigidTransform]) -> tuple[object, ...]:
-    """The entries of FingerContact for one patch."""
-    is_first = patch.shapes[0] in finger.link_of
-    link = finger.link_of[patch.shapes[0 if is_first else 1]]
-    X_WL = X_WB[finger.bodies[link]]
-    x, _, z = X_WL.rotation().matrix().T
-    force = patch.force if is_first else -patch.force
-    along = float(z @ (patch.center - X_WL.translation()))
-    pressing = abs(float(patch.force @ patch.normal))
-    where = (link, finger.begins[link] + along, patch.center, patch.normal)
-    return (*where, float(np.linalg.norm(force)), pressing, -float(force @ x))
-
-
-def contact_signals(contact: FingerContact, links: int) -> dict[str, Array]:
-    """What `TrueContact` puts out of a finger of so many links; see there."""
-    return {
-        "link_contact_force": np.bincount(contact.link, contact.total, links),
-        "link_normal_force": np.bincount(contact.link, contact.opening, links),
-        "true_contact_force": contact.opening.sum(keepdims=True),
-        "true_contact_total": contact.total.sum(keepdims=True),
-        "true_contact_arc_length": np.array([contact.mean_arc_length]),
-        "normal_force": contact.pressing.sum(keepdims=True),
-        "contact_center": contact.mean_center,
-    }
-
-
-def contact_width(contacts: Sequence[FingerContact]) -> float:
-    """Width between what all fingers touch, m; NaN unless there are two fingers or more, and all touch something.
+def contact_width(contacts: Sequence[FingerContacts]) -> Array:
+    """Width between what all fingers touch, (T,) m; NaN unless there are two fingers or more, and all touch something.
 
     Twice the mean over the fingers of how far their centres of force lie from the centroid of these, along the normal
     at each: of two fingers on parallel faces, the distance of the faces; of more around a cylinder, its diameter.
     """
     centers = np.array([contact.mean_center for contact in contacts])
-    if len(contacts) < 2 or not np.isfinite(centers).all():
-        return float("nan")
-    from_middle = centers - centers.mean(axis=0)
-    along = [abs(float(arm @ contact.main_normal)) for arm, contact in zip(from_middle, contacts, strict=True)]
-    return 2 * sum(along) / len(along)
+    if len(contacts) < 2:
+        return np.full(max((contact.samples for contact in contacts), default=1), np.nan)
+    from_middle, normals = centers - centers.mean(axis=0), np.array([contact.main_normal for contact in contacts])
+    width: Array = 2 * np.abs((from_middle * normals).sum(axis=-1)).mean(axis=0)
+    return width
+
+
+def _ratio(value: Array, by: Array) -> Array:
+    """Their ratio; NaN where nothing divides."""
+    return value / np.where(by == 0, np.nan, by)

@@ -1,13 +1,11 @@
 """PoseError: how far the estimated pose is from the true one."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
-from soft_gripper.signals import describe
+from soft_gripper.fingers.kinematics import Chain, as_planar, forward_kinematics
 
 
 def pose_error(true_joints: Planar, joints: Planar) -> Array:
@@ -20,7 +18,7 @@ def fingertip_error(true_tip: Planar, tip: Planar) -> Array:
     return np.abs(tip - true_tip)
 
 
-class PoseError(LeafSystem):
+class PoseError(ArrayBlock):
     """Compares the estimated pose of a finger with the true one at the same sample.
 
     ::
@@ -35,31 +33,22 @@ class PoseError(LeafSystem):
 
     def __init__(self, finger: Finger):
         super().__init__()
-        self._finger = finger
-        self._truth = self.DeclareVectorInputPort("sampled_joint_angles", finger.segments)
-        self._shear = self.DeclareVectorInputPort("sampled_shear", finger.segments) if finger.shear_factor > 0 else None
-        self._joints = self.DeclareVectorInputPort("joint_positions", finger.segments * 2)
-        self._tip = self.DeclareVectorInputPort("tip_pose", 3)
-        self._chain = self.DeclareCacheEntry(
-            "true chain",
-            ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc_chain),
-            {port.ticket() for port in (self._truth, self._shear) if port is not None},
-        )
-        chain = self.cache_entry_ticket(self._chain.cache_index())
-        for name, calc, estimate in (
-            ("pose_error", self._calc_pose_error, self._joints),
-            ("fingertip_error", self._calc_tip_error, self._tip),
-        ):
-            describe(self.DeclareVectorOutputPort(name, 1, calc, {chain, estimate.ticket()}), "m")
+        joints = finger.segments
+        self.take("sampled_joint_angles", joints)
+        self.take("joint_positions", joints * 2)
+        self.take("tip_pose", 3)
+        truth = ["sampled_joint_angles"]
+        if finger.shear_factor > 0:
+            self.take("sampled_shear", joints)
+            truth.append("sampled_shear")
+        self.derive("chain", lambda q, *shear: forward_kinematics(q, finger.segment_length, *shear), *truth)
+        self.put_out("pose_error", _pose_error, "chain", "joint_positions", unit="m")
+        self.put_out("fingertip_error", _tip_error, "chain", "tip_pose", unit="m")
 
-    def _calc_chain(self, context: Context, value: AbstractValue) -> None:
-        shear = None if self._shear is None else self._shear.Eval(context)
-        value.set_value(forward_kinematics(self._truth.Eval(context), self._finger.segment_length, shear))
 
-    def _calc_pose_error(self, context: Context, output: BasicVector) -> None:
-        joints = as_planar(self._joints.Eval(context).reshape(-1, 2))
-        output.SetAtIndex(0, pose_error(self._chain.Eval(context).joints, joints))
+def _pose_error(chain: Chain, positions: Array) -> Array:
+    return pose_error(chain.joints, as_planar(positions.reshape(*positions.shape[:-1], -1, 2)))
 
-    def _calc_tip_error(self, context: Context, output: BasicVector) -> None:
-        tip = as_planar(self._tip.Eval(context)[:2])
-        output.SetAtIndex(0, fingertip_error(self._chain.Eval(context).tip, tip))
+
+def _tip_error(chain: Chain, pose: Array) -> Array:
+    return fingertip_error(chain.tip, as_planar(pose[..., :2]))

@@ -1,27 +1,33 @@
 """TrueContact: what really presses on the fingers, for estimates to be compared with."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
+from operator import itemgetter
 from typing import Any
 
+import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import ContactResults
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
+from pydrake.systems.framework import Context
 
-from soft_gripper.signals import XYZ, describe
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.signals import XYZ
 from soft_gripper.truth.contact_patches import patches
 from soft_gripper.truth.finger_contact import (
-    NO_CONTACT,
+    CONTACT_SIGNALS,
     PLACES,
+    FingerContacts,
     TouchedLinks,
     contact_signals,
     contact_width,
-    finger_contact,
+    finger_contacts,
+    links_by_shape,
+    patch_table,
 )
 
 
-class TrueContact(LeafSystem):
+class TrueContact(ArrayBlock):
     """Sums up the plant's contact results for the fingers.
 
     ::
@@ -45,39 +51,35 @@ class TrueContact(LeafSystem):
     def __init__(self, fingers: Mapping[str, TouchedLinks]):
         """`fingers` by their names."""
         super().__init__()
-        self._fingers = dict(fingers)
-        self._shapes = frozenset(shape for finger in fingers.values() for shape in finger.link_of)
-        self._links = [len(finger.bodies) for finger in fingers.values()]
+        self._links = links_by_shape(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._collect)
-        self._contacts = self.DeclareCacheEntry("contacts", producer, {self._results.ticket(), self._poses.ticket()})
-        ticket = {self.cache_entry_ticket(self._contacts.cache_index())}
-        self._untouched = [contact_signals(NO_CONTACT, links) for links in self._links]
-        for i, name in enumerate(self._fingers):
-            for signal, value in self._untouched[i].items():
-                calc = partial(self._calc, i, signal)
-                port = self.DeclareVectorOutputPort(f"{name}.{signal}", len(value), calc, ticket)
-                describe(port, "m" if signal in PLACES else "N", **_axes(signal, len(value)))
-        describe(self.DeclareVectorOutputPort("width", 1, self._calc_width, ticket), "m")
+        self.show("patches", self._collect, {self._results.ticket(), self._poses.ticket()})
+        self.derive("contacts", _of_sample, "patches", over_time=_of_samples)
+        for number, (name, finger) in enumerate(fingers.items()):
+            self._put_out_signals(number, name, len(finger.bodies))
+        count = len(fingers)
+        self.put_out("width", lambda contacts: contact_width([*map(contacts.of, range(count))]), "contacts", unit="m")
 
-    def _collect(self, context: Context, value: AbstractValue) -> None:
-        found = list(patches(self._results.Eval(context), self._shapes))
-        if not found:
-            value.set_value((self._untouched, float("nan")))
-            return
-        poses = self._poses.Eval(context)
-        contacts = [finger_contact(finger, found, poses) for finger in self._fingers.values()]
-        signals = [contact_signals(*each) for each in zip(contacts, self._links, strict=True)]
-        value.set_value((signals, contact_width(contacts)))
+    def _put_out_signals(self, number: int, name: str, links: int) -> None:
+        self.derive(name, lambda contacts: contact_signals(contacts.of(number), links), "contacts")
+        sizes = {"link_contact_force": links, "link_normal_force": links, "contact_center": 3}
+        for signal in CONTACT_SIGNALS:
+            unit, axes = "m" if signal in PLACES else "N", _axes(signal, sizes.get(signal, 1))
+            self.put_out(f"{name}.{signal}", itemgetter(signal), name, unit=unit, **axes)
 
-    def _calc(self, finger: int, signal: str, context: Context, output: BasicVector) -> None:
-        signals, _ = self._contacts.Eval(context)
-        output.set_value(signals[finger][signal])
+    def _collect(self, context: Context) -> Array:
+        found = list(patches(self._results.Eval(context), self._links))
+        return patch_table(found, self._links, self._poses.Eval(context) if found else [])
 
-    def _calc_width(self, context: Context, output: BasicVector) -> None:
-        _, width = self._contacts.Eval(context)
-        output.SetAtIndex(0, width)
+
+def _of_sample(table: Array) -> FingerContacts:
+    return finger_contacts(table, np.zeros(len(table), int), 1)
+
+
+def _of_samples(tables: Sequence[Array]) -> FingerContacts:
+    sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
+    return finger_contacts(np.concatenate(tables), sample, len(tables))
 
 
 def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:

@@ -107,12 +107,15 @@ def test_a_recording_names_the_users_own_blocks():
 
 
 def test_a_mistake_in_a_users_block_is_no_divergence():
-    class Broken(sg.ArcPoseEstimator):
-        def _estimate(self, context, value):
+    def no_shape(readings, driving, gravity):
+        if readings.any():
             raise RuntimeError("no calibration")
+        return sg.ShapeEstimate(driving)
 
     scenario = sg.load_scenario("obstructed_inside")
-    station = sg.make_station(scenario, make_estimator=lambda layout, gravity, period: Broken(layout, gravity))
+    station = sg.make_station(
+        scenario, make_estimator=lambda layout, gravity, _: sg.ShapeEstimator(no_shape, layout, gravity)
+    )
     with pytest.raises(RuntimeError, match="no calibration") as caught:
         sg.run_station(station)
     assert not isinstance(caught.value, sg.SimulationDivergedError)

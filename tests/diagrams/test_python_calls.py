@@ -18,6 +18,7 @@ OF_THE_PLANT = (
     *("soft_gripper.truth.contact_patches.", "soft_gripper.truth.finger_contact."),
     "soft_gripper.manipulation.task_phases._",
 )
+_REMEMBERED = "shape.driving_torque._remember"
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
@@ -65,8 +66,18 @@ def baseline():
 def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
     two_fingers = 2 * 100
     assert baseline["soft_gripper.sensors.strain_sensor._sample"] == two_fingers
-    assert baseline["soft_gripper.estimators.arc_pose_estimator._estimate"] == two_fingers
-    assert baseline["soft_gripper.truth.metrics._calc_chain"] == two_fingers
+    assert baseline["soft_gripper.estimators.section_arcs.bends_from_readings"] == two_fingers
+    assert baseline["soft_gripper.estimation.force_estimator._remember"] == two_fingers
+
+
+def test_what_nothing_reads_is_left_for_the_recording(baseline):
+    for name in (
+        "truth.metrics",
+        "truth.finger_contact.finger_contacts",
+        "estimation.torque_balance",
+        "shape.arcs.join",
+    ):
+        assert not any(call.startswith(f"soft_gripper.{name}") for call in baseline)
 
 
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
@@ -89,11 +100,7 @@ def test_errors_of_sensors_work_once_a_sample():
     assert runs[0.01] == runs[0.002]
     blocks = 2 * 2 * 100
     assert [runs[0.01][f"soft_gripper.sensors.error_block.{name}"] for name in ("_calc", "_remember")] == [blocks] * 2
-    for name in (
-        "estimators.arc_pose_estimator._estimate",
-        "estimation.force_estimator._calc",
-        "truth.metrics._calc_chain",
-    ):
+    for name in ("estimators.section_arcs.bends_from_readings", "estimation.force_estimator._remember"):
         assert runs[0.01][f"soft_gripper.{name}"] == 200
 
 
@@ -103,14 +110,14 @@ def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
     files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
     for overrides, remembered in ((files, 200), ([], 0)):
         calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides))
-        found = [calls[f"soft_gripper.shape.driving_torque.{name}"] for name in ("_calc_torque", "_remember")]
+        found = [calls[f"soft_gripper.{name}"] for name in ("fingers.finger.pressure_torque", _REMEMBERED)]
         assert found == [200, remembered]
 
 
 CALLBACKS = {  # calls in a second, with two fingers
     "sensors.base_pose_sensor._sample": 200,
-    "estimators.arc_pose_estimator._calc_angles": 200,
-    "estimation.force_estimator._calc": 200,
+    "estimators.bend_sharing.joint_angles": 200,
+    "estimation.torque_balance.external_torque": 200,
     "estimation.force_estimator._remember": 200,
     "estimation.contact_detector._calc_touch": 200,
     "estimation.contact_detector._remember": 200,
@@ -144,5 +151,5 @@ def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
 def test_what_is_remembered_is_computed_once_a_sample(time_step):
     """Whatever the step of the plant; how much work a sample is depends on whether something is touched."""
     _, calls = handling("pick_and_place_delicate", time_step)
-    for name in ("recursive_estimator._calc_known", "recursive_estimator._calc", "recursive_estimator._remember"):
+    for name in ("recursive_estimator._calc_known", "recursive_shape.estimate", "recursive_estimator._remember"):
         assert calls[f"soft_gripper.estimators.{name}"] == 200

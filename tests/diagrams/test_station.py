@@ -38,10 +38,13 @@ PARTS = {
     ),
     "scoring": (
         ["joint_angles", "contact_torque", "joint_positions", "tip_pose", "external_torque"],
-        ["sampled_joint_angles", "true_external_torque", "pose_error", "fingertip_error", "external_torque_error"],
+        [
+            *("sampled_joint_angles", "true_external_torque", "pose_error", "fingertip_error"),
+            *("delayed_torque", "external_torque_error"),
+        ],
     ),
 }
-OF_PARTS = [port for _, outputs in PARTS.values() for port in outputs]
+OF_PARTS = [port for _, outputs in PARTS.values() for port in outputs if port != "delayed_torque"]
 OF_TRUTH = [
     *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
     *("true_contact_arc_length", "normal_force", "contact_center"),
@@ -130,7 +133,7 @@ def test_blocks_of_the_station(free_bending):
 def test_blocks_of_a_task(pick_and_place):
     of_each = ("joint_angles", "contact_torque", "base_pose", *PARTS)
     of_arm = [f"arm.{name}" for name in ("gravity_compensation", "torque", "desired")]
-    of_contact = ("true_contact", "object_width", "minus_true_width", "object_width_error")
+    of_contact = ("true_contact", "object_width", "object_width_error")
     others = ("plant", "scene_graph", "logs", "gripper.pressure_drive", "grip_control", "task", "box.pose", *OF_ARM)
     assert blocks(pick_and_place) == sorted([*others, *of_arm, *of_contact, *of_each_finger(of_each)])
     assert pick_and_place.task is pick_and_place.diagram.GetSubsystemByName("task")
@@ -224,7 +227,8 @@ def test_estimates_are_made_of_measurements_and_of_nothing_else(pick_and_place):
         assert sources[f"{finger}.estimation"] == {f"{finger}.sensors", f"{finger}.base_pose"}
     scores = {name for name in sources if name.endswith(".scoring")} | {"true_contact"}
     readers = {name for name, found in sources.items() if found & scores}
-    assert readers == {"logs", "minus_true_width"}
+    assert readers == {"logs", "object_width_error"}
+    assert not any("object_width_error" in found for found in sources.values())
 
 
 def test_ports_of_the_drives(free_bending, box_grasp):
@@ -240,7 +244,8 @@ def test_ports_of_the_drives(free_bending, box_grasp):
 def test_every_signal_is_logged_and_has_a_unit_and_labels(name, overrides):
     station = make_station(load_scenario(name, overrides))
     _, outputs = ports(station.diagram)
-    assert outputs == list(station.logs.signals) == ports(station.logs)[0] == list(station.parts.signals)
+    assert outputs == list(station.logs.signals) == list(station.parts.signals)
+    assert len(ports(station.logs)[0]) < len(outputs)
     for signal, port in station.parts.signals.items():
         found = signal_of(port)
         assert found == station.logs.signals[signal]

@@ -18,7 +18,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.bend_sharing import BendSharing
-from soft_gripper.estimators.section_arcs import arcs_from_readings, joints_on_arcs
+from soft_gripper.estimators.section_arcs import arcs_from_readings, bends_from_readings, joints_on_arcs
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.sensor_layout import extension_ratios
 from soft_gripper.sensors.strain_sensor import StrainSensor
@@ -144,8 +144,8 @@ def test_a_moved_base_moves_the_world_positions_alone(layout, strain):
 
 
 def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch):
-    estimate = Mock(wraps=arcs_from_readings)
-    monkeypatch.setattr("soft_gripper.estimators.arc_pose_estimator.arcs_from_readings", estimate)
+    estimate = Mock(wraps=bends_from_readings)
+    monkeypatch.setattr("soft_gripper.estimators.arc_pose_estimator.bends_from_readings", estimate)
     Fixed(layout).read(strain)
     assert estimate.call_count == 1
 

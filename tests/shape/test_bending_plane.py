@@ -40,5 +40,5 @@ def test_points_in_the_world_are_those_of_drakes_transform(bent):
 
 def test_a_batch_is_its_samples(bent):
     points = bent(2, 3) + 1j * bent(2, 3)
-    single = [[to_world(point, PLANE) for point in row] for row in points]
+    single = [to_world(row, PLANE) for row in points]
     np.testing.assert_allclose(to_world(points, PLANE), single, atol=1e-15)

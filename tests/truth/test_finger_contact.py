@@ -8,12 +8,13 @@ from pydrake.multibody.tree import BodyIndex
 
 from soft_gripper.truth.contact_patches import Patch
 from soft_gripper.truth.finger_contact import (
-    NO_CONTACT,
-    FingerContact,
+    FingerContacts,
     TouchedLinks,
     contact_signals,
     contact_width,
-    finger_contact,
+    finger_contacts,
+    links_by_shape,
+    patch_table,
 )
 
 ONE, TWO, OTHER, THING = (GeometryId.get_new_id() for _ in range(4))
@@ -24,12 +25,25 @@ POSES = [TURNED, RigidTransform(), RigidTransform()]  # of the second link, of t
 X, Y, Z = np.eye(3)
 
 
-def patch(first, second, center, normal, force):
-    return Patch((first, second), np.array(center, dtype=float), np.array(normal), np.array(force, dtype=float))
+LINKS = links_by_shape([FINGER, NEIGHBOUR])
+
+
+def patch(first, second, center, normal, force, torque=(0, 0, 0)):
+    """The normal may be of any length."""
+    vectors = (np.array(vector, dtype=float) for vector in (center, 2e-4 * np.array(normal), force, torque))
+    return Patch((first, second), *vectors)
+
+
+def over_time(samples, finger=FINGER):
+    """Signals of a finger from the patches of several samples."""
+    tables = [patch_table(found, LINKS, POSES) for found in samples]
+    sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
+    contacts = finger_contacts(np.concatenate(tables), sample, len(tables))
+    return contact_signals(contacts.of([FINGER, NEIGHBOUR].index(finger)), len(finger.bodies))
 
 
 def signals(*found, finger=FINGER):
-    return contact_signals(finger_contact(finger, found, POSES), len(finger.bodies))
+    return {name: value[0] for name, value in over_time([found], finger).items()}
 
 
 def test_what_presses_on_the_inner_side_is_positive_whichever_shape_comes_first():
@@ -62,8 +76,27 @@ def test_forces_of_both_sides_cancel_and_places_count_by_their_sizes():
 
 def test_only_what_is_outside_presses_on_a_finger():
     found = signals(patch(ONE, TWO, X, X, [50, 0, 0]), patch(THING, OTHER, X, X, [7, 0, 0]))
-    for name, value in contact_signals(NO_CONTACT, 2).items():
+    for name, value in signals().items():
         np.testing.assert_array_equal(found[name], value)
+
+
+def test_the_pressure_of_a_surface_acts_in_its_centre():
+    """5 N along x, 2 mm beside the place of the patch: a torque of 10 mN m about it; and friction."""
+    place, lever = np.array([0.01, 0, 0.02]), np.array([0, 0, 0.002])
+    force = np.array([-5.0, 1.0, 0])
+    found = signals(patch(ONE, THING, place, X, force, np.cross(lever, [-5.0, 0, 0])))
+    np.testing.assert_allclose(found["contact_center"], place + lever, rtol=1e-12)
+    assert found["true_contact_arc_length"] == pytest.approx(0.022)
+    assert found["normal_force"] == pytest.approx(5)
+
+
+def test_several_samples_are_each_by_itself():
+    one, two = patch(ONE, THING, X, X, [-3.0, 0, 4.0]), patch(TWO, THING, Y, Z, [1.0, 2.0, -1.0])
+    samples = [[], [one], [one, two], [], [two, patch(ONE, OTHER, Z, Y, [0, 3.0, 0])]]
+    found = over_time(samples)
+    for row, sample in enumerate(samples):
+        for name, value in signals(*sample).items():
+            np.testing.assert_allclose(found[name][row], value, rtol=1e-14)
 
 
 def test_fingers_that_press_on_each_other_receive_opposite_forces():
@@ -77,19 +110,25 @@ def test_fingers_that_press_on_each_other_receive_opposite_forces():
 def test_without_a_force_there_is_no_place(force):
     found = signals(*([] if force is None else [patch(ONE, THING, X, X, force)]))
     assert found["normal_force"] == found["true_contact_total"] == 0
-    assert np.isnan([*found["true_contact_arc_length"], *found["contact_center"]]).all()
+    assert np.isnan([found["true_contact_arc_length"], *found["contact_center"]]).all()
 
 
-def pressed_at(center, normal):
-    """A contact of 1 N."""
-    return FingerContact(np.array([0]), *(np.array([row]) for row in (0.0, center, normal, 1.0, 1.0, 1.0)))
+def pressed_at(*places):
+    """A contact of 1 N in every sample, by its centre and normal."""
+    count = len(places)
+    centers, normals = (np.array(vectors, dtype=float) for vectors in zip(*places, strict=True))
+    numbers, ones = np.zeros(count, int), np.ones(count)
+    return FingerContacts(count, np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones)
+
+
+UNTOUCHED = FingerContacts(1, *np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0)))
 
 
 def on_circle(count, radius, heights):
     """What fingers around a cylinder touch; normals may point either way."""
     out = [RollPitchYaw(0, 0, angle).ToRotationMatrix() @ X for angle in 2 * np.pi * np.arange(count) / count]
     centers = [radius * x + [1, 2, 3 + height] for x, height in zip(out, heights, strict=True)]
-    return [pressed_at(center, (-1) ** i * x) for i, (center, x) in enumerate(zip(centers, out, strict=True))]
+    return [pressed_at((center, (-1) ** i * x)) for i, (center, x) in enumerate(zip(centers, out, strict=True))]
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])
@@ -101,10 +140,18 @@ def test_width_of_a_cylinder_is_its_diameter(count):
 
 def test_width_of_a_box_is_the_distance_of_its_faces():
     """Wherever on them it is touched."""
-    faces = [pressed_at([0.02, 0.01, 0.05], X), pressed_at([-0.03, -0.01, 0.02], X)]
-    assert contact_width(faces) == pytest.approx(0.05, rel=1e-12)
+    left = pressed_at(([0.02, 0.01, 0.05], X), ([0.02, 0, 0.05], X))
+    right = pressed_at(([-0.03, -0.01, 0.02], X), ([-0.05, 0, 0.02], X))
+    assert contact_width([left, right]) == pytest.approx([0.05, 0.07], rel=1e-12)
+
+
+def test_the_strongest_patch_gives_the_normal():
+    weak, strong = patch(ONE, THING, X, Y, [0, 1.0, 0]), patch(ONE, THING, X, Z, [0, 0, 2.0])
+    for found in ([weak, strong], [strong, weak]):
+        table = patch_table(found, LINKS, POSES)
+        np.testing.assert_allclose(finger_contacts(table, np.zeros(2, int), 1).main_normal, [Z])
 
 
 def test_there_is_no_width_unless_two_fingers_or_more_all_touch():
-    for contacts in ([], on_circle(1, 0.03, [0]), [*on_circle(2, 0.03, [0, 0]), NO_CONTACT]):
+    for contacts in ([], on_circle(1, 0.03, [0]), [*on_circle(2, 0.03, [0, 0]), UNTOUCHED]):
         assert np.isnan(contact_width(contacts))

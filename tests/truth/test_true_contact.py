@@ -22,6 +22,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.signals import signal_of
 from soft_gripper.truth.finger_contact import TouchedLinks
 from soft_gripper.truth.true_contact import TrueContact
@@ -99,7 +100,7 @@ class World:
         simulator.AdvanceTo(1.0)
         context = truth.GetMyContextFromRoot(simulator.get_context())
         self.context = self.plant.GetMyContextFromRoot(simulator.get_context())
-        ports = [truth.get_output_port(i) for i in range(truth.num_output_ports())]
+        ports = vector_outputs(truth).values()
         found = {port.get_name(): port.Eval(context) for port in ports}
         return {name: self.turned(value) if name.endswith("center") else value for name, value in found.items()}
 
@@ -212,7 +213,7 @@ def test_ports():
     truth = TrueContact({"left": LINK, "right": LINK})
     inputs = [truth.get_input_port(i).get_name() for i in range(truth.num_input_ports())]
     assert inputs == ["contact_results", "body_poses"]
-    ports = [truth.get_output_port(i) for i in range(truth.num_output_ports())]
+    ports = list(vector_outputs(truth).values())
     signals = {
         "link_contact_force": 1,
         "link_normal_force": 1,
@@ -233,6 +234,6 @@ def test_without_contact_there_is_no_force_and_no_place():
     context = truth.CreateDefaultContext()
     truth.GetInputPort("contact_results").FixValue(context, Value(ContactResults()))
     truth.GetInputPort("body_poses").FixValue(context, AbstractValue.Make([RigidTransform()]))
-    for port in map(truth.get_output_port, range(truth.num_output_ports())):
+    for port in vector_outputs(truth).values():
         is_force = signal_of(port).unit == "N"
         np.testing.assert_array_equal(port.Eval(context), 0 if is_force else np.nan)

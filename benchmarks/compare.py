@@ -1,0 +1,50 @@
+"""This checkout against another one: `python compare.py OTHER [SCENARIO ...]`.
+
+OTHER is a folder where `make .venv/ready` was done. Runs of both go in turns, each in a process of its own. A run is
+timed in parts; of every part counts the mean of its two shortest times, so that what else the machine does is left out
+as far as that is possible.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).parent
+ROUNDS = 7
+SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp", "pick_and_place_box")
+Runs = dict[tuple[str, str], list[list[float]]]  # times of the parts, by checkout and diagram
+
+
+def main(other: Path, scenarios: list[str]) -> None:
+    """Prints a line a scenario."""
+    print("scenario               faster  blocks  closed / bare, other  closed / bare, here")
+    for name in scenarios or SCENARIOS:
+        times = {key: shortest(runs) for key, runs in run_in_turns(other, name).items()}
+        here, there = times["here", "closed"], times["other", "closed"]
+        bare = min((time for (_, diagram), time in times.items() if diagram == "bare"), default=np.nan)
+        numbers = there / here, (here - bare) / (there - bare), there / bare, here / bare
+        print(f"{name:<22} {numbers[0]:>6.2f} {numbers[1]:>7.2f} {numbers[2]:>21.2f} {numbers[3]:>20.2f}", flush=True)
+
+
+def run_in_turns(other: Path, scenario: str) -> Runs:
+    """Runs of a scenario in both checkouts."""
+    runs: Runs = {}
+    for _ in range(ROUNDS):
+        for checkout, folder in (("other", other), ("here", HERE.parent)):
+            command = [folder.resolve() / ".venv" / "bin" / "python", HERE / "timed_run.py", scenario]
+            found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+            for diagram, times in found.items():
+                runs.setdefault((checkout, diagram), []).append(times)
+    return runs
+
+
+def shortest(runs: list[list[float]]) -> float:
+    """Computing time of a run, s, of the shortest times of its parts."""
+    return float(np.sort(np.array(runs), axis=0)[:2].mean(axis=0).sum())
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,69 @@
+"""CPU times of the parts of a run, printed as JSON: `python timed_run.py SCENARIO`; see compare.py.
+
+It uses nothing that an older checkout does not have.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import json
+import sys
+from collections.abc import Callable
+from time import process_time
+
+import numpy as np
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.diagrams.scene.plant import add_plant
+from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import make_simulator, solver_config
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.diagrams.wiring.pressure_steps import add_pressure_steps, pressure_steps
+
+PART = 0.25  # s
+OF_A_TASK = 8.0  # s, in which every task of the scenarios handles its object
+
+
+def main(name: str) -> None:
+    """The closed diagram; and the bare plant with its drive, where no task leads it."""
+    scenario = load_scenario(name)
+    station = make_station(scenario)
+    simulator = make_simulator(station)
+    times = {"closed": part_times(simulator, scenario, lambda: station.recording(simulator.get_context()))}
+    if scenario.task is None:
+        bare = Simulator(bare_diagram(scenario))
+        ApplySimulatorConfig(solver_config(scenario), bare)
+        times["bare"] = part_times(bare, scenario, lambda: None)
+    print(json.dumps(times))
+
+
+def bare_diagram(scenario: Scenario):
+    """The plant and what drives it."""
+    builder = DiagramBuilder()
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
+    steps = {name: pressure_steps(scenario.pressure, name) for name in drive.commands}
+    add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)
+    return builder.Build()
+
+
+def part_times(simulator: Simulator, scenario: Scenario, finish: Callable[[], object]) -> list[float]:
+    """CPU time of every part of a run, and at last of what finishes it, s."""
+    simulator.Initialize()
+    end = OF_A_TASK if scenario.task is not None else scenario.duration
+    actions = [*(lambda time=time: simulator.AdvanceTo(time) for time in np.arange(PART, end + 1e-9, PART)), finish]
+    return [_cpu_time(action) for action in actions]
+
+
+def _cpu_time(action: Callable[[], object]) -> float:
+    start = process_time()
+    action()
+    return process_time() - start
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

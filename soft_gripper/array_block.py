@@ -1,0 +1,176 @@
+"""ArrayBlock: a block that is made of functions over arrays whose leading axes are free.
+
+Its ports call the functions for one sample. A recording calls them once for all samples, so that signals which nothing
+in a diagram reads cost next to nothing while it runs.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, ValueProducer
+
+from soft_gripper.arrays import Array
+from soft_gripper.signals import describe
+
+
+class _Step(NamedTuple):
+    """Something that is known of a sample."""
+
+    read: Callable[[Context], Any]
+    ticket: Any
+    sources: tuple[str, ...] = ()
+    over_time: Callable[..., Any] | None = None  # from those of the sources, at all samples; None: only a run knows
+    period: float | None = None  # s, of the samples that it remembers, if it does
+    is_logged: bool = False  # by a port of its own, and so known at all samples as inputs are
+
+
+class ArrayBlock(LeafSystem):
+    """A block whose outputs follow from its inputs by functions, given in its constructor step by step.
+
+    A step has a name and follows from those before it. Functions take the steps that they name, arrays with the shape
+    (..., size) where it is an input, and give an array, or anything else that keeps the leading axes. Caches and
+    prerequisites are as narrow as the steps say.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._steps: dict[str, _Step] = {}
+        self._outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
+
+    def take(self, name: str, size: int) -> InputPort:
+        """Declares a vector input and the step of its name."""
+        port = self.DeclareVectorInputPort(name, size)
+        self._steps[name] = _Step(port.Eval, port.ticket())
+        return port
+
+    def derive(
+        self, name: str, function: Callable[..., Any], *sources: str, over_time: Callable[..., Any] | None = None
+    ) -> None:
+        """Declares a step that several others name, which is computed once a sample.
+
+        `over_time` takes the place of the function where it is for a single sample.
+        """
+        reads, tickets = self._reads(sources), self._tickets(sources)
+        step = _Step(self._read_all(function, reads), None, sources, over_time or function)
+        self._keep(name, step, tickets)
+
+    def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
+        """Declares a step, and an output that holds it, of what is no array; at all samples it is a list."""
+        self._keep(name, _Step(function, None, is_logged=True), tickets)
+        read = self._steps[name].read
+        self.DeclareAbstractOutputPort(
+            name,
+            lambda: AbstractValue.Make(object()),
+            lambda context, value: value.set_value(read(context)),
+            {self._steps[name].ticket},
+        )
+
+    def remember(
+        self,
+        name: str,
+        function: Callable[[Context], Any],
+        *sources: str,
+        over_time: Callable[..., Any] | None = None,
+        period: float | None = None,
+    ) -> None:
+        """Declares a step that follows from the discrete state too.
+
+        `over_time` gives it at all samples of a recording, from the times of these, (T,) s, and the sources, if they
+        are `period` s apart; None: what is remembered follows from a run alone.
+        """
+        step = _Step(function, None, ("time", *sources), over_time, period)
+        self._keep(name, step, self._tickets(sources) | {self.xd_ticket()})
+
+    def put_out(
+        self,
+        name: str,
+        function: Callable[..., Any],
+        *sources: str,
+        unit: str | Sequence[str] = "1",
+        meanings: Sequence[str] = (),
+        **axes: Sequence[Any],
+    ) -> None:
+        """Declares a vector output, function(*sources), folded into axes; see `describe`."""
+        size = int(np.prod([len(labels) for labels in axes.values()]))
+        value = self._read_all(function, self._reads(sources))
+
+        def calc(context: Context, output: BasicVector) -> None:
+            output.SetFromVector(np.ravel(value(context)))
+
+        port = self.DeclareVectorOutputPort(name, size, calc, self._tickets(sources))
+        describe(port, unit, meanings, **axes)
+        self._outputs[name] = function, sources
+
+    def read(self, name: str, context: Context) -> Any:
+        """A step of the present sample."""
+        return self._steps[name].read(context)
+
+    def follows(self, output: str, period: float) -> bool:
+        """Whether an output at all samples of a recording, `period` s apart, follows from what `leaves` names."""
+        return output in self._outputs and all(self._follows(step, period) for step in self._outputs[output][1])
+
+    def leaves(self, output: str) -> list[str]:
+        """Names of the inputs, and of the outputs of what is shown, that an output follows from."""
+        return list(dict.fromkeys(leaf for step in self._outputs[output][1] for leaf in self._leaves(step)))
+
+    def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
+        """Outputs that follow, at all T samples, (T, size) each.
+
+        Args:
+            time: of the samples, s, (T,).
+            leaves: at these, (T, size) each, or a list of T, by the names of the ports.
+            outputs: names of ports.
+        """
+        known: dict[str, Any] = {"time": time, **leaves}
+        found = {}
+        for name in outputs:
+            function, sources = self._outputs[name]
+            found[name] = np.reshape(function(*[self._at_all(source, known) for source in sources]), (len(time), -1))
+        return found
+
+    def _at_all(self, name: str, known: dict[str, Any]) -> Any:
+        if name not in known:
+            step = self._steps[name]
+            assert step.over_time is not None
+            known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
+        return known[name]
+
+    def _follows(self, name: str, period: float) -> bool:
+        if name == "time" or self._is_leaf(name):
+            return True
+        step = self._steps[name]
+        fits = step.over_time is not None and step.period in (None, period)
+        return fits and all(self._follows(source, period) for source in step.sources)
+
+    def _leaves(self, name: str) -> list[str]:
+        if name == "time":
+            return []
+        if self._is_leaf(name):
+            return [name]
+        return [leaf for source in self._steps[name].sources for leaf in self._leaves(source)]
+
+    def _is_leaf(self, name: str) -> bool:
+        step = self._steps[name]
+        return step.is_logged or not step.sources
+
+    def _keep(self, name: str, step: _Step, tickets: set[Any]) -> None:
+        """Adds a step, with a cache entry for it."""
+
+        def calc(context: Context, value: AbstractValue) -> None:
+            value.set_value(step.read(context))
+
+        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
+        entry = self.DeclareCacheEntry(name, producer, tickets)
+        self._steps[name] = step._replace(read=entry.Eval, ticket=self.cache_entry_ticket(entry.cache_index()))
+
+    @staticmethod
+    def _read_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:
+        return lambda context: function(*[read(context) for read in reads])
+
+    def _reads(self, sources: Sequence[str]) -> list[Callable[[Context], Any]]:
+        return [self._steps[source].read for source in sources]
+
+    def _tickets(self, sources: Sequence[str]) -> set[Any]:
+        return {self._steps[source].ticket for source in sources}

@@ -1,0 +1,108 @@
+"""Signals that are computed after a run are those that the blocks compute in it."""
+
+import numpy as np
+import pytest
+from creeping_fingers import FINGER, write_creeping
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput, Sine
+
+from soft_gripper.diagrams.random_seed import seed_random_sources
+from soft_gripper.diagrams.recording.derived_signals import Logged, Output, SignalSources
+from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import solver_config
+from soft_gripper.diagrams.station import add_station
+from soft_gripper.truth.difference import Difference
+
+SHORT = "pressure.settle=0.2", "pressure.hold_samples=5"
+BESIDE = "estimator.beside=[spline, gaussian, contact, recursive]"
+DROPOUT = "sensor.errors.preset=realistic", "sensor.errors.dropout=0.05"
+CONTACT = "estimator.contact_threshold=2.5e-3"
+SCENARIOS = {
+    "all_estimators": ("box_grasp", [*SHORT, BESIDE, "sensor.sections=2"], 2.0),
+    "sensors_that_fail": ("obstructed_inside", [*SHORT, *DROPOUT, BESIDE, CONTACT], 1.0),
+    "one_of_everything_continuous": ("irregular_grasp", [*SHORT, "plant_config.time_step=0.0"], 0.5),
+    "moved_by_an_arm": ("pick_and_place_box", [], 0.6),
+}
+
+
+def run(name, overrides, duration):
+    """Every signal of a run, by the logs of the station and by a log for each port, {signal: (T, size)}; the logs."""
+    scenario, builder = load_scenario(name, overrides), DiagramBuilder()
+    station = add_station(builder, scenario)
+    logs = add_logs(builder, station.signals, scenario.sensor.period)
+    every = {name: LogVectorOutput(port, builder, scenario.sensor.period) for name, port in station.signals.items()}
+    simulator = Simulator(builder.Build())
+    ApplySimulatorConfig(solver_config(scenario), simulator)
+    seed_random_sources(simulator.get_system(), simulator.get_mutable_context(), 0)
+    simulator.AdvanceTo(duration)
+    context = simulator.get_context()
+    time, found = logs.samples(context)
+    expected = {name: log.FindLog(context).data().T for name, log in every.items()}
+    assert len(time) > 50
+    return found, expected, logs
+
+
+def assert_same(found, expected):
+    """To rounding, which the fit of a contact to bends multiplies."""
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        scale = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+        np.testing.assert_allclose(
+            found[name], values, rtol=0, atol=(1e-11 if ".contact." in name else 1e-12) * scale, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_recording_is_what_the_blocks_compute(name):
+    found, expected, logs = run(*SCENARIOS[name])
+    assert_same(found, expected)
+    assert len(logs.logged) < 0.75 * len(found)
+
+
+def test_a_finger_that_creeps(tmp_path):
+    """What it remembers follows from a run alone."""
+    files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
+    found, expected, logs = run("free_bending", [*SHORT, *files], 1.0)
+    assert_same(found, expected)
+    assert "driving_torque" in {port.get_name() for port in logs.logged}
+
+
+class Chain:
+    """sine -> gain -> difference <- constant, of which parts may be left out."""
+
+    def __init__(self, connects_truth=True):
+        self.builder = DiagramBuilder()
+        sine, self.gain = self.builder.AddSystem(Sine(1.0, 1.0, 0.0, 1)), self.builder.AddSystem(Gain(2.0, 1))
+        self.difference = self.builder.AddSystem(Difference(1, "m"))
+        self.builder.Connect(sine.get_output_port(0), self.gain.get_input_port())
+        self.builder.Connect(self.gain.get_output_port(), self.difference.GetInputPort("estimate"))
+        if connects_truth:
+            truth = self.builder.AddSystem(ConstantVectorSource([3.0]))
+            self.builder.Connect(truth.get_output_port(), self.difference.GetInputPort("truth"))
+
+
+def test_what_follows_is_traced_to_what_does_not():
+    chain = Chain()
+    sources = SignalSources(chain.builder, 0.1)
+    found = sources.find(chain.difference.get_output_port())
+    assert isinstance(found, Output)
+    assert found.of.leaves["estimate"] == Logged(chain.gain.get_output_port())
+    assert sources.find(chain.gain.get_output_port()) == Logged(chain.gain.get_output_port())
+
+
+def test_what_is_not_connected_yet_is_logged_as_it_is():
+    chain = Chain(connects_truth=False)
+    port = chain.difference.get_output_port()
+    assert SignalSources(chain.builder, 0.1).find(port) == Logged(port)
+
+
+def test_of_what_leads_round_in_a_circle_something_is_logged():
+    builder = DiagramBuilder()
+    first, second = (builder.AddSystem(Difference(1, "m")) for _ in range(2))
+    for one, other in ((first, second), (second, first)):
+        for port in map(other.get_input_port, range(2)):
+            builder.Connect(one.get_output_port(), port)
+    logs = add_logs(builder, {"first": first.get_output_port(), "second": second.get_output_port()}, 0.1)
+    assert len(logs.logged) == 1

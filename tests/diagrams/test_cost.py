@@ -1,0 +1,36 @@
+"""What the blocks cost, counted in calls, of Python and of C, which no other load on the machine changes."""
+
+import sys
+from collections import Counter
+
+import pytest
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import solver_config
+from soft_gripper.diagrams.station import make_station
+
+SECONDS = 0.5
+
+
+def calls_per_sample(scenario, begin):
+    """Calls of a sample from `begin` on, s."""
+    simulator = Simulator(make_station(scenario).diagram)
+    ApplySimulatorConfig(solver_config(scenario), simulator)
+    simulator.AdvanceTo(begin)
+    calls = Counter()
+    sys.setprofile(lambda frame, event, _: calls.update([event]))
+    try:
+        simulator.AdvanceTo(begin + SECONDS)
+    finally:
+        sys.setprofile(None)
+    return (calls["call"] + calls["c_call"]) * scenario.sensor.period / SECONDS
+
+
+@pytest.mark.parametrize(
+    ("name", "begin", "limit"),
+    [("free_bending", 0.5025, 195), ("box_grasp", 10.0025, 245), ("pick_and_place_box", 0.5025, 640)],
+)
+def test_a_sample_takes_few_calls(name, begin, limit):
+    """All two fingers, in the box grasp while they touch it."""
+    assert calls_per_sample(load_scenario(name), begin) <= limit
