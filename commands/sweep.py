@@ -42,13 +42,13 @@ def _run(options: argparse.Namespace) -> int:
     fixed = dict(map(read_override, options.set))
     if options.sections is not None:
         fixed["sensor.sections"] = whole_number(NAME, "--sections", options.sections, 1)
-    executor, failed = chosen_executor(NAME, options), 0
+    executor = chosen_executor(NAME, options)
+    fine: list[bool] = []  # of every run that has ended, whether it came off
     with tqdm(total=len(variations), desc="runs", dynamic_ncols=True, disable=None) as bar:
 
-        def report(fine: bool) -> None:
-            nonlocal failed
-            failed += not fine
-            bar.set_postfix_str(f"{failed} failed")
+        def report(came_off: bool) -> None:
+            fine.append(came_off)
+            bar.set_postfix_str(f"{fine.count(False)} failed")
             bar.update()
 
         try:
@@ -64,10 +64,10 @@ def _run(options: argparse.Namespace) -> int:
                 )
         except KeyboardInterrupt:
             bar.close()
-            print(f"\n{bar.n} of {len(variations)} runs ended; they are in {options.out / TABLE}, --resume goes on")
+            print(f"\n{len(fine)} of {len(variations)} runs ended; they are in {options.out / TABLE}, --resume goes on")
             raise
     files = [TABLE, *_draw(table, variations, options)]
-    print(f"{len(variations)} runs, {failed} failed\nWritten to {options.out}: {', '.join(files)}")
+    print(f"{len(variations)} runs, {fine.count(False)} failed\nWritten to {options.out}: {', '.join(files)}")
     return 0
 
 

@@ -41,14 +41,14 @@ def test_table_and_figure(whole):
     assert float(rows[0]["largest_bend_deg"]) > float(rows[4]["largest_bend_deg"])  # the softer bends more
 
 
-@pytest.mark.parametrize("rows", [0, 3])
-def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_path, rows):
+@pytest.mark.parametrize(("rows", "number"), [(0, signal.SIGKILL), (3, signal.SIGKILL), (3, signal.SIGTERM)])
+def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_path, rows, number):
     with subprocess.Popen([*LISTENING, *SWEEP, "--jobs", "2", "--out", tmp_path], stderr=subprocess.PIPE) as process:
         file = tmp_path / "sweep.csv"
         while not file.exists() or file.read_bytes().count(b"\n") < 1 + rows:
             assert process.poll() is None
             time.sleep(0.01)
-        process.send_signal(signal.SIGKILL)
+        process.send_signal(number)
     assert len(table(tmp_path)) < len(table(whole))
     done = soft_gripper(*SWEEP, "--jobs", 2, "--out", tmp_path, "--resume")
     assert done.code == 0
@@ -60,12 +60,14 @@ def test_ctrl_c_says_how_to_go_on(tmp_path):
     arguments = [*LISTENING, *SWEEP, "--jobs", "1", "--out", tmp_path]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(arguments, start_new_session=True, **pipes) as process:
-        while not (tmp_path / "sweep.csv").exists():
-            time.sleep(0.05)
+        file = tmp_path / "sweep.csv"
+        while not file.exists() or file.read_bytes().count(b"\n") < 2:
+            time.sleep(0.01)
         os.killpg(process.pid, signal.SIGINT)
         printed, complaint = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert "of 8 runs ended; they are in" in printed
+    ended = file.read_bytes().count(b"\n") - 1
+    assert f"{ended} of 8 runs ended; they are in" in printed
     assert "Traceback" not in complaint
 
 

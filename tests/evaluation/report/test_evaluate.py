@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -221,3 +222,29 @@ def test_interrupted_evaluation_says_what_is_missing(tmp_path, moment):
     assert f"evaluate --out {out} --resume" in printed
     assert "Traceback" not in complaint
     assert sorted(path.name for path in out.iterdir()) == sorted(set(RUNS) - set(missing))
+
+
+def children(process: int) -> list[int]:
+    """Processes that a process has started."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            pid, rest = int(stat.parent.name), stat.read_text().rpartition(")")[2].split()
+            found += [pid] if int(rest[1]) == process else []
+    return found
+
+
+def test_a_process_that_is_killed_is_named_and_its_scenario_run_again(tmp_path):
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([*COMMAND, "--out", tmp_path, "--jobs", "1"], start_new_session=True, **pipes) as process:
+        while not (workers := [own for server in children(process.pid) for own in children(server)]):
+            assert process.poll() is None
+            time.sleep(0.05)
+        time.sleep(1.0)  # until it has begun
+        os.kill(workers[0], signal.SIGKILL)
+        line = process.stderr.readline()
+        while not [own for server in children(process.pid) for own in children(server)]:
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.kill()
+    assert line.startswith("process 1 of 2 died at files_of_run('")
