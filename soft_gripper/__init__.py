@@ -57,7 +57,7 @@ _MODULES = {
     "sensors.base_pose_sensor": "BasePoseSensor",
     # Estimation.
     "shape.estimate": "ShapeEstimate ShapeFunction ContactForce",
-    "shape.driving_torque": "DrivingTorque recorded_driving memory_torques",
+    "shape.driving_torque": "DrivingTorque recorded_driving driving_torques",
     "shape.uncertainty": "Uncertainty",
     "shape.sensor_uncertainty": "uncertainty_of",
     "shape.section_bends": "section_bends",

@@ -13,7 +13,7 @@ from soft_gripper.evaluation.identify.simulated_motion import Setup, simulated_m
 from soft_gripper.fingers.finger import Finger
 
 REFERENCE = np.array([0.1 + 0.01j, 0.1 - 0.015j, 0.095 + 0.012j])  # m, z + i x of the markers while it is straight
-RELEASE, OPENS, CLOSES = 0.35, 0.35, 1.2  # s
+RELEASE, LET_GO, OPENS, CLOSES = 0.35, 0.38, 0.35, 1.2  # s
 NOISE = 1e-5  # m, standard deviation
 SECTION = 'width="0.03" thickness="0.03"'
 BEAM = f"""<?xml version="1.0"?>
@@ -57,8 +57,8 @@ def finger_of(text: str, folder: Path) -> Finger:
 def release(duration: float = 1.6, gravity: float = 9.81) -> MeasuredMotion:
     """A hand lets go of a horizontal finger; its markers are yet where they were."""
     time = np.arange(0, duration, 0.01)
-    markers = np.tile(REFERENCE, (len(time), 1))
-    return MeasuredMotion("released", time, markers, REFERENCE, np.array([gravity, 0.0, 0.0]), None, None, (RELEASE,))
+    markers, down = np.tile(REFERENCE, (len(time), 1)), np.array([gravity, 0.0, 0.0])
+    return MeasuredMotion("released", time, markers, REFERENCE, down, None, None, (RELEASE, LET_GO))
 
 
 def step(pressure: float, duration: float = 1.6) -> MeasuredMotion:

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import Adder, MatrixGain
 
 from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.creep_torque import CreepTorque
+from soft_gripper.fingers.creep_torque import CreepTorque, PressureSoftening
 from soft_gripper.fingers.elastic_law import elastic_law_block
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
@@ -32,7 +32,7 @@ def add_pressure_drive(
 
     Args:
         builder: of a diagram with the fingers' plant. A finger with an elastic law gets a `{finger}.elastic_law`, one
-            that creeps a `{finger}.creep`.
+            that creeps a `{finger}.creep`; with a pressure law, between `{finger}.unsoftened` and `.softened`.
         fingers: in the finalized plant, all of each model.
         config: the `pressure` part of a scenario; of it the limits and the lag; None: its defaults.
 
@@ -53,7 +53,7 @@ def add_pressure_drive(
             drive.commands[name] = block.GetInputPort(f"{name}.pressure_command")
             drive.pressures[name] = block.GetOutputPort(f"{name}.pressure")
         elastic = [_add_elastic_law(builder, finger) for finger in driven if finger.finger.elastic_law is not None]
-        creep = [_add_creep(builder, finger) for finger in driven if finger.finger.creep]
+        creep = [_add_creep(builder, finger, drive.pressures[finger.name]) for finger in driven if finger.finger.creep]
         torques = [block.GetOutputPort("actuation"), *elastic, *creep]
         drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
     return drive
@@ -93,11 +93,23 @@ def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
     return spread.get_output_port()
 
 
-def _add_creep(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
+def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
     """The memory torque of the finger, as actuation of its model."""
-    creep = builder.AddNamedSystem(f"{finger.name}.creep", CreepTorque(finger))
-    builder.Connect(finger.plant.get_state_output_port(), creep.get_input_port())
-    return creep.get_output_port()
+    creep, state = CreepTorque(finger), finger.plant.get_state_output_port()
+    builder.AddNamedSystem(f"{finger.name}.creep", creep)
+    law = finger.finger.pressure_law
+    if law is None:
+        builder.Connect(state, creep.get_input_port())
+        return creep.get_output_port()
+    unsoftened = PressureSoftening(law, state.size(), divides=True)
+    softened = PressureSoftening(law, creep.get_output_port().size(), divides=False)
+    for name, block in (("unsoftened", unsoftened), ("softened", softened)):
+        builder.AddNamedSystem(f"{finger.name}.{name}", block)
+        builder.Connect(pressure, block.GetInputPort("pressure"))
+    builder.Connect(state, unsoftened.GetInputPort("factor"))
+    builder.Connect(unsoftened.get_output_port(), creep.get_input_port())
+    builder.Connect(creep.get_output_port(), softened.GetInputPort("factor"))
+    return softened.get_output_port()
 
 
 def _actuate(builder: DiagramBuilder, finger: PlantFinger, torques: Sequence[OutputPort]) -> OutputPort:

@@ -22,7 +22,7 @@ from soft_gripper.evaluation.processes import submit_quietly
 
 _OF_SCALE = 0.02  # by which a number is moved to see what it changes, in usual changes
 _EVENT_SCALE = 0.01  # s
-_EVENT_RANGE = 0.1  # s, by which an event may be off from where it is seen
+_OF_HAND, _OF_VALVE = 0.1, 0.05  # s, by which an event may be off from where it is seen
 _TOLERANCE = 2e-4  # relative, of the sum of squares
 _MOST_STEPS = 40
 _IMPOSSIBLE = 10.0  # largest displacements, that a finger which cannot be, or diverges, is taken to be off by
@@ -102,7 +102,7 @@ def fit_events(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
         return marker_residuals(model, motion.with_events(events))
 
     seen = np.array(motion.events)
-    bounds = (seen - _EVENT_RANGE, seen + _EVENT_RANGE)
+    bounds = (seen - _event_range(motion), seen + _event_range(motion))
     step = _OF_SCALE * _EVENT_SCALE / np.maximum(np.abs(seen), _EVENT_SCALE)
     found = least_squares(
         residuals, seen, bounds=bounds, x_scale=_EVENT_SCALE, diff_step=step, ftol=_TOLERANCE, max_nfev=_MOST_STEPS
@@ -130,6 +130,10 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
     return np.full(2 * motion.markers.size, _IMPOSSIBLE / np.sqrt(motion.markers.size))
 
 
+def _event_range(motion: MeasuredMotion) -> float:
+    return _OF_HAND if motion.pressure is None else _OF_VALVE
+
+
 def _root_mean_square(residuals: Array, recordings: int) -> float:
     return float(np.sqrt(np.sum(residuals**2) / recordings))
 
@@ -151,7 +155,8 @@ class _Problem:
     def bounds(self, x0: Array) -> tuple[Array, Array]:
         """Events stay near where they are seen."""
         (lower, upper), events = self.free.bounds, x0[len(self.free.start) :]
-        return np.concatenate([lower, events - _EVENT_RANGE]), np.concatenate([upper, events + _EVENT_RANGE])
+        room = np.concatenate([np.full(len(motion.events), _event_range(motion)) for motion in self.motions])
+        return np.concatenate([lower, events - room]), np.concatenate([upper, events + room])
 
     def events_of(self, i: int) -> NDArray[np.int_]:
         """Where in the vector the events of a recording are."""

@@ -16,6 +16,7 @@ _TIP = "tip"
 _ABOVE_NOISE = 0.1  # of the largest displacement, which only an event brings about
 _REACHED = 0.5  # of the largest displacement, which decides which rise and fall are the event's
 _STILL_HELD = 0.97  # of the displacement before the valve closes
+_LETTING_GO = 0.03  # s, that a hand is taken to need until a fit knows better
 _LAST = 0.2  # s, over which what has settled is averaged
 
 
@@ -28,9 +29,9 @@ class MeasuredMotion:
     markers: Planar  # (T, M)
     reference: Planar  # (M,) mean of the markers before the event, when the finger is straight
     gravity: Array  # (3,) m/s^2, in B
-    pressure: float | None  # Pa, in the chamber between two events; None: let go by a hand, at one
+    pressure: float | None  # Pa, in the chamber between two events; None: let go by a hand between two events
     load: TipLoad | None
-    events: tuple[float, ...]  # s, of release, or of the valve's opening and closing, as they are seen
+    events: tuple[float, float]  # s, of a release, its begin and end; or of the valve, when it opens and closes
 
     @property
     def displacement(self) -> Array:
@@ -45,7 +46,7 @@ class MeasuredMotion:
     @property
     def end(self) -> float:
         """When what has settled is over: the end of the recording, or the valve's closing, s."""
-        return self.events[1] if len(self.events) > 1 else float(self.time[-1])
+        return float(self.time[-1]) if self.pressure is None else self.events[1]
 
     def with_events(self, events: Array) -> "MeasuredMotion":
         """The same with other times of its events, s."""
@@ -86,9 +87,10 @@ def _load(recording: HardwareRecording) -> TipLoad | None:
     return TipLoad(recording.load_mass, x, z)
 
 
-def _release(recording: HardwareRecording, away: Array) -> tuple[float]:
-    """When the finger begins to move."""
-    return (_begin(recording, away),)
+def _release(recording: HardwareRecording, away: Array) -> tuple[float, float]:
+    """When the finger begins to move, and when the hand has let go; of the second nothing is seen."""
+    begin = _begin(recording, away)
+    return begin, begin + _LETTING_GO
 
 
 def _steps(recording: HardwareRecording, away: Array) -> tuple[float, float]:

@@ -26,7 +26,9 @@ _TIME_STEP = 2e-3  # s; an eighth of it changes the frequency of the beam by 0.2
 _OF_STABLE = 0.5  # of the longest stable time step
 _PERIOD = 0.01  # s, of the log
 _FILL_STEP = 2e-3  # s, in which the pressure is followed
-_LEVELS = 50  # of the pressure, between which its lag is interpolated
+_FILL_SUPPLY = 10e3  # Pa, of which the fill time is meant
+_LEVELS = 50  # of the pressure, between which the compliance of the chamber is interpolated
+_SUDDEN = 1e-3  # s, in which a hand lets go at least
 _ROOT = "root"
 _UNSEEN = ("visual", "collision")
 
@@ -40,8 +42,8 @@ class Setup:
     mounting_angle: float = 0.0  # rad, of the straight finger in B, from z toward x
     load_x: float = 0.0  # m, of a load from where it is said to hang, in the tip's frame
     load_z: float = 0.0  # m, likewise
-    fill_time: float = 0.03  # s, first-order lag of the pressure behind the valve, of a chamber that does not swell
-    swelling: float = 0.1  # share of the chamber's compliance that grows as the bend by the pressure does
+    fill_time: float = 0.06  # s, in which a chamber that does not swell fills from a supply of 10 kPa
+    swelling: float = 2.0  # growth of the chamber's compliance per growth of the bend per pressure
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
 
 
 def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
-    """Simulates a finger from the event on, straight and at rest before it."""
+    """Simulates a finger from the first event on, straight and at rest before it."""
     load = motion.load and replace(motion.load, x=motion.load.x + setup.load_x, z=motion.load.z + setup.load_z)
     loaded = finger if load is None else replace(finger, tip_load=load)
     duration = float(motion.time[-1] - motion.events[0]) + _PERIOD
@@ -84,6 +86,9 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
     source = builder.AddSystem(TrajectorySource(_pressure(finger, setup, motion, duration)))
     builder.Connect(source.get_output_port(), command)
+    if motion.pressure is None:
+        hand = builder.AddSystem(TrajectorySource(_hand(in_plant, motion)))
+        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
     log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
     simulator = Simulator(builder.Build())
     try:
@@ -121,11 +126,19 @@ def _in_mounting(gravity: Array, angle: float) -> Array:
     return np.array([planar.imag, gravity[1], planar.real])
 
 
+def _hand(finger: PlantFinger, motion: MeasuredMotion) -> PiecewisePolynomial:
+    """What a hand bears of the finger's weight since it began to let go: all, and evenly less until it has let go."""
+    weight = finger.plant.CalcGravityGeneralizedForces(finger.plant.CreateDefaultContext())
+    lets_go = max(motion.events[1] - motion.events[0], _SUDDEN)
+    return PiecewisePolynomial.FirstOrderHold([0.0, lets_go], np.column_stack([-weight, 0 * weight]))
+
+
 def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: float) -> PiecewisePolynomial:
     """The pressure in the chamber since the first event: it fills and, after the second, empties.
 
-    A chamber of compliance C behind a throttle R follows  R C(p) dp/dt = supply - p . It takes the more air the more
-    it swells, and so R C = fill_time (1 + swelling (bend per pressure there / that of a small pressure - 1)) .
+    Air enters a chamber of compliance C through a narrow passage, where the loss of pressure grows with the square of
+    the flow:  C(p) dp/dt = k sqrt(supply - p) . The chamber takes the more air the more it swells, and so
+    C(p) = C(0) (1 + swelling (bend per pressure there / that of a small pressure - 1)) .
     """
     if motion.pressure is None:
         return PiecewisePolynomial(np.zeros((1, 1)))
@@ -135,17 +148,20 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
     levels = motion.pressure * np.linspace(0.0, 1.0, _LEVELS + 1)[1:]
     law = finger.pressure_law
     bend = np.ones(_LEVELS) if law is None else law.curve(levels) / levels
-    times = setup.fill_time * (1 + setup.swelling * (bend / bend[0] - 1))
-    filled = _followed(0.0, motion.pressure, np.diff(opened), levels, times)
-    emptied = _followed(filled[-1], 0.0, np.full(len(closed), _FILL_STEP), levels, times)
+    compliance = 1 + setup.swelling * (bend / bend[0] - 1)
+    rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
+    filled = _followed(0.0, motion.pressure, np.diff(opened), np.abs(levels), rates)
+    emptied = _followed(filled[-1], 0.0, np.full(len(closed), _FILL_STEP), np.abs(levels), rates)
     time = np.concatenate([opened, open_for + closed])
     return PiecewisePolynomial.FirstOrderHold(time, np.concatenate([[0.0], filled, emptied])[None])
 
 
-def _followed(pressure: float, supply: float, steps: Array, levels: Array, times: Array) -> list[float]:
-    """Pressures, Pa, after each of some steps, s, toward that of the supply; the lag depends on the level."""
-    found, kept = [], np.exp(-steps[0] / times)
-    for _ in steps:
-        pressure = supply + (pressure - supply) * float(np.interp(pressure, levels, kept))
+def _followed(pressure: float, supply: float, steps: Array, levels: Array, rates: Array) -> list[float]:
+    """Pressures, Pa, after each of some steps, s, toward that of the supply, where the rates at levels are known."""
+    found = []
+    for step in steps:
+        lack = supply - pressure
+        root = max(np.sqrt(abs(lack)) - step * float(np.interp(abs(pressure), levels, rates)), 0.0)
+        pressure = supply - np.copysign(root**2, lack)
         found.append(pressure)
     return found

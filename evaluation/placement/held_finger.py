@@ -25,7 +25,7 @@ class HeldFinger:
     period: float  # s
     q: Array  # (T, N) rad
     held: NDArray[np.int_]  # (K), which of the T samples
-    pressure: Array  # (K) Pa
+    pressure: Array  # (T) Pa
     gravity: Planar  # (K) m/s^2, in the bending plane
 
 
@@ -57,4 +57,4 @@ def _held_finger(name: str, run: RecordedRun, finger: PlantFinger) -> HeldFinger
     held = steps[:, chosen].ravel()
     gravity = planar_gravity(X_WB[held], np.array(scenario.gravity))
     layout = sensor_layout(finger.finger, scenario.sensor)
-    return HeldFinger(layout, scenario.sensor.period, q, held, pressure.ravel()[held], gravity)
+    return HeldFinger(layout, scenario.sensor.period, q, held, pressure.ravel(), gravity)

@@ -14,7 +14,7 @@ from soft_gripper.evaluation.placement.placements import Placement, as_borders
 from soft_gripper.evaluation.placement.section_ratios import SpanRatios, disturbed, span_ratios
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.driving_torque import memory_torques
+from soft_gripper.shape.driving_torque import driving_torques
 from soft_gripper.shape.estimate import ShapeEstimate
 
 
@@ -55,8 +55,7 @@ def read_held(finger: HeldFinger, assumptions: Assumptions, number: int) -> Samp
 
 def _driving(believed: Finger, finger: HeldFinger) -> Array:
     """At the held samples, (K, N) N m; what a finger that creeps remembers is how it was bent."""
-    memory = memory_torques(believed, finger.q, finger.period)[finger.held]
-    return believed.pressure_torque(finger.pressure) + memory
+    return driving_torques(believed, finger.q, finger.pressure, finger.period)[finger.held]
 
 
 def read_contacts(contacts: Contacts, like: SensorLayout, assumptions: Assumptions, number: int) -> Samples:

@@ -12,6 +12,13 @@ the last of which is the memory torque: creep drives the finger on as pressure d
 convention of finite element programs (J. C. Simo, T. J. R. Hughes: *Computational Inelasticity*, 1998, chapter 10), and
 for an angle that is linear between samples, z follows exactly (same, 10.3).
 
+A pressure law says that the finger bends s(p) = P(p) / p times as far as the chamber law has it. It is the chamber that
+widens, and with it whatever bends it is multiplied, what creeps as well:
+
+    dz_i/dt = (q / s - z_i) / time_i ,    memory torque = s sum of  share_i k z_i .
+
+So a finger that is emptied remembers as much of its bend as the same stress would have left in a finger without a law.
+
 Leading axes are free; B branches, N joints.
 """
 
@@ -47,7 +54,7 @@ def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Arr
         branches: B of them.
         z: internal angles, (..., B, N) rad.
         before, after: joint angles at the beginning and at the end of the period, (..., N) rad, linear between; give
-            the same twice for angles that are held.
+            the same twice for angles that are held. Those of a finger with a pressure law divided by its softening.
         period: s.
     """
     kept, of_before, of_after = recursion(branches, period)
@@ -55,9 +62,12 @@ def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Arr
     return later
 
 
-def memory_torque(finger: Finger, z: Array) -> Array:
-    """Torque of creep that drives the joints, (..., B, N) rad -> (..., N) N m, positive where it closes."""
-    torque: Array = shares(finger) @ z * finger.stiffness
+def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Array:
+    """Torque of creep that drives the joints, (..., B, N) rad -> (..., N) N m, positive where it closes.
+
+    `pressure`, (...) Pa, is that in the chamber; it matters to a finger with a pressure law.
+    """
+    torque: Array = finger.softening(pressure)[..., None] * (shares(finger) @ z * finger.stiffness)
     return torque
 
 

@@ -1,11 +1,15 @@
-"""CreepTorque: the state of the plant -> the memory torque of a finger that creeps, as actuation of its model."""
+"""CreepTorque: the state of the plant -> the memory torque of a finger that creeps, as actuation of its model.
+
+PressureSoftening beside it multiplies what goes in and what comes out, for a finger with a pressure law.
+"""
 
 import numpy as np
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 from pydrake.systems.primitives import LinearSystem
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.creep import recursion, shares
+from soft_gripper.fingers.finger_parts import PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
 
 
@@ -52,10 +56,32 @@ class CreepTorque(LinearSystem):
         Args:
             context: of this system.
             z: internal angles, (B, N) rad: q for a finger that has been held so for long, 0 for one that was straight.
-            q: joint angles in the plant's context, (N,) rad.
+            q: joint angles in the plant's context, (N,) rad; of a finger with a pressure law both by its softening.
         """
         state = (z - self._after * q).ravel()
         if self.time_period() > 0:
             context.SetDiscreteState(state)
         else:
             context.SetContinuousState(state)
+
+
+class PressureSoftening(LeafSystem):
+    """A vector times what a pressure law says of how far the finger bends, P(p) / p, or divided by it.
+
+    ::
+
+        pressure (1) Pa ---> +-------------------+
+                             | PressureSoftening | ---> product (size)
+        factor (size) -----> +-------------------+
+    """
+
+    def __init__(self, law: PressureLaw, size: int, divides: bool):
+        super().__init__()
+        self._law, self._power = law, -1 if divides else 1
+        self._pressure = self.DeclareVectorInputPort("pressure", 1)
+        self._factor = self.DeclareVectorInputPort("factor", size)
+        self.DeclareVectorOutputPort("product", size, self._calc_product, {self.all_input_ports_ticket()})
+
+    def _calc_product(self, context: Context, output: BasicVector) -> None:
+        softening = self._law.softening(self._pressure.Eval(context))
+        output.SetFromVector(self._factor.Eval(context) * softening**self._power)

@@ -214,6 +214,11 @@ class Finger:
         effective = np.asarray(pressure) if law is None else law.curve(np.asarray(pressure))
         return effective[..., None] * self.pressure_gain
 
+    def softening(self, pressure: Array | float) -> Array:
+        """How many times as far as without a pressure law the finger bends under a pressure, (...) Pa -> (...)."""
+        at = np.asarray(pressure)
+        return np.ones(at.shape) if self.pressure_law is None else self.pressure_law.softening(at)
+
     @cached_property
     def link_ends(self) -> Array:
         """Arc lengths where the N + 1 rigid links begin and end, m, shape (N + 2,): base, joints, tip."""

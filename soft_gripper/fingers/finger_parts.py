@@ -9,6 +9,8 @@ import numpy as np
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
+_NO_PRESSURE = 1.0  # Pa, below which a pressure law is as there
+
 
 @dataclass(frozen=True)
 class ContactMaterial:
@@ -54,6 +56,11 @@ class PressureLaw:
     def curve(self) -> PiecewiseLinear:
         """Effective pressure against pressure, Pa."""
         return PiecewiseLinear(np.array(self.pressure), np.array(self.effective))
+
+    def softening(self, pressure: Array) -> Array:
+        """How many times as far as by the chamber law alone the finger bends, at pressures (...) Pa: P(p) / p."""
+        some = np.where(np.abs(pressure) < _NO_PRESSURE, _NO_PRESSURE, pressure)
+        return self.curve(some) / some
 
 
 @dataclass(frozen=True)

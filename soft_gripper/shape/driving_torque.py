@@ -24,18 +24,40 @@ DRIVING_TORQUE = "driving_torque"
 _SETTLED = 1e-7  # N m, by which a driving torque that is found may still change
 
 
-def internal_angles(finger: Finger, z: Array, q: Array, period: float) -> Array:
-    """Those of creep a period (s) later, (..., B, N) rad, by estimated joint angles (..., N) rad, which are held."""
-    later = advance(finger.creep, z, q, q, period)
+def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array, period: float) -> Array:
+    """Those of creep a period later, (..., B, N) rad, by estimated joint angles and a pressure that are held.
+
+    Args:
+        finger: as it is believed to be.
+        z: internal angles, (..., B, N) rad.
+        q: joint angles, (..., N) rad; z of those that are not finite stays.
+        pressure: in the chamber, (...) Pa.
+        period: s.
+    """
+    held = q / finger.softening(pressure)[..., None]
+    later = advance(finger.creep, z, held, held, period)
     return np.where(np.isfinite(q)[..., None, :], later, z)
 
 
-def memory_torques(finger: Finger, q: Array, period: float) -> Array:
-    """Memory torque at every sample of a recording, N m, by joint angles (T, ..., N) rad, each held for a period."""
+def driving_torque(finger: Finger, pressure: Array, z: Array) -> Array:
+    """Of a pressure, (...) Pa, and of internal angles of creep, (..., B, N) rad, at the joints, (..., N) N m."""
+    torque = finger.pressure_torque(pressure)
+    return torque + memory_torque(finger, z, pressure) if finger.creep else torque  # which are most
+
+
+def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) -> Array:
+    """The driving torque at every sample of a recording, (T, ..., N) N m; the finger begins straight.
+
+    Args:
+        finger: as it is believed to be.
+        q: joint angles, (T, ..., N) rad, each held for a period.
+        pressure: in the chamber, (T, ...) Pa, likewise.
+        period: of the samples, s.
+    """
     torques, z = np.zeros_like(q), np.zeros((*q.shape[1:-1], len(finger.creep), q.shape[-1]))
-    for i, angles in enumerate(q):
-        torques[i] = memory_torque(finger, z)
-        z = internal_angles(finger, z, angles, period)
+    for i, (angles, inside) in enumerate(zip(q, pressure, strict=True)):
+        torques[i] = driving_torque(finger, inside, z)
+        z = internal_angles(finger, z, angles, inside, period)
     return torques
 
 
@@ -55,11 +77,10 @@ def recorded_driving(
         gravity: in the bending plane, z + i x in B, m/s^2, (T, ...).
         period: of the samples, s.
     """
-    of_pressure = finger.pressure_torque(pressure)
-    driving, settled = of_pressure, not finger.creep
+    driving, settled = finger.pressure_torque(pressure), not finger.creep
     while not settled:
         q, before = function(readings, driving, gravity).q, driving
-        driving = of_pressure + memory_torques(finger, q, period)
+        driving = driving_torques(finger, q, pressure, period)
         settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
     return driving
 
@@ -93,17 +114,17 @@ class DrivingTorque(LeafSystem):
         describe(port, "N m", joint=range(joints))
 
     def _internal_angles(self, context: Context) -> Array:
-        z: Array = context.get_discrete_state_vector().value().reshape(-1, self._finger.segments)
-        return z
+        """(B, N) rad."""
+        creeps, joints = bool(self._finger.creep), self._finger.segments
+        z: Array = context.get_discrete_state_vector().value() if creeps else np.zeros(0)
+        return z.reshape(-1, joints)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         """Goes on by what was estimated a period ago; at time 0 there is nothing."""
         if context.get_time() > 0:
-            z, q = self._internal_angles(context), self._angles.Eval(context)
-            values.set_value(internal_angles(self._finger, z, q, self._period).ravel())
+            z, q, pressure = self._internal_angles(context), self._angles.Eval(context), self._pressure.Eval(context)[0]
+            values.set_value(internal_angles(self._finger, z, q, pressure, self._period).ravel())
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        torque = self._finger.pressure_torque(self._pressure.Eval(context)[0])
-        if self._finger.creep:
-            torque = torque + memory_torque(self._finger, self._internal_angles(context))
-        output.SetFromVector(torque)
+        pressure = self._pressure.Eval(context)[0]
+        output.SetFromVector(driving_torque(self._finger, pressure, self._internal_angles(context)))

@@ -19,7 +19,7 @@ from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.creep_torque import CreepTorque
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
-from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
 
 BRANCHES = (CreepBranch(0.2, 0.3), CreepBranch(0.1, 4.0))
@@ -111,6 +111,22 @@ def test_a_finger_that_begins_relaxed_stays(time_step):
     relaxed = (finger.pressure_torque(PRESSURE) / finger.stiffness)[0] / (1 - 0.2 - 0.1)
     angles = Creeping(finger, time_step, q=relaxed, z=relaxed, pressure=PRESSURE).angles(TIMES)
     np.testing.assert_allclose(angles, relaxed, rtol=1e-4)
+
+
+@pytest.mark.parametrize("time_step", [0.005, 0.0])
+def test_a_widening_chamber_multiplies_what_creeps_too(time_step):
+    """Held, by the share of a linear finger; emptied, what stays is of the pressure and not of the bend."""
+    share, time, widens = 0.2, 1.0, 3.0
+    law = PressureLaw((0.0, 0.5 * PRESSURE, PRESSURE), (0.0, 0.5 * PRESSURE, widens * PRESSURE))
+    finger = replace(creeping(1, (CreepBranch(share, time),)), pressure_law=law)
+    by_chamber = PRESSURE * finger.pressure_gain[0] / finger.stiffness[0]
+    held = Creeping(finger, time_step, q=widens * by_chamber, pressure=PRESSURE)
+    times = np.array([0.5, 1.0, 12.0])
+    crept = widens * by_chamber * solid(share, time, times)
+    np.testing.assert_allclose(held.angles(times)[:, 0], crept, rtol=2e-3)
+    held.diagram.GetInputPort("pressure").FixValue(held.root, [0.0])
+    left = share * by_chamber / (1 - share) * np.exp(-(1 - share) * np.array([0.5, 1.0]) / time)
+    np.testing.assert_allclose(held.angles([12.5, 13.0])[:, 0], left, rtol=0.03)  # damped, it takes a moment to unbend
 
 
 def test_output_is_the_memory_torque_of_angles_that_are_linear_between_steps(finger_plant):

@@ -90,6 +90,14 @@ def test_torque_of_a_pressure_goes_by_its_law(tapered_finger):
         np.testing.assert_allclose(finger.pressure_torque(5e4), torque[0, 2], rtol=1e-12)
 
 
+def test_a_finger_bends_as_many_times_as_far_as_its_law_says(tapered_finger):
+    law = PressureLaw((-1e5, 0.0, 1e5, 2e5), (-3e5, 0.0, 2e5, 5e5))
+    pressures = np.array([[-1e5, -1.0, 0.0], [1e-9, 1e5, 2e5]])
+    softening = replace(tapered_finger, pressure_law=law).softening(pressures)
+    np.testing.assert_allclose(softening, [[3.0, 3.0, 2.0], [2.0, 2.0, 2.5]], rtol=1e-9)
+    np.testing.assert_array_equal(tapered_finger.softening(pressures), np.ones((2, 3)))
+
+
 def test_zero_damping_and_friction_are_allowed(shipped_finger):
     for part, name in (("", "relaxation_time"), ("contact", "friction"), ("contact", "dissipation")):
         changed(shipped_finger, part, name, 0.0)

@@ -128,11 +128,11 @@ def pressed(finger, samples=120):
     force = 0.6 * np.clip((np.arange(samples) - samples / 3) / 20, 0.0, 1.0)
     q, z, angles = np.zeros(finger.segments), np.zeros((len(finger.creep), finger.segments)), []
     for p, f in zip(pressure, force, strict=True):
-        known = finger.pressure_torque(p) + memory_torque(finger, z)
+        known = finger.pressure_torque(p) + memory_torque(finger, z, p)
         for _ in range(20):
             q = finger.angle(known + torque_of(finger, q, Push(0.09, f)) + gravity_torque(finger, q, IN_PLANE))
         angles.append(q)
-        z = internal_angles(finger, z, q, PERIOD)
+        z = internal_angles(finger, z, q, p, PERIOD)
     return np.array(angles), pressure
 
 

@@ -55,8 +55,9 @@ def test_settled_is_the_mean_of_the_last_fifth_of_a_second():
 
 def test_release_is_when_it_begins_to_move(recording):
     motion = measured_motion(recording(FALLS))
-    assert motion.events == pytest.approx([RELEASE + 0.1 * 0.1], abs=0.0101)
+    assert motion.events[0] == pytest.approx(RELEASE + 0.1 * 0.1, abs=0.0101)
     assert motion.largest == pytest.approx(0.02)
+    assert motion.events[1] > motion.events[0]
     assert motion.end == TIME[-1]
     assert motion.pressure is None
     np.testing.assert_allclose(motion.gravity, [9.81, 0, 0])
@@ -97,4 +98,4 @@ def test_recordings_that_show_no_motion(recording, displacement, description, na
 
 def test_other_events(recording):
     motion = measured_motion(recording(FALLS))
-    assert motion.with_events(np.array([0.5])) == replace(motion, events=(0.5,))
+    assert motion.with_events(np.array([0.5, 0.6])) == replace(motion, events=(0.5, 0.6))

@@ -15,4 +15,4 @@ def free_finger(shipped_finger) -> HeldFinger:
     q = np.array([resting_angles(shipped_finger, pressure, gravity) for pressure in pressures])
     held = np.array([8, 9, 18, 19, 28, 29, 38, 39])
     layout = SensorLayout(shipped_finger, 4)
-    return HeldFinger(layout, 0.01, q, held, pressures[held], np.full(8, gravity))
+    return HeldFinger(layout, 0.01, q, held, pressures, np.full(8, gravity))
