@@ -1,6 +1,7 @@
 """soft-gripper: the commands, and what becomes of a mistake."""
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -22,7 +23,7 @@ from soft_gripper.commands import (
     tune,
 )
 from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
-from soft_gripper.commands.terminal.notes import notes
+from soft_gripper.diagrams.notes import notes
 from soft_gripper.errors import (
     InputError,
     SimulationDivergedError,
@@ -59,6 +60,8 @@ def dispatch(arguments: Sequence[str] | None = None) -> int:
         the exit code: 0; 1 if a task or a claim failed; 2 for a mistake in the input, or a file that cannot be
         written; 141, as a shell has it, if who read the output is gone. (130 is for Ctrl-C, see `main`.)
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # what a terminal cannot show
     parser = _Parser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
     parser.add_argument("--version", action="version", version=f"soft-gripper {version('soft-gripper')}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from soft_gripper import reading
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.errors import InputError
@@ -50,11 +51,7 @@ def read_text(path: Path, header: list[str] | None) -> Table:
     Raises:
         InputError: if the file cannot be read, or no row of it parses.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not a text file"
-        raise InputError(path, "file", path.name, f"cannot be read: {reason}") from None
+    lines = reading.read_text(path).splitlines()
     begin = 0 if header else 1
     require(len(lines) > begin, path, "file", path.name, "is empty: it holds no samples")
     names = tuple(header or (cell.strip() for cell in lines[0].split(",")))

@@ -11,6 +11,7 @@ from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
 from soft_gripper.estimation.shape_model import ShapeModel
 from soft_gripper.files import atomic_file
+from soft_gripper.reading import read_text
 
 _DIGITS = 9  # of a weight
 
@@ -35,11 +36,10 @@ def load_shape_model(file: Path | str) -> ShapeModel:
         InputError: if the file is missing, no shape model, or what is in it does not fit.
     """
     path = model_path(str(file))
+    text = read_text(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(path, "file", path.name, f"cannot be read: {error.strerror}") from None
-    except ValueError:
+        content = json.loads(text)
+    except (ValueError, RecursionError):
         raise InputError(path, "file", path.name, "is not JSON") from None
     names = [field.name for field in fields(ShapeModel)]
     if not isinstance(content, dict) or sorted(content) != sorted(names):

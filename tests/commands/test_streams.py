@@ -13,8 +13,9 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.commands import main
-from soft_gripper.commands.terminal.notes import notes
 from soft_gripper.commands.terminal.waiting import wait_for_viewer
+from soft_gripper.diagrams.notes import notes
+from soft_gripper.models import DIRECTORY
 
 COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())"]
 
@@ -40,6 +41,16 @@ def test_a_reader_that_is_gone(tmp_path: Path) -> None:
     finally:
         os.close(writing)
     assert (found.returncode, found.stderr) == (141, b"")
+
+
+def test_a_terminal_that_cannot_show_a_character(tmp_path: Path) -> None:
+    environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+    finger = (DIRECTORY / "grippers" / "finger.urdf").read_text()
+    (tmp_path / "a.urdf").write_text(finger.replace("</robot>", "<!-- 5 \N{DEGREE SIGN} --></robot>"), encoding="utf-8")
+    command = [*COMMAND, "expand", str(tmp_path / "a.urdf")]
+    found = subprocess.run(command, capture_output=True, env=environment, check=False)
+    assert (found.returncode, found.stderr) == (0, b"")
+    assert b"5 \\xb0" in found.stdout
 
 
 @pytest.mark.parametrize("stdin", [None, io.StringIO("")])
