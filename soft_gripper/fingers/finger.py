@@ -210,14 +210,12 @@ class Finger:
 
     def pressure_torque(self, pressure: Array | float) -> Array:
         """Torque of a pressure on the joints, (...) Pa -> (..., N) N m, positive closes."""
-        law = self.pressure_law
-        effective = np.asarray(pressure) if law is None else law.curve(np.asarray(pressure))
-        return effective[..., None] * self.pressure_gain
+        effective = self.softening(pressure) * pressure
+        return np.asarray(effective)[..., None] * self.pressure_gain
 
     def softening(self, pressure: Array | float) -> Array:
         """How many times as far as without a pressure law the finger bends under a pressure, (...) Pa -> (...)."""
-        at = np.asarray(pressure)
-        return np.ones(at.shape) if self.pressure_law is None else self.pressure_law.softening(at)
+        return np.ones(np.shape(pressure)) if self.pressure_law is None else self.pressure_law.softening(pressure)
 
     @cached_property
     def link_ends(self) -> Array:

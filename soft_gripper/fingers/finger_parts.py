@@ -57,7 +57,7 @@ class PressureLaw:
         """Effective pressure against pressure, Pa."""
         return PiecewiseLinear(np.array(self.pressure), np.array(self.effective))
 
-    def softening(self, pressure: Array) -> Array:
+    def softening(self, pressure: Array | float) -> Array:
         """How many times as far as by the chamber law alone the finger bends, at pressures (...) Pa: P(p) / p."""
         some = np.where(np.abs(pressure) < _NO_PRESSURE, _NO_PRESSURE, pressure)
         return self.curve(some) / some
