@@ -22,10 +22,10 @@ class Logged(NamedTuple):
 
 @dataclass(eq=False)
 class Derived:
-    """A block whose outputs follow from those of others."""
+    """Outputs of a block that follow from the same outputs of others."""
 
     block: ArrayBlock
-    leaves: dict[str, "Source"] = field(default_factory=dict)  # what they follow from, by the names of its ports
+    leaves: dict[str, "Source"]  # by the names of the block's ports
     outputs: list[str] = field(default_factory=list)  # names of those that are asked for
 
 
@@ -75,7 +75,7 @@ class SignalSources:
 
     def __init__(self, builder: DiagramBuilder, period: float):
         self._root, self._period = _Level(builder.connection_map()), period
-        self._blocks: dict[System, Derived] = {}
+        self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
         self._outputs: dict[tuple[System, str], Output | None] = {}
 
     def find(self, port: OutputPort) -> Source:
@@ -103,18 +103,17 @@ class SignalSources:
             leaves = {leaf: self._leaf(system, leaf, level) for leaf in system.leaves(name)}
             found = {leaf: source for leaf, source in leaves.items() if source is not None}
             if len(found) == len(leaves):
-                block = self._blocks.setdefault(system, Derived(system))
-                block.leaves |= found
+                block = self._blocks.setdefault((system, frozenset(found)), Derived(system, found))
                 block.outputs.append(name)
                 self._outputs[key] = Output(block, name)
         return self._outputs[key]
 
     def _leaf(self, system: ArrayBlock, name: str, level: _Level) -> Source | None:
-        if system.HasOutputPort(name):
-            shown = level.exported(system.GetOutputPort(name))
-            return None if shown is None else Logged(shown)
-        fed = level.source(system.GetInputPort(name))
-        return None if fed is None else self._trace(*fed)
+        if system.HasInputPort(name):
+            fed = level.source(system.GetInputPort(name))
+            return None if fed is None else self._trace(*fed)
+        shown = level.exported(system.GetOutputPort(name))
+        return None if shown is None else Logged(shown)
 
 
 def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[OutputPort, Any]) -> dict[str, Array]:

@@ -7,6 +7,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput, Sine
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.random_seed import seed_random_sources
 from soft_gripper.diagrams.recording.derived_signals import Logged, Output, SignalSources
 from soft_gripper.diagrams.recording.signal_logs import add_logs
@@ -106,3 +107,29 @@ def test_of_what_leads_round_in_a_circle_something_is_logged():
             builder.Connect(one.get_output_port(), port)
     logs = add_logs(builder, {"first": first.get_output_port(), "second": second.get_output_port()}, 0.1)
     assert len(logs.logged) == 1
+
+
+class TwoWays(ArrayBlock):
+    """Doubles either of two inputs."""
+
+    def __init__(self):
+        super().__init__()
+        for name in "ab":
+            self.take(name, 1)
+            self.put_out(f"twice_{name}", lambda x: 2 * x, name)
+
+
+def test_a_block_may_follow_from_what_follows_from_another_output_of_it():
+    builder = DiagramBuilder()
+    source, block = builder.AddSystem(ConstantVectorSource([3.0])), builder.AddSystem(TwoWays())
+    between = builder.AddSystem(TwoWays())
+    builder.Connect(source.get_output_port(), block.GetInputPort("a"))
+    builder.Connect(block.GetOutputPort("twice_a"), between.GetInputPort("a"))
+    builder.Connect(between.GetOutputPort("twice_a"), block.GetInputPort("b"))
+    names = ("twice_b", "twice_a")
+    logs = add_logs(builder, {name: block.GetOutputPort(name) for name in names}, 0.1)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.1)
+    assert logs.logged == [source.get_output_port()]
+    _, found = logs.samples(simulator.get_context())
+    assert [found[name].tolist() for name in names] == [[[24.0], [24.0]], [[6.0], [6.0]]]
