@@ -18,17 +18,12 @@ from soft_gripper.fingers.finger_parts import (
     LinkInertias,
     PressureLaw,
     TipLoad,
+    out_of_range,
 )
 from soft_gripper.names import NAME_RULE, is_name
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
-_MAY_BE_ZERO = (
-    *("relaxation_time", "friction", "dissipation", "shear_factor"),
-    *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
-)
-_OF_ANY_SIGN = ("chamber_center", "x", "z")
 _ROUNDING = 1e-9  # m
-_LEAST, _MOST = 1e-9, 1e12  # of the size of a number that is not 0; beyond, what follows from it leaves the range
 _MOST_SEGMENTS = 500
 
 
@@ -66,8 +61,9 @@ class Finger:
             self._reject("segments", self.segments, f"give a whole number of at least 1, {_MOST_SEGMENTS} at most")
         for label, part in self._parts():
             for name in (of_part.name for of_part in fields(part)):
-                if isinstance(value := getattr(part, name), int | float):
-                    self._require_in_range(label + name, value)
+                value = getattr(part, name)
+                if isinstance(value, int | float) and (expected := out_of_range(name, value)):
+                    self._reject(label + name, value, expected)
         for end, section in (("base", self.base), ("tip", self.tip)):
             for name, value, expected in misfits(section):
                 self._reject(f"{end}.{name}", value, expected)
@@ -114,18 +110,6 @@ class Finger:
         if np.any(self.joint_law.slopes <= sum(shares) * self.stiffness[:, None]):
             expected = "more creeps away than the elastic law has at its flattest: give smaller shares"
             self._reject("creep.share", shares, expected)
-
-    def _require_in_range(self, field: str, value: float) -> None:
-        name = field.rpartition(".")[2]
-        least, allowed = "of at least 0", value >= 0
-        if name not in _MAY_BE_ZERO:
-            least, allowed = "above 0", value > 0
-        if name in _OF_ANY_SIGN:
-            least, allowed = "", True
-        if not np.isfinite(value) or not allowed:
-            self._reject(field, value, f"give a finite number {least}".strip())
-        if value != 0 and not _LEAST <= abs(value) <= _MOST:
-            self._reject(field, value, f"give a number of {_LEAST:g} to {_MOST:g} in size")
 
     def _reject(self, field: str, value: object, expected: str) -> None:
         raise InputError(f"finger '{self.name}'", field, value, expected)

@@ -1,4 +1,4 @@
-"""What a finger may have beside its cross-sections: a skin, laws of its own, creep, and a load at its tip."""
+"""What a finger may have beside its cross-sections: a skin, laws, creep, a load at its tip; what its numbers may be."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +10,12 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _NO_PRESSURE = 1.0  # Pa, below which a pressure law is as there
+_MAY_BE_ZERO = (
+    *("relaxation_time", "friction", "dissipation", "shear_factor"),
+    *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
+)
+_OF_ANY_SIGN = ("chamber_center", "x", "z")
+_LEAST, _MOST = 1e-9, 1e12  # of the size of a number that is not 0; beyond, what follows from it leaves the range
 
 
 @dataclass(frozen=True)
@@ -90,3 +96,17 @@ class LinkInertias(NamedTuple):
         return LinkInertias(
             self.mass + is_last * mass, self.center + share * away, (1 - share) * gyration, (1 - share) * product
         )
+
+
+def out_of_range(name: str, value: float) -> str | None:
+    """What a number of a finger or of one of its parts would have to be; None if it is."""
+    least, allowed = "above 0", value > 0
+    if name in _MAY_BE_ZERO:
+        least, allowed = "of at least 0", value >= 0
+    if name in _OF_ANY_SIGN:
+        least, allowed = "", True
+    if not np.isfinite(value) or not allowed:
+        return f"give a finite number {least}".strip()
+    if value != 0 and not _LEAST <= abs(value) <= _MOST:
+        return f"give a number of {_LEAST:g} to {_MOST:g} in size"
+    return None
