@@ -79,5 +79,6 @@ def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array
         drawn: ScalarMappable = axes.pcolormesh(columns, rows, grid, shading="nearest")
     else:
         drawn = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20)
+    axes.grid(False)
     axes.plot(x[failed], y[failed], "x", color="#b2182b")
     figure.colorbar(drawn, ax=axes, label=name)
