@@ -11,6 +11,8 @@ from multiprocessing.connection import Connection
 from threading import Thread
 from typing import Any, NamedTuple
 
+from soft_gripper.diagrams.notes import notes
+
 _UNIT = 1 if sys.platform == "darwin" else 1024  # bytes, of what the system reports
 
 
@@ -40,6 +42,7 @@ def _end_with(line: Connection, folder: str) -> None:
 
 
 def make(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Made:
-    """Makes a call."""
-    result = work(*arguments)
+    """Makes a call; what libraries complain of in it are notes, as they are in the parent."""
+    with notes():
+        result = work(*arguments)
     return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
