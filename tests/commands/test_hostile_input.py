@@ -69,8 +69,8 @@ OPTIONS = {
     ("grasp-trials", "--jobs", "100000"): "--jobs = '100000'",
     ("grasp-trials", "--seed", "-1"): "--seed = '-1'",
     ("grasp-trials", *(2 * ("--scenario", "pick_and_place_box"))): "--scenario = 'pick_and_place_box'",
-    ("show", "free_bending", "--set", "models.²=1"): "--set: argument = 'models.²=1'",
-    ("show", "free_bending", "--set", ".".join("a" * 3000) + "=1"): "--set: argument = ",
+    ("show", "free_bending", "--set", "models.²=1"): "--set: key = 'models.²'",
+    ("show", "free_bending", "--set", ".".join("a" * 3000) + "=1"): "--set: key = ",
     ("show", "free_bending", "--set", "sensor.seed=" + "9" * 5000): "--set: sensor.seed = ",
     ("show", "n" * 300 + ".yaml"): "file = ",
 }

@@ -152,7 +152,7 @@ def test_inertia_is_the_mass_matrix_of_the_chain(tapered_finger, segments):
     What the rates alone do, since the mass lies off the axis, is the same either way.
     """
     base, tip = (
-        replace(part, youngs_modulus=1e-18 * part.youngs_modulus, layer_modulus=1e-18 * part.layer_modulus)
+        replace(part, youngs_modulus=1e-14 * part.youngs_modulus, layer_modulus=1e-14 * part.layer_modulus)
         for part in (tapered_finger.base, tapered_finger.tip)
     )
     finger, speeding_up = replace(tapered_finger, base=base, tip=tip, segments=segments), np.arange(-2, 3) ** 2 / 2

@@ -79,7 +79,7 @@ def test_the_arm_takes_the_fingers_from_one_orientation_to_the_next():
     """At the end of every rest they report nothing, although they hang otherwise than when they began."""
     scenario = ur5e(HOME)
     phases = [
-        PhaseConfig(f"posture {i}", posture=list(posture), opening=0.08, rest=REST)
+        PhaseConfig(f"posture_{i}", posture=list(posture), opening=0.08, rest=REST)
         for i, posture in enumerate(POSTURES[2:])
     ]
     scenario.task = TaskConfig(phases=phases)

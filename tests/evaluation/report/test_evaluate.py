@@ -247,4 +247,4 @@ def test_a_process_that_is_killed_is_named_and_its_scenario_run_again(tmp_path):
             assert process.poll() is None
             time.sleep(0.05)
         process.kill()
-    assert line.startswith("process 1 of 2 died at files_of_run('")
+    assert line.startswith("note: process 1 of 2 died at files_of_run('")
