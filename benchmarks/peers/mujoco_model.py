@@ -11,6 +11,8 @@ from soft_gripper.diagrams.schema.scenario import ModelConfig
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.fingers.urdf import ExpandedUrdf
 
+_ALL, _TABLE = 0xFFFF, 1 << 15  # bits of contact: 0 is a body's, a finger's each of those that follow
+
 
 def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
     """The model under the options of a setting.
@@ -60,7 +62,7 @@ def _add_gripper(spec: mujoco.MjSpec, model: ModelConfig, expanded: ExpandedUrdf
         for i in range(finger.segments + 1):
             body = gripper.body(link_name(finger.name, i))
             for geom in body.geoms if body is not None else []:
-                geom.contype, geom.conaffinity, geom.friction = own, 0xFFFF & ~own, [0, 0, 0]
+                geom.contype, geom.conaffinity, geom.friction = own, _ALL & ~own, [0, 0, 0]
     frame = spec.worldbody.add_frame()
     _place(frame, model.X_PC.GetDeterministicValue())
     spec.attach(gripper, frame=frame, prefix=f"{model.name}/")
@@ -84,11 +86,17 @@ def _add_body(spec: mujoco.MjSpec, task: Task, body: Body, setting: Setting) -> 
         placed.fullinertia = body.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     against_finger = combined(task.fingers[0].contact.friction, body.friction)
     if body.mesh is not None:
-        spec.add_mesh(name="surface", file=str(body.mesh), octree_maxdepth=setting.get("octree_maxdepth", 0))
-    geom = placed.add_geom(friction=[against_finger, 0.005, 1e-4])
+        spec.add_mesh(name="surface", file=str(body.mesh))
+    geom = placed.add_geom(friction=[against_finger, 0.005, 1e-4], conaffinity=_ALL)
     _place(geom, body.X_BG)
     _shape(geom, body)
+    if body.mesh is not None:
+        # A flat table meets a body where it meets the convex hull, which is exact, and found at once.
+        geom.conaffinity = _ALL & ~_TABLE
+        foot = placed.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="surface", contype=0, conaffinity=_TABLE)
+        _place(foot, body.X_BG)
     if task.free is not None and not body.free:
+        geom.contype, geom.conaffinity = _TABLE, 0
         geom.priority, geom.friction[0] = 1, combined(task.free.friction, body.friction)
 
 
