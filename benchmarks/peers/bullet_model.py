@@ -66,7 +66,9 @@ def _add_body(client: BulletClient, task: Task, body: Body) -> int:
     position, turn = _pose(body.X_BG)
     number = client.createMultiBody(
         body.mass if body.free else 0.0,
-        client.createCollisionShape(**_shape(client, body), collisionFramePosition=position, collisionFrameOrientation=turn),
+        client.createCollisionShape(
+            **_shape(client, body), collisionFramePosition=position, collisionFrameOrientation=turn
+        ),
         -1,
         *_pose(body.X_WB),
     )

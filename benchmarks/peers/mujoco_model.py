@@ -36,7 +36,9 @@ def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
 def angles_of(model: mujoco.MjModel, task: Task) -> np.ndarray:
     """Where the joint angles lie in qpos, (F, N)."""
     owned = [(config.name, finger) for config, expanded in task.grippers for finger in expanded.fingers]
-    return np.array([[model.joint(f"{name}/{joint_name(f.name, i)}").qposadr[0] for i in range(f.segments)] for name, f in owned])
+    return np.array(
+        [[model.joint(f"{name}/{joint_name(f.name, i)}").qposadr[0] for i in range(f.segments)] for name, f in owned]
+    )
 
 
 def _set_options(spec: mujoco.MjSpec, task: Task, setting: Setting) -> None:
@@ -86,7 +88,8 @@ def _add_body(spec: mujoco.MjSpec, task: Task, body: Body, setting: Setting) -> 
         placed.fullinertia = body.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     against_finger = combined(task.fingers[0].contact.friction, body.friction)
     if body.mesh is not None:
-        spec.add_mesh(name="surface", file=str(body.mesh))
+        surface = spec.add_mesh(name="surface", file=str(body.mesh))
+        surface.octree_maxdepth = setting.get("octree_maxdepth", surface.octree_maxdepth)
     geom = placed.add_geom(friction=[against_finger, 0.005, 1e-4], conaffinity=_ALL)
     _place(geom, body.X_BG)
     _shape(geom, body)
