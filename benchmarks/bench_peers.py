@@ -53,10 +53,9 @@ def _print_bar(results: list[Result], task: str, simulator: str, bar: float) -> 
         return True
     behind = found[0].times_behind(ours)
     holds = behind >= bar
-    equal = "as good as ours" if found[0].matches(ours) else "and not as good"
-    print(
-        f"{task}: {simulator} takes {behind:.2g} times as long as ours, {equal}; {'at least' if holds else 'MISSES'} {bar:g}"
-    )
+    equal = "as good as ours" if found[0].matches(ours) else "and is not as good"
+    verdict = "at least" if holds else "MISSES"
+    print(f"{task}: {simulator} takes {behind:.2g} times as long as ours, {equal}; {verdict} {bar:g}")
     return holds
 
 

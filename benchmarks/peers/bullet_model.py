@@ -55,7 +55,7 @@ def _add_gripper(client: BulletClient, task: Task, number: int, setting: Setting
 
 
 def _finger_friction(task: Task) -> float:
-    """PyBullet multiplies the frictions of two surfaces; against the body that is touched Drake's value is to come out."""
+    """PyBullet multiplies the frictions of two surfaces; against what is touched Drake's value is to come out."""
     touched = task.free or next(iter(task.bodies), None)
     if touched is None:
         return 0.0

@@ -86,7 +86,7 @@ def _result(
 
 
 def chosen(results: list[Result]) -> list[Result]:
-    """Of every simulator the fastest result that matches ours; the best one if none does. Ours, the default, is first."""
+    """Of every simulator the fastest result that matches ours, or the best one if none does; first our default."""
     ours = results[0]
     picked = [ours]
     for simulator in dict.fromkeys(result.simulator for result in results if result.simulator != OURS):

@@ -22,8 +22,8 @@ def make_run(task: Task, setting: Setting) -> Run:
     """Rods that are built anew before every run.
 
     Elements are the finger's links, so that nodes between them are its joints, of the same stiffness. Pressure is rest
-    curvature. The rod stretches and shears as its rubber does. Its damping is per mass, not per stiffness, and damps the
-    first mode as much; its mass lies on the axis.
+    curvature. The rod stretches and shears as its rubber does. Its damping goes by mass, not by stiffness, and is that
+    of the first mode; its mass lies on the axis.
     """
     if task.bodies:
         raise NotImplementedError("rods and what they touch are round in PyElastica")

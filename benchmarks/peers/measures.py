@@ -5,6 +5,7 @@ import numpy as np
 from peers.task import Task, Trial
 
 MOVING, SETTLED = 0.5, 1.0  # s, after every step of pressure and before the next
+CREEPING = 2.0  # s, at the end
 
 
 def tip_error(task: Task, trial: Trial, reference: Trial) -> float:
@@ -23,11 +24,11 @@ def tip_error(task: Task, trial: Trial, reference: Trial) -> float:
 
 
 def creep(task: Task, trial: Trial) -> float:
-    """How fast the held object moves in the last second, m/s; NaN where there is none."""
+    """How fast the held object moves in the end, m/s; NaN where there is none."""
     if task.free is None:
         return float("nan")
-    samples = round(SETTLED / task.period)
-    return float(np.linalg.norm(trial.held[-1] - trial.held[-1 - samples]) / SETTLED)
+    samples = round(CREEPING / task.period)
+    return float(np.linalg.norm(trial.held[-1] - trial.held[-1 - samples]) / CREEPING)
 
 
 def holds(task: Task, trial: Trial, reach: float = 0.01) -> bool:
