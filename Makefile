@@ -8,7 +8,7 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-.PHONY: evaluate test test-newer check lint format types wheel bench bench-peers work-precision clean
+.PHONY: evaluate test test-newer check lint format types wheel bench bench-peers scaling work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -53,6 +53,9 @@ bench: $(READY)
 bench-peers: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[peers]
 	$(BIN)/python benchmarks/bench_peers.py
+
+scaling: $(READY)
+	$(BIN)/python benchmarks/scaling.py
 
 work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py

@@ -1,6 +1,7 @@
 """The benchmark against other simulators: each of them runs for a moment, and moves the fingers as ours does."""
 
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,13 +11,14 @@ from peers.measures import creep, holds, tip_error
 from peers.simulators import OURS, find_simulator
 from peers.task import Trial, load_task
 
+ROOT = Path(__file__).parents[2]
 MODULES = {"MuJoCo": "mujoco", "PyBullet": "pybullet", "PyElastica": "elastica"}
 MOMENT = ("pressure.settle=0.2", "pressure.hold_samples=10")
 FREE = {"scenario": "free_bending", "overrides": ["pressure.steps.all=[60e3]", *MOMENT]}
 
 
 def settings():
-    with open("benchmarks/peers/settings.yaml", encoding="utf-8") as file:
+    with (ROOT / "benchmarks" / "peers" / "settings.yaml").open(encoding="utf-8") as file:
         return yaml.safe_load(file)
 
 
