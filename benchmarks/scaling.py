@@ -1,7 +1,7 @@
 """How the cost grows with segments, fingers, objects and sections: a table, and docs/scaling.png and .svg.
 
-Two free fingers through one step of pressure; one thing is varied at a time. CPU time of a simulated second, of the plant
-with its drive alone and with sensing and estimation, logs included; medians, all in turns.
+Two free fingers through one step of pressure; one thing is varied at a time. CPU time of a simulated second, of the
+plant with its drive alone and with sensing and estimation, logs included; medians, all in turns.
 """
 
 import os
@@ -16,9 +16,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
-
 from peers.ours import make_run
 from peers.task import Task
+
 from soft_gripper import ModelConfig, Scenario, load_scenario
 from soft_gripper.evaluation.figure_style import STYLE, estimator_style, save_figure
 
