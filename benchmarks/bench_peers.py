@@ -19,7 +19,7 @@ from pathlib import Path
 
 import yaml
 from peers.comparison import Result, chosen, compare, installed
-from peers.report import draw, print_table
+from peers.report import draw, print_heading, print_rows
 
 HERE = Path(__file__).parent
 FIGURE = HERE.parent / "docs" / "peers"
@@ -39,8 +39,11 @@ def main() -> int:
     parser.add_argument("--rounds", type=int, default=5)
     arguments = parser.parse_args()
     tasks, simulators = arguments.tasks or list(config["tasks"]), installed(config["simulators"])
-    results = {task: compare(task, config, simulators, arguments.rounds) for task in tasks}
-    print_table(results)
+    results = {}
+    print_heading()
+    for task in tasks:
+        results[task] = compare(task, config, simulators, arguments.rounds)
+        print_rows(results[task])
     draw(results, FIGURE)
     met = [_print_bar(results[task], task, peer, bar) for (task, peer), bar in BARS.items() if task in results]
     return 0 if all(met) else 1

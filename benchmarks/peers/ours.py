@@ -33,7 +33,10 @@ def make_run(task: Task, setting: Setting) -> Run:
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     steps = {finger.name: pressure_steps(scenario.pressure, finger.name) for finger in scene.fingers}
     add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)
-    signals = add_plant_signals(builder, scene.plant, [task.free.name] if task.free else [])
+    signals = {}
+    if task.free is not None:
+        pose = f"{task.free.name}.pose"
+        signals[pose] = add_plant_signals(builder, scene.plant, [task.free.name])[pose]
     for finger in scene.fingers:
         signals |= _sense(builder, task, finger, drive.pressures[finger.name])
     logs = add_logs(builder, signals, task.period)
