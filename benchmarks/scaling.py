@@ -24,7 +24,7 @@ from soft_gripper.evaluation.figure_style import STYLE, estimator_style, save_fi
 
 FIGURE = Path(__file__).parent.parent / "docs" / "scaling"
 OVERRIDES = ["pressure.steps.all=[60e3]", "pressure.settle=1.0", "pressure.hold_samples=100"]
-ROUNDS = 3
+ROUNDS = 5
 APART = 0.12  # m, between fingers and between boxes
 FLOOR = -0.3  # m, height of the table, which no finger reaches
 
