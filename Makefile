@@ -8,7 +8,10 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against work-precision clean
+# What hardly depends on Python and takes long runs on one of them.
+ON_NEWER = --ignore=tests/fuzz --ignore=tests/physics --ignore=tests/commands --ignore=tests/evaluation/report
+
+.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -23,7 +26,7 @@ ifeq ($(NEWER),)
 else
 	$(NEWER) -m venv .venv-newer
 	.venv-newer/bin/python -m pip install -q -c constraints.txt -e .[dev]
-	.venv-newer/bin/python -m pytest -n 2 --dist loadscope
+	.venv-newer/bin/python -m pytest -n 2 --dist loadscope $(ON_NEWER)
 endif
 
 check: lint types
@@ -58,6 +61,13 @@ bench: $(READY)
 # Against another checkout: make bench-against OTHER=../before, where `make .venv/ready` was done.
 bench-against: $(READY)
 	$(BIN)/python benchmarks/compare.py $(OTHER)
+
+bench-peers: $(READY)
+	$(BIN)/python -m pip install -q -c constraints.txt -e .[peers]
+	$(BIN)/python benchmarks/bench_peers.py
+
+scaling: $(READY)
+	$(BIN)/python benchmarks/scaling.py
 
 work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py

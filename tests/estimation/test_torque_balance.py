@@ -160,7 +160,7 @@ def test_inertia_is_the_mass_matrix_of_the_chain(tapered_finger, segments):
     for joint, column in zip(np.eye(segments), finger.mass_matrix().T, strict=True):
         motions = [at_rest(np.zeros(segments))._replace(q=np.outer(a * speeding_up, joint)) for a in (small, -small)]
         one, other = (TorqueBalance(finger).external_torque(m, NO_GRAVITY, period=1.0).torque for m in motions)
-        np.testing.assert_allclose((one - other) / 2 / small, column, rtol=1e-9)
+        np.testing.assert_allclose((one - other) / 2 / small, column, rtol=1e-8)  # of the stiffness that is left
 
 
 def test_what_drives_a_finger_may_change(shipped_finger):

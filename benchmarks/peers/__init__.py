@@ -1,0 +1,1 @@
+"""The same fingers and tasks in other simulators."""

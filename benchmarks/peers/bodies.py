@@ -1,0 +1,76 @@
+"""What stands around the fingers, read off Drake's plant, so that no file has to be understood twice."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.geometry import Box, Cylinder, GeometryId, Mesh, Role, SceneGraphInspector
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction
+from pydrake.multibody.tree import RigidBody
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper import Scenario
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.scene.plant import Scene, add_plant
+
+
+class Body(NamedTuple):
+    """A body of one shape. Its frame lies in its centre of mass if it is free."""
+
+    name: str
+    free: bool
+    X_WB: RigidTransform  # where it begins
+    X_BG: RigidTransform  # the shape in the frame of the body
+    size: tuple[float, ...]  # of a box: edges, m; of a cylinder along z: radius and length, m; of a mesh: none
+    mesh: Path | None
+    mass: float  # kg
+    inertia: Array  # (3, 3) kg m^2, about the centre of mass
+    friction: float  # Coulomb, of its own surface
+
+
+def bodies_of(scenario: Scenario) -> list[Body]:
+    """Those of all models that are no URDF: a gripper comes as a file."""
+    builder = DiagramBuilder()
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
+    diagram = builder.Build()
+    plant, context = scene.plant, diagram.CreateDefaultContext()
+    in_plant = plant.GetMyContextFromRoot(context)
+    models = [model for model in scenario.models if not model.file.endswith(".urdf")]
+    found = []
+    for model in models:
+        (index,) = plant.GetBodyIndices(plant.GetModelInstanceByName(model.name))
+        body = plant.get_body(index)
+        X_WB = plant.EvalBodyPoseInWorld(in_plant, body)
+        found.append(_body(scene, body, model.name, model.free, X_WB))
+    return found
+
+
+def _body(scene: Scene, body: RigidBody, name: str, free: bool, X_WB: RigidTransform) -> Body:
+    inspector = scene.scene_graph.model_inspector()
+    frame = scene.plant.GetBodyFrameIdOrThrow(body.index())
+    (shape,) = inspector.GetGeometries(frame, Role.kProximity)
+    size, mesh = _shape(inspector, shape)
+    inertia = body.default_spatial_inertia()
+    about_center = inertia.CalcRotationalInertia().CopyToFullMatrix3() if free else np.zeros((3, 3))
+    friction = inspector.GetProximityProperties(shape).GetPropertyOrDefault(
+        "material", "coulomb_friction", CoulombFriction(0, 0)
+    )
+    X_BG = inspector.GetPoseInFrame(shape)
+    return Body(name, free, X_WB, X_BG, size, mesh, body.default_mass(), about_center, friction.static_friction())
+
+
+def _shape(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[tuple[float, ...], Path | None]:
+    shape = inspector.GetShape(geometry)
+    if isinstance(shape, Box):
+        return tuple(shape.size()), None
+    if isinstance(shape, Cylinder):
+        return (shape.radius(), shape.length()), None
+    if isinstance(shape, Mesh):
+        return (), Path(shape.source().path())
+    raise TypeError(f"{type(shape).__name__} has no counterpart here")
+
+
+def combined(first: float, second: float) -> float:
+    """Friction between two surfaces as Drake combines it: 2 a b / (a + b)."""
+    return 2 * first * second / (first + second)

@@ -1,0 +1,71 @@
+"""The tasks in this project: plant, drive and logs; where sensing is asked for, its blocks too."""
+
+from time import process_time
+
+import numpy as np
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from peers.task import Run, Setting, Task, Trial
+from soft_gripper import (
+    PlantFinger,
+    add_estimation,
+    add_logs,
+    add_pressure_drive,
+    add_sensors,
+    forward_kinematics,
+    read_logs,
+    sensor_layout,
+    solver_config,
+)
+from soft_gripper.diagrams.scene.plant import add_plant
+from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
+from soft_gripper.diagrams.wiring.pressure_steps import add_pressure_steps, pressure_steps
+from soft_gripper.diagrams.wiring.sensors import add_joint_angles
+
+
+def make_run(task: Task, setting: Setting) -> Run:
+    """A diagram of the task; `setting` has fields of `plant_config`."""
+    scenario, builder = task.scenario, DiagramBuilder()
+    for field, value in setting.items():
+        setattr(scenario.plant_config, field, value)
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
+    drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
+    steps = {finger.name: pressure_steps(scenario.pressure, finger.name) for finger in scene.fingers}
+    add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)
+    signals = {}
+    if task.free is not None:
+        pose = f"{task.free.name}.pose"
+        signals[pose] = add_plant_signals(builder, scene.plant, [task.free.name])[pose]
+    for finger in scene.fingers:
+        signals |= _sense(builder, task, finger, drive.pressures[finger.name])
+    logs = add_logs(builder, signals, task.period)
+    diagram = builder.Build()
+
+    def run() -> Trial:
+        simulator = Simulator(diagram)
+        ApplySimulatorConfig(solver_config(scenario), simulator)
+        simulator.Initialize()
+        start = process_time()
+        simulator.AdvanceTo(scenario.duration)
+        seconds = process_time() - start
+        recording = read_logs(logs, simulator.get_context())
+        if task.sensed:  # what nothing in the loop asks for may be computed where it is read
+            seconds = process_time() - start
+        q = np.array([recording[f"{finger.name}.joint_angles"].values[1:] for finger in scene.fingers])
+        tips = forward_kinematics(q, task.fingers[0].segment_length).tip.T
+        held = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
+        return Trial(seconds, tips, held)
+
+    return run
+
+
+def _sense(builder: DiagramBuilder, task: Task, finger: PlantFinger, pressure: OutputPort) -> dict[str, OutputPort]:
+    """The signals of one finger: its joint angles alone, or all that is measured and estimated."""
+    scenario = task.scenario
+    if not task.sensed:
+        return {f"{finger.name}.joint_angles": add_joint_angles(builder, finger)}
+    measured = add_sensors(builder, finger, scenario.sensor, pressure)
+    layout, gravity = sensor_layout(finger.finger, scenario.sensor), np.array(scenario.gravity)
+    estimated = add_estimation(builder, finger.name, layout, scenario.estimator, task.period, gravity, measured)
+    return {f"{finger.name}.{name}": port for name, port in {**measured, **estimated}.items()}

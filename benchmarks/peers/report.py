@@ -1,0 +1,80 @@
+"""The table and the figure of a comparison."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from peers.comparison import Result, chosen
+from peers.simulators import OURS
+from soft_gripper.evaluation.figure_style import STYLE, estimator_style, save_figure
+
+_COLUMNS = "task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | takes, of ours | as good"
+
+
+def print_heading() -> None:
+    """Of the table, in Markdown."""
+    print(f"| {_COLUMNS} |\n|---|---|---|---:|---:|---:|---:|---|", flush=True)
+
+
+def print_rows(results: list[Result]) -> None:
+    """Of a task: its chosen settings."""
+    for result in chosen(results):
+        row = f"{result.task} | {result.simulator} | {_words(result)} | {_figures(result, results[0])}"
+        print(f"| {row} |", flush=True)
+
+
+def _words(result: Result) -> str:
+    """A setting in a few words."""
+    parts = (f"{key} {value}" for key, value in _flat(result.setting).items())
+    return ", ".join(parts)
+
+
+def _flat(setting: dict[str, object]) -> dict[str, object]:
+    """Fields, those of a nested mapping among them; steps in ms."""
+    flat: dict[str, object] = {}
+    for key, value in setting.items():
+        if isinstance(value, dict):
+            flat |= value
+        elif key in ("step", "time_step"):
+            flat["step"] = f"{1e3 * value:g} ms"
+        else:
+            flat[key] = value
+    return flat
+
+
+def _figures(result: Result, ours: Result) -> str:
+    creep = "" if np.isnan(result.creep) else f"{1e3 * result.creep:.4f}"
+    good = "yes" if result.matches(ours) else "no" if result.holds else "does not hold"
+    behind = result.times_behind(ours)
+    return f"{result.speed:.3g} | {1e3 * result.error:.3f} | {creep} | {behind:.2g} | {good}"
+
+
+def draw(results: dict[str, list[Result]], stem: Path) -> None:
+    """A panel a task: what is to be equal against the speed, a point a setting that holds. Better is down and right."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(10, 6), layout="constrained")
+        panels = figure.subplots(2, -(-len(results) // 2), squeeze=False).ravel()
+        simulators = list(dict.fromkeys(r.simulator for of_task in results.values() for r in of_task))
+        for panel, (task, of_task) in zip(panels, results.items(), strict=False):
+            _draw_panel(panel, task, of_task, simulators)
+        for panel in panels[len(results) :]:
+            panel.axis("off")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+        save_figure(figure, stem)
+
+
+def _draw_panel(axes: Axes, task: str, results: list[Result], simulators: list[str]) -> None:
+    for place, simulator in enumerate(simulators):
+        own = [result for result in results if result.simulator == simulator and result.holds]
+        style = estimator_style(place, simulator) | {"lw": 1.5 if simulator == OURS else 0}
+        axes.plot([result.speed for result in own], [1e3 * result.quality for result in own], **style)
+    axes.axhline(1e3 * results[0].quality, color="0.6", lw=0.8, zorder=0)
+    held = not np.isnan(results[0].creep)
+    axes.set(title=task, xscale="log", yscale="log", xlabel="times faster than real time")
+    axes.set_ylabel("creep [mm/s]" if held else "error of the tips [mm]")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())

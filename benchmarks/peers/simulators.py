@@ -1,0 +1,20 @@
+"""The simulators by name; those that are not installed give a reason."""
+
+from collections.abc import Callable
+from importlib import import_module
+
+from peers.task import Run, Setting, Task
+
+MakeRun = Callable[[Task, Setting], Run]
+OURS = "soft-gripper"
+_MODULES = {OURS: "ours", "MuJoCo": "mujoco_peer", "PyBullet": "bullet_peer", "PyElastica": "elastica_peer"}
+
+
+def find_simulator(name: str) -> MakeRun:
+    """What makes the runs of a simulator.
+
+    Raises:
+        ModuleNotFoundError: if it is not installed.
+    """
+    make_run: MakeRun = import_module(f"peers.{_MODULES[name]}").make_run
+    return make_run
