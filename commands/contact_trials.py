@@ -11,7 +11,7 @@ from tqdm import tqdm
 
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, whole_number
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
 from soft_gripper.evaluation.contacts.contact_errors import BOTH, ContactErrorRow
@@ -20,7 +20,6 @@ from soft_gripper.evaluation.contacts.contact_trials import ARRAYS, TABLE, redra
 from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts
 from soft_gripper.evaluation.contacts.peg_place import SIDES
 from soft_gripper.evaluation.contacts.random_contact import Contact
-from soft_gripper.files import writable_folder
 from soft_gripper.folder_claims import claim_folder
 
 NAME = "contact-trials"
@@ -36,8 +35,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_executor_options(parser)
     contacts = f"{ARRAYS} of an earlier run: score its contacts, and simulate none"
     parser.add_argument("--contacts", metavar="FILE", type=path, help=contacts)
-    folder = Path("results/contact_trials")
-    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
+    add_out_folder(parser, Path("results/contact_trials"))
     parser.set_defaults(command=_run)
 
 
@@ -47,7 +45,7 @@ def _run(options: argparse.Namespace) -> None:
     executor = chosen_executor(NAME, options)
     friction = number_from_zero(NAME, "--friction", options.friction)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
-    out = claim_folder(writable_folder(options.out))
+    out = claim_folder(options.out)
     contacts = _simulate(number, seed, executor, friction, out) if kept is None else kept
     with tqdm(total=SCORES, desc="scores", dynamic_ncols=True, disable=None) as bar:
         rows = score_contacts(contacts, out, bar.update)

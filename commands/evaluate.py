@@ -11,7 +11,7 @@ from soft_gripper.commands.progress import BAR
 from soft_gripper.commands.terminal.claims import print_claims
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import whole_number
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.paths import add_out_folder
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
@@ -25,15 +25,13 @@ from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.robustness import summarize_robustness
 from soft_gripper.evaluation.robustness.robustness_claims import realistic
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
-from soft_gripper.files import writable_folder
 from soft_gripper.folder_claims import claim_folder
 
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
     parser = subparsers.add_parser("evaluate", help="run the paper's evaluation with 1 to 4 sensors a side")
-    folder = Path("results/evaluation")
-    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
+    add_out_folder(parser, Path("results/evaluation"))
     add_executor_options(parser)
     parser.add_argument("--resume", action="store_true", help="run only what an interrupted evaluation left")
     parser.add_argument(
@@ -46,7 +44,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     opened = chosen_executor("evaluate", options)
     seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
-    out = claim_folder(writable_folder(options.out))
+    out = claim_folder(options.out)
     with opened as executor:
         evaluation = _evaluate(out, options.resume, executor)
         robust = _robustness(out, seeds, executor, options.resume) if options.robustness else True

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from soft_gripper.commands.progress import progress_bar
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.paths import add_out_folder
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
@@ -42,8 +42,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--trial", metavar="K", help="run this trial alone, and keep its scenario and recording")
     parser.add_argument("--resume", action="store_true", help="run only the trials that are not in the tables")
     add_executor_options(parser)
-    folder = Path("results/grasp_trials")
-    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
+    add_out_folder(parser, Path("results/grasp_trials"))
     parser.set_defaults(command=_run)
 
 
@@ -55,7 +54,7 @@ def _run(options: argparse.Namespace) -> None:
     trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
     for file in files:
         check_scenario_for_trials(file)
-    out = claim_folder(writable_folder(options.out))
+    out = claim_folder(options.out)
     if trial is not None:
         for file in files:
             _run_alone(file, seed, trial, out)

@@ -9,7 +9,7 @@ from tqdm import tqdm
 
 from soft_gripper.commands.progress import progress_bar
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.placement import print_left_out, print_ranking, print_snippet
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.schema.scenario import SensorConfig, StrainErrorsConfig
@@ -30,7 +30,6 @@ from soft_gripper.evaluation.placement.held_finger import HeldFinger, held_finge
 from soft_gripper.evaluation.placement.place_sensors import PlacedSensors, place_sensors
 from soft_gripper.evaluation.placement.tables import left_out_rows, placement_rows, run_rows
 from soft_gripper.evaluation.recorded_run import RecordedRun, load_run
-from soft_gripper.files import writable_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.folder_claims import claim_folder
 
@@ -58,8 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--contacts", metavar="FILE", type=path, help="of `contact-trials`: errors of force and place")
     parser.add_argument("--seed", metavar="K", default="1", help="of what is random (default: %(default)s)")
-    folder = Path("results/place_sensors")
-    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
+    add_out_folder(parser, Path("results/place_sensors"))
     parser.set_defaults(command=_run)
 
 
@@ -68,7 +66,7 @@ def _run(options: argparse.Namespace) -> None:
     contacts = None if options.contacts is None else load_contacts(options.contacts)
     if contacts is not None:
         check_contacts(contacts, assumptions)
-    out = claim_folder(writable_folder(options.out))
+    out = claim_folder(options.out)
     try:
         runs = _runs(options, count, [] if contacts is None else [contacts.finger])
         with tqdm(desc="placements", unit="", dynamic_ncols=True, disable=None) as bar:

@@ -12,7 +12,7 @@ from tqdm import tqdm
 from soft_gripper.arrays import Array
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.paths import add_out_folder
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
 from soft_gripper.evaluation.csv_table import write_csv
@@ -26,7 +26,6 @@ from soft_gripper.evaluation.recognition.recognition import (
     run_grasps,
     train,
 )
-from soft_gripper.files import writable_folder
 from soft_gripper.folder_claims import claim_folder
 
 TABLE, FIGURE = "grasps.csv", "recognition"
@@ -40,8 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--test", metavar="N", default="50", help="others, of every shape (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
     add_executor_options(parser)
-    folder = Path("results/recognition")
-    parser.add_argument("--out", metavar="DIR", type=path, default=folder, help="default: %(default)s")
+    add_out_folder(parser, Path("results/recognition"))
     parser.set_defaults(command=_run)
 
 
@@ -53,7 +51,7 @@ def _run(options: argparse.Namespace) -> None:
     }
     executor = chosen_executor("recognition", options)
     check_scenario_for_recognition(options.scenario)
-    out = claim_folder(writable_folder(options.out))
+    out = claim_folder(options.out)
     grasps = _run_grasps(options.scenario, numbers, seed, executor)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]

@@ -24,7 +24,7 @@ from soft_gripper.evaluation.paper.pose_table import recorded_pose_table
 from soft_gripper.evaluation.phase_table import outcome, phase_table
 from soft_gripper.evaluation.step_table import step_table
 from soft_gripper.evaluation.trials.trial import trial_row
-from soft_gripper.files import atomic_file, check_file, writable_folder
+from soft_gripper.files import atomic_file, check_file
 from soft_gripper.folder_claims import claim_folder
 from soft_gripper.manipulation.task_phases import Outcome
 from soft_gripper.pictures.phases_figure import phases_figure
@@ -49,7 +49,7 @@ def _run(options: argparse.Namespace) -> int:
     scenario = station.scenario
     check_closed(station)
     _check_files(options)
-    out = claim_folder(writable_folder(run_folder(options.out, name, scenario)))
+    out = claim_folder(run_folder(options.out, name, scenario))
     if not options.meshcat:
         logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
     meshcat = open_meshcat() if options.meshcat or options.html else None

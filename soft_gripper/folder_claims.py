@@ -5,16 +5,18 @@ import os
 from pathlib import Path
 
 from soft_gripper.errors import InputError
+from soft_gripper.files import writable_folder
 
 _claims: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
 
 
-def claim_folder(folder: Path) -> Path:
-    """Keeps other processes from writing to a folder, until `release_folders` or the end of this process.
+def claim_folder(path: Path) -> Path:
+    """Makes a folder, and keeps other processes from writing to it until `release_folders` or the end of this process.
 
     Raises:
-        InputError: if another process has claimed it.
+        InputError: if it cannot be written to, or another process has claimed it.
     """
+    folder = writable_folder(path)
     name = os.path.realpath(folder)
     if name not in _claims:
         lock = os.open(name, os.O_RDONLY)

@@ -9,15 +9,16 @@ import pytest
 from soft_gripper.arrays import Array
 
 MARKERS = {"tip_1": (10, 20, 100), "tip_2": (-15, 5, 100), "tip_3": (12, -22, 95), "base_1": (20, 0, 0)}  # mm
-DESCRIPTION = """
+OF_TIP = """
 time: time_s
 length: 0.1
 markers:
   columns: "{marker}_{axis}_mm"
   unit: mm
-  bodies: {tip: [tip_1, tip_2, tip_3], base: [base_1]}
+  bodies: {tip: [tip_1, tip_2, tip_3]}
 frame: {origin: [0, 0, 0]}
 """
+DESCRIPTION = OF_TIP.replace("tip_3]", "tip_3], base: [base_1]")
 
 
 def swinging(samples: int = 200) -> dict[str, Array]:

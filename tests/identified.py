@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from hardware_files import write_csv
+from hardware_files import OF_TIP, write_csv
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.identify.finger_file import read_finger
@@ -32,17 +32,7 @@ BEAM = f"""<?xml version="1.0"?>
 </robot>
 """
 HOLLOW = BEAM.replace(SECTION, f'{SECTION} chamber_width="0.012" chamber_thickness="0.008" chamber_center="-0.006"')
-DESCRIPTION = """
-time: time_s
-length: 0.1
-markers:
-  columns: "{marker}_{axis}_mm"
-  unit: mm
-  bodies: {tip: [tip_1, tip_2, tip_3]}
-frame: {origin: [0, 0, 0]}
-gravity: [9.81, 0, 0]
-reference: 0.3
-"""
+DESCRIPTION = OF_TIP + "gravity: [9.81, 0, 0]\nreference: 0.3\n"
 RELEASED = DESCRIPTION + "event: release\n"
 STEPPED = DESCRIPTION + "event: step\ncommanded_pressure: [{pattern: '(\\d+)kPa', unit: kPa}]\n"
 

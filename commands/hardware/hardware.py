@@ -7,7 +7,7 @@ from pathlib import Path
 from soft_gripper.commands.terminal.claims import print_claims
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.identify_table import print_identified
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.evaluation.csv_table import write_csv
@@ -25,7 +25,6 @@ from soft_gripper.evaluation.hardware.hardware_claims import hardware_claims
 from soft_gripper.evaluation.hardware.hardware_figure import hardware_figure
 from soft_gripper.evaluation.identify.finger_file import with_finger, write_finger
 from soft_gripper.evaluation.identify.identify import Identified
-from soft_gripper.files import writable_folder
 from soft_gripper.folder_claims import claim_folder
 
 
@@ -33,7 +32,7 @@ def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
     parser = subparsers.add_parser("hardware", help="identify and replay the published recordings of hardware")
     parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
-    parser.add_argument("--out", metavar="DIR", type=path, default=Path("results/hardware"))
+    add_out_folder(parser, Path("results/hardware"))
     add_executor_options(parser)
     parser.set_defaults(command=_run)
 
@@ -41,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     opened = chosen_executor("hardware", options)
     recordings = published_recordings(options.data)
-    out = claim_folder(writable_folder(options.out))
+    out = claim_folder(options.out)
     arm = replay_published(list(recordings[ARM].values()))
     print_replay(arm.replayed, arm.table)
     write_csv(out / f"{ARM}.csv", arm.table)

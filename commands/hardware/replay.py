@@ -5,7 +5,7 @@ import logging
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.commands.terminal.waiting import wait_for_viewer
@@ -23,7 +23,7 @@ from soft_gripper.evaluation.replay.arm_recording import arm_recording
 from soft_gripper.evaluation.replay.replay_figure import drawn_rows, replay_figure
 from soft_gripper.evaluation.replay.replay_recordings import Replayed, Rows, estimator_rows, replay_recordings
 from soft_gripper.evaluation.replay.replay_table import replay_table
-from soft_gripper.files import check_file, writable_folder
+from soft_gripper.files import check_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.folder_claims import claim_folder
@@ -37,7 +37,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--fit", nargs="+", metavar="FILE", help="fit to these; default: to all but the one estimated")
     parser.add_argument("--estimator", nargs="+", metavar="NAME", help="default: all")
     parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
-    parser.add_argument("--out", metavar="DIR", type=path, default=Path("results/replay"))
+    add_out_folder(parser, Path("results/replay"))
     parser.add_argument("--meshcat", action="store_true", help="show it in a browser and wait at its end")
     parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
     parser.set_defaults(command=_run)
@@ -54,7 +54,7 @@ def _run(options: argparse.Namespace) -> None:
     assert gravity is not None
     arms = [arm_recording(recording) for recording in recordings]
     rows = estimator_rows(options.estimator, len(arms[0].bodies))
-    out = claim_folder(writable_folder(options.out))
+    out = claim_folder(options.out)
     if options.html is not None:
         check_file(options.html)
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]

@@ -1,4 +1,4 @@
-"""Paths that options give."""
+"""Options that give paths."""
 
 import argparse
 from pathlib import Path
@@ -16,3 +16,8 @@ def path(text: str) -> Path:
         return Path(text).expanduser()
     except RuntimeError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def add_out_folder(parser: argparse.ArgumentParser, default: Path) -> None:
+    """Declares where a command writes its results."""
+    parser.add_argument("--out", metavar="DIR", type=path, default=default, help="default: %(default)s")

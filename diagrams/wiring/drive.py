@@ -9,7 +9,7 @@ from pydrake.systems.primitives import Adder, MatrixGain
 
 from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.creep_torque import CreepTorque, PressureSoftening
+from soft_gripper.fingers.creep_torque import CreepTorque, PressureSoftening, Softened
 from soft_gripper.fingers.elastic_law import elastic_law_block
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
@@ -32,7 +32,7 @@ def add_pressure_drive(
 
     Args:
         builder: of a diagram with the fingers' plant. A finger with an elastic law gets a `{finger}.elastic_law`, one
-            that creeps a `{finger}.creep`; with a pressure law, between `{finger}.unsoftened` and `.softened`.
+            that creeps a `{finger}.creep`; with a pressure law, between `.unsoftened` and `.softened` by `.softening`.
         fingers: in the finalized plant, all of each model.
         config: the `pressure` part of a scenario; of it the limits and the lag; None: its defaults.
 
@@ -101,11 +101,14 @@ def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPor
     if law is None:
         builder.Connect(state, creep.get_input_port())
         return creep.get_output_port()
-    unsoftened = PressureSoftening(law, state.size(), divides=True)
-    softened = PressureSoftening(law, creep.get_output_port().size(), divides=False)
-    for name, block in (("unsoftened", unsoftened), ("softened", softened)):
-        builder.AddNamedSystem(f"{finger.name}.{name}", block)
-        builder.Connect(pressure, block.GetInputPort("pressure"))
+    softening = builder.AddNamedSystem(f"{finger.name}.softening", PressureSoftening(law))
+    unsoftened = builder.AddNamedSystem(f"{finger.name}.unsoftened", Softened(state.size(), divides=True))
+    softened = builder.AddNamedSystem(
+        f"{finger.name}.softened", Softened(creep.get_output_port().size(), divides=False)
+    )
+    builder.Connect(pressure, softening.get_input_port())
+    for block in (unsoftened, softened):
+        builder.Connect(softening.get_output_port(), block.GetInputPort("softening"))
     builder.Connect(state, unsoftened.GetInputPort("factor"))
     builder.Connect(unsoftened.get_output_port(), creep.get_input_port())
     builder.Connect(creep.get_output_port(), softened.GetInputPort("factor"))

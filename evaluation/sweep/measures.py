@@ -1,6 +1,6 @@
 """What a sweep measures of a run, by the kind of its scenario."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from soft_gripper.evaluation.paper.held_steps import held_samples
 from soft_gripper.evaluation.paper.pose_table import recorded_pose_table
 from soft_gripper.evaluation.phase_table import outcome
 from soft_gripper.evaluation.step_table import step_table
-from soft_gripper.evaluation.trials.trial import trial_row
+from soft_gripper.evaluation.trials.trial import Judged, judged
 
 
 @dataclass(frozen=True)
@@ -47,17 +47,8 @@ class Task:
 
 
 @dataclass(frozen=True)
-class JudgedTask(Task):
-    """A task that holds an object and looks for contact: what became of it in truth, see `TrialRow`."""
-
-    success: bool
-    placed_error_mm: float
-    placed_angle_deg: float
-    peak_force_n: float
-    slip_mm: float
-    detection_delay_ms: float
-    size_error_mm: float
-    cause: str
+class JudgedTask(Judged, Task):
+    """A task that holds an object and looks for contact: what became of it in truth, too."""
 
 
 Measures = OpenLoop | ClosedLoop | Task
@@ -78,13 +69,10 @@ def measure(station: Station, recording: Recording) -> Measures:
         return _open_loop(station, recording)
     if kind is ClosedLoop:
         return _closed_loop(station, recording)
-    end = outcome(recording).words, float(recording["time"].values[-1])
+    end = outcome(recording).words
     if kind is Task:
-        return Task(*end)
-    row = trial_row("", 0, station, recording)
-    placed = row.placed_error_mm, row.placed_angle_deg
-    held = row.peak_force_n, row.slip_mm, row.detection_delay_ms, row.size_error_mm
-    return JudgedTask(end[0], row.duration_s, row.success, *placed, *held, row.cause)
+        return Task(end, float(recording["time"].values[-1]))
+    return JudgedTask(end, **asdict(judged(station, recording)))
 
 
 def _open_loop(station: Station, recording: Recording) -> OpenLoop:

@@ -17,7 +17,7 @@ from soft_gripper.evaluation.sweep.axes import Variation
 from soft_gripper.evaluation.sweep.measures import kind_of
 from soft_gripper.evaluation.sweep.sweep_table import SweepTable
 from soft_gripper.evaluation.sweep.variation_run import run_again
-from soft_gripper.files import atomic_file, writable_folder
+from soft_gripper.files import atomic_file
 from soft_gripper.folder_claims import claim_folder
 
 TABLE, ABOUT = "sweep.csv", "sweep.json"
@@ -78,7 +78,7 @@ def run_sweep(
         scenario = str(Path(scenario).resolve())  # workers may be anywhere
     base = changed_scenario(scenario, fixed)
     names = [field.name for field in fields(kind_of(base))]
-    claim_folder(writable_folder(out))
+    claim_folder(out)
     table = SweepTable(out / TABLE, list(variations[0]), names)
     about = _about(scenario, dump_scenario(base), variations)
     _begin(table, out / ABOUT, about, resume)

@@ -1,6 +1,6 @@
 """One trial of pick and place, judged by what was recorded of it."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -18,8 +18,8 @@ NAN = float("nan")
 
 
 @dataclass(frozen=True)
-class TrialRow:
-    """What came of one trial; NaN where there was nothing to measure.
+class Judged:
+    """What became of a task in truth; NaN where there was nothing to measure.
 
     success: nothing went wrong, see `failure`.
     placed_error_mm: distance of the object's frame from that of the goal at the end.
@@ -34,8 +34,6 @@ class TrialRow:
     cause: of a failure; empty: none.
     """
 
-    scenario: str
-    trial: int
     success: bool
     placed_error_mm: float
     placed_angle_deg: float
@@ -54,6 +52,11 @@ class TrialNumber:
 
     scenario: str
     trial: int
+
+
+@dataclass(frozen=True)
+class TrialRow(Judged, TrialNumber):
+    """What came of one trial."""
 
 
 @dataclass(frozen=True)
@@ -90,21 +93,24 @@ def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:
 
 def trial_row(scenario: str, trial: int, station: Station, recording: Recording) -> TrialRow:
     """The row of a trial from its recording."""
+    return TrialRow(scenario, trial, **asdict(judged(station, recording)))
+
+
+def judged(station: Station, recording: Recording) -> Judged:
+    """What became of a task, from its recording."""
     run = TrialRun(station, recording)
     cause = failure(run)
-    return TrialRow(
-        scenario,
-        trial,
-        not cause,
-        1e3 * float(np.linalg.norm(run.placed)),
-        float(np.degrees(angle(run.turned))),
-        run.dropped is not None,
-        run.peak_force,
-        1e3 * run.slip,
-        1e3 * run.detection_delay,
-        1e3 * run.size_error,
-        run.duration,
-        cause,
+    return Judged(
+        success=not cause,
+        placed_error_mm=1e3 * float(np.linalg.norm(run.placed)),
+        placed_angle_deg=float(np.degrees(angle(run.turned))),
+        dropped=run.dropped is not None,
+        peak_force_n=run.peak_force,
+        slip_mm=1e3 * run.slip,
+        detection_delay_ms=1e3 * run.detection_delay,
+        size_error_mm=1e3 * run.size_error,
+        duration_s=run.duration,
+        cause=cause,
     )
 
 

@@ -1,16 +1,19 @@
 """CreepTorque: the state of the plant -> the memory torque of a finger that creeps, as actuation of its model.
 
-PressureSoftening beside it multiplies what goes in and what comes out, for a finger with a pressure law.
+PressureSoftening and Softened beside it multiply what goes in and what comes out, for a finger with a pressure law.
 """
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
-from pydrake.systems.primitives import LinearSystem
+from pydrake.symbolic import Variable, if_then_else
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.primitives import LinearSystem, Multiplexer, SymbolicVectorSystem
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.creep import recursion, shares
-from soft_gripper.fingers.finger_parts import PressureLaw
+from soft_gripper.fingers.finger_parts import NO_PRESSURE, PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.piecewise_linear import PiecewiseLinear
+from soft_gripper.piecewise_linear_block import PiecewiseLinearBlock
 
 
 class CreepTorque(LinearSystem):
@@ -65,23 +68,57 @@ class CreepTorque(LinearSystem):
             context.SetContinuousState(state)
 
 
-class PressureSoftening(LeafSystem):
-    """A vector times what a pressure law says of how far the finger bends, P(p) / p, or divided by it.
+class PressureSoftening(Diagram):
+    """What a pressure law says of how far the finger bends, P(p) / p; see `PressureLaw.softening`.
 
     ::
 
-        pressure (1) Pa ---> +-------------------+
-                             | PressureSoftening | ---> product (size)
-        factor (size) -----> +-------------------+
+                             +-------------------+
+        pressure (1) Pa ---> | PressureSoftening | ---> softening (1)
+                             +-------------------+
+
+    All of Drake's C++ blocks, since it runs at the plant's rate.
     """
 
-    def __init__(self, law: PressureLaw, size: int, divides: bool):
+    def __init__(self, law: PressureLaw):
         super().__init__()
-        self._law, self._power = law, -1 if divides else 1
-        self._pressure = self.DeclareVectorInputPort("pressure", 1)
-        self._factor = self.DeclareVectorInputPort("factor", size)
-        self.DeclareVectorOutputPort("product", size, self._calc_product, {self.all_input_ports_ticket()})
+        effective, pressure = Variable("effective"), Variable("pressure")
+        some = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
+        ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / some)
+        builder = DiagramBuilder()
+        curve = builder.AddNamedSystem(
+            "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))
+        )
+        both = builder.AddNamedSystem("both", Multiplexer(2))
+        softening = builder.AddNamedSystem("ratio", SymbolicVectorSystem(input=[effective, pressure], output=[ratio]))
+        builder.ExportInput(curve.get_input_port(), "pressure")
+        builder.ConnectInput("pressure", both.get_input_port(1))
+        builder.Connect(curve.get_output_port(), both.get_input_port(0))
+        builder.Connect(both.get_output_port(), softening.get_input_port())
+        builder.ExportOutput(softening.get_output_port(), "softening")
+        builder.BuildInto(self)
 
-    def _calc_product(self, context: Context, output: BasicVector) -> None:
-        softening = self._law.softening(self._pressure.Eval(context))
-        output.SetFromVector(self._factor.Eval(context) * softening**self._power)
+
+class Softened(Diagram):
+    """A vector times a finger's softening, or divided by it, in C++.
+
+    ::
+
+        softening (1) ---> +----------+
+                           | Softened | ---> product (size)
+        factor (size) ---> +----------+
+    """
+
+    def __init__(self, size: int, divides: bool):
+        super().__init__()
+        softening = Variable("softening")
+        factors = [Variable(f"factor_{i}") for i in range(size)]
+        products = [factor / softening if divides else factor * softening for factor in factors]
+        builder = DiagramBuilder()
+        both = builder.AddNamedSystem("both", Multiplexer([1, size]))
+        product = builder.AddNamedSystem("product", SymbolicVectorSystem(input=[softening, *factors], output=products))
+        builder.Connect(both.get_output_port(), product.get_input_port())
+        builder.ExportInput(both.get_input_port(0), "softening")
+        builder.ExportInput(both.get_input_port(1), "factor")
+        builder.ExportOutput(product.get_output_port(), "product")
+        builder.BuildInto(self)

@@ -9,7 +9,7 @@ import numpy as np
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
-_NO_PRESSURE = 1.0  # Pa, below which a pressure law is as there
+NO_PRESSURE = 1.0  # Pa, below which a pressure law is as there
 _MAY_BE_ZERO = (
     *("relaxation_time", "friction", "dissipation", "shear_factor"),
     *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
@@ -65,7 +65,7 @@ class PressureLaw:
 
     def softening(self, pressure: Array | float) -> Array:
         """How many times as far as by the chamber law alone the finger bends, at pressures (...) Pa: P(p) / p."""
-        some = np.where(np.abs(pressure) < _NO_PRESSURE, _NO_PRESSURE, pressure)
+        some = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
         return self.curve(some) / some
 
 

@@ -16,7 +16,7 @@ from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.creep import advance, memory_torque
-from soft_gripper.fingers.creep_torque import CreepTorque
+from soft_gripper.fingers.creep_torque import CreepTorque, PressureSoftening, Softened
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
@@ -127,6 +127,26 @@ def test_a_widening_chamber_multiplies_what_creeps_too(time_step):
     held.diagram.GetInputPort("pressure").FixValue(held.root, [0.0])
     left = share * by_chamber / (1 - share) * np.exp(-(1 - share) * np.array([0.5, 1.0]) / time)
     np.testing.assert_allclose(held.angles([12.5, 13.0])[:, 0], left, rtol=0.03)  # damped, it takes a moment to unbend
+
+
+def test_softening_is_that_of_the_law_at_every_pressure():
+    """Below no pressure, between all points and beyond them."""
+    law = PressureLaw((-5e4, 0.0, 1e5, 2e5), (-4e4, 0.0, 1.05e5, 2.3e5))
+    block, pressures = PressureSoftening(law), np.array([-9e4, -5e4, -0.5, 0.0, 0.9, 1.1, 7e4, 1e5, 1.7e5, 4e5])
+    context, found = block.CreateDefaultContext(), []
+    for pressure in pressures:
+        block.get_input_port().FixValue(context, [pressure])
+        found.append(block.get_output_port().Eval(context)[0])
+    np.testing.assert_allclose(found, law.softening(pressures), rtol=1e-11)  # at 1 Pa, of what 50 kPa round off
+
+
+@pytest.mark.parametrize(("divides", "expected"), [(True, [0.5, -1.0]), (False, [2.0, -4.0])])
+def test_a_vector_is_softened_or_freed_of_it(divides, expected):
+    block = Softened(2, divides)
+    context = block.CreateDefaultContext()
+    block.GetInputPort("softening").FixValue(context, [2.0])
+    block.GetInputPort("factor").FixValue(context, [1.0, -2.0])
+    np.testing.assert_allclose(block.get_output_port().Eval(context), expected, rtol=1e-15)
 
 
 def test_output_is_the_memory_torque_of_angles_that_are_linear_between_steps(finger_plant):

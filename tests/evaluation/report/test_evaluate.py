@@ -90,49 +90,63 @@ class Summarized(NamedTuple):
     out: Path
 
 
-@pytest.fixture(scope="module")
-def summarized(folder, tmp_path_factory) -> Summarized:
-    out = tmp_path_factory.mktemp("summarized")
-    poses = [
+def pose_rows() -> list[PoseRow]:
+    """Errors that differ in everything a row is of; those of a right finger are not to be shown but in free bending."""
+    left = [
         PoseRow(scenario, "left", name, "as simulated", n, p, p, part * (1 + i) * p / n, (1 + i) * p / n + 100)
         for name, part in (("arcs", 1.0), ("gaussian", 0.5))
         for i, scenario in enumerate(SCENARIOS)
         for n in (1, 2, 3, 4)
         for p in (10.0, 20.0)
     ]
-    free = [replace(row, finger="right", pose_error_mm=1e3, tip_error_mm=1e3) for row in poses if row.scenario != FREE]
-    poses = poses + free
-    forces = [
+    wrong = {"finger": "right", "pose_error_mm": 1e3, "tip_error_mm": 1e3}
+    return left + [replace(row, **wrong) for row in left if row.scenario != FREE]
+
+
+def force_rows(poses: list[PoseRow]) -> list[ForceRow]:
+    """Of the arcs, at two joints."""
+    return [
         ForceRow(row.scenario, row.finger, "arcs", "as simulated", row.sections, row.pressure_kpa, joint, 0.02, 0.03)
         for row in of_estimator(poses, "arcs")
         for joint in (0, 1)
     ]
-    for name in SCENARIOS:
-        shutil.copytree(folder, out / name)
-        (out / name / "scene.png").touch()
-        write_csv(out / name / "metrics.csv", [row for row in poses if row.scenario == name])
-        write_csv(out / name / "forces.csv", [row for row in forces if row.scenario == name])
-        pressed = [ContactRow(name, "left", p, 1, 10.0, 0) for p in (10.0, 20.0)] if name != FREE else []
-        write_csv(out / name / "contact.csv", [*pressed, ContactRow(name, "right", 10.0, 0, 0.0, 0)])
-        pressing = [
-            ContactForceRow(
-                name, finger, "contact", "as simulated", 4, p, "30 60 90", p / 7, p / 8, 1.0, 1.0, 80.0, 81.0
-            )
-            for finger in ("left", "right")
-            for p in (10.0, 20.0)
-        ]
-        write_csv(out / name / "contact_forces.csv", pressing)
-        data = Recording.load(out / name / "recording.nc").data.drop_dims("link").assign_attrs(run_of=name)
-        forces_of = {
-            f"{finger}.link_contact_force": ("time", i + 0 * data["time"].values) for i, finger in fingers(name)
-        }
-        Recording(data.assign(forces_of)).save(out / name / "recording.nc")
+
+
+def write_scenario(out: Path, ran: Path, name: str, poses: list[PoseRow], forces: list[ForceRow]) -> None:
+    """The folder of a scenario, from one that `ran`; only the left finger was pressed, and not in free bending."""
+    shutil.copytree(ran, out / name)
+    (out / name / "scene.png").touch()
+    write_csv(out / name / "metrics.csv", [row for row in poses if row.scenario == name])
+    write_csv(out / name / "forces.csv", [row for row in forces if row.scenario == name])
+    pressed = [ContactRow(name, "left", p, 1, 10.0, 0) for p in (10.0, 20.0)] if name != FREE else []
+    write_csv(out / name / "contact.csv", [*pressed, ContactRow(name, "right", 10.0, 0, 0.0, 0)])
+    pressing = [
+        ContactForceRow(name, finger, "contact", "as simulated", 4, p, "30 60 90", p / 7, p / 8, 1.0, 1.0, 80.0, 81.0)
+        for finger in ("left", "right")
+        for p in (10.0, 20.0)
+    ]
+    write_csv(out / name / "contact_forces.csv", pressing)
+    data = Recording.load(out / name / "recording.nc").data.drop_dims("link").assign_attrs(run_of=name)
+    forces_of = {f"{finger}.link_contact_force": ("time", i + 0 * data["time"].values) for i, finger in fingers(name)}
+    Recording(data.assign(forces_of)).save(out / name / "recording.nc")
+
+
+def write_grip_and_task(out: Path) -> None:
     for name in (GRIP, TASK):
         (out / name).mkdir()
     write_csv(out / GRIP / "regimes.csv", [RegimeRow("slow", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7, 8.0)])
     write_csv(out / TASK / "phases.csv", [PhaseRow("close", 1.0, 2.0, 3.0, 4.0, 5.0)])
     (out / TASK / "phases.png").touch()
     Recording(xr.Dataset({"task.outcome": ("time", [0.0, float(Outcome.DONE)])})).save(out / TASK / "recording.nc")
+
+
+@pytest.fixture(scope="module")
+def summarized(folder, tmp_path_factory) -> Summarized:
+    out, poses = tmp_path_factory.mktemp("summarized"), pose_rows()
+    forces = force_rows(poses)
+    for name in SCENARIOS:
+        write_scenario(out, folder, name, poses, forces)
+    write_grip_and_task(out)
     figures, shapes = {}, []
     where = "soft_gripper.evaluation.report.evaluate."
     with pytest.MonkeyPatch.context() as patch:

@@ -1,0 +1,47 @@
+"""What a finger may have beside its cross-sections: what its numbers may be, and what a pressure law does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw, TipLoad
+
+WRONG_PARTS = [
+    ({"creep": (CreepBranch(0.0, 1.0),)}, "creep.share = 0.0: give a finite number above 0"),
+    ({"creep": (CreepBranch(0.2, 1.0), CreepBranch(0.1, -1.0))}, "creep.time = -1.0: give a finite number above 0"),
+    ({"creep": (CreepBranch(0.5, 1.0),) * 2}, "creep.share = [0.5, 0.5]: nothing would be left of the stiffness"),
+    ({"pressure_law": PressureLaw((0.0,), (0.0,))}, "pressure_law.pressure = (0.0,): give as many increasing"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0,))}, "pressure_law.effective = (0.0,): give as many increasing"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0, -1.0))}, "pressure_law.effective = (0.0, -1.0): give as many"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (1.0, 2.0))}, "pressure_law.effective = (1.0, 2.0): without pressure"),
+    ({"tip_load": TipLoad(0.0, 0.0, 0.0)}, "tip_load.mass = 0.0: give a finite number above 0"),
+    ({"tip_load": TipLoad(0.1, float("nan"), 0.0)}, "tip_load.x = nan: give a finite number"),
+]
+
+
+@pytest.mark.parametrize(("parts", "message"), WRONG_PARTS, ids=str)
+def test_wrong_parts_are_named(shipped_finger, parts, message):
+    with pytest.raises(InputError) as caught:
+        replace(shipped_finger, **parts)
+    assert str(caught.value).startswith(f"finger 'finger': {message}")
+
+
+def test_torque_of_a_pressure_goes_by_its_law(tapered_finger):
+    """Twice the torque up to 100 kPa, three times what is beyond, and straight on below zero."""
+    law = PressureLaw((0.0, 1e5, 2e5), (0.0, 2e5, 5e5))
+    pressures = np.array([[-1e4, 0.0, 5e4], [1e5, 1.5e5, 4e5]])
+    effective = np.array([[-2e4, 0.0, 1e5], [2e5, 3.5e5, 11e5]])
+    for finger, expected in ((tapered_finger, pressures), (replace(tapered_finger, pressure_law=law), effective)):
+        torque = finger.pressure_torque(pressures)
+        np.testing.assert_allclose(torque, expected[..., None] * finger.pressure_gain, atol=1e-12)
+        np.testing.assert_allclose(finger.pressure_torque(5e4), torque[0, 2], rtol=1e-12)
+
+
+def test_a_finger_bends_as_many_times_as_far_as_its_law_says(tapered_finger):
+    law = PressureLaw((-1e5, 0.0, 1e5, 2e5), (-3e5, 0.0, 2e5, 5e5))
+    pressures = np.array([[-1e5, -1.0, 0.0], [1e-9, 1e5, 2e5]])
+    softening = replace(tapered_finger, pressure_law=law).softening(pressures)
+    np.testing.assert_allclose(softening, [[3.0, 3.0, 2.0], [2.0, 2.0, 2.5]], rtol=1e-9)
+    np.testing.assert_array_equal(tapered_finger.softening(pressures), np.ones((2, 3)))
