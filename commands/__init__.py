@@ -4,6 +4,8 @@ import signal
 import sys
 from collections.abc import Sequence
 
+from soft_gripper.commands.terminal.exit_codes import ExitCode
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command, see `dispatch`; while everything is imported, Ctrl-C waits."""
@@ -16,7 +18,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return dispatch(arguments)
     except KeyboardInterrupt:
         print("soft-gripper: interrupted; what has been written is whole", file=sys.stderr)
-        return 130
+        return ExitCode.INTERRUPTED
 
 
 def _end(number: int, frame: object) -> None:

@@ -7,12 +7,12 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
+from soft_gripper.commands.terminal.console import Console, add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, whole_number
 from soft_gripper.commands.terminal.paths import add_out_folder, path
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
 from soft_gripper.evaluation.contacts.contact_errors import BOTH, ContactErrorRow
 from soft_gripper.evaluation.contacts.contact_scores import ERRORS, FIGURE, SCORES, score_contacts
@@ -27,7 +27,14 @@ NAME = "contact-trials"
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser(NAME, help="press a finger against random pegs: force and place of the contact")
+    parser = add_command(
+        subparsers,
+        NAME,
+        "press a finger against random pegs: force and place of the contact",
+        "--trials 200 --seed 1",
+        "--contacts results/contact_trials/contacts.npz    score those of an earlier run again",
+    )
+    add_console_options(parser)
     parser.add_argument("--trials", metavar="N", default="200", help="contacts (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
     friction = "coefficient of friction of the peg's surface (default: %(default)s)"
@@ -46,18 +53,19 @@ def _run(options: argparse.Namespace) -> None:
     friction = number_from_zero(NAME, "--friction", options.friction)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = claim_folder(options.out)
-    contacts = _simulate(number, seed, executor, friction, out) if kept is None else kept
-    with tqdm(total=SCORES, desc="scores", dynamic_ncols=True, disable=None) as bar:
+    contacts = _simulate(number, seed, executor, friction, out, options.console) if kept is None else kept
+    with options.console.counter(SCORES, "scores") as bar:
         rows = score_contacts(contacts, out, bar.update)
     _print_errors(rows)
     written = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
-    print(f"\nWritten to {out}: {', '.join(written)}")
+    options.console.table("errors", rows)
+    options.console.wrote(*(out / file for file in written))
 
 
 def _simulate(
-    number: int, seed: int, executor: AbstractContextManager[Executor], friction: float, out: Path
+    number: int, seed: int, executor: AbstractContextManager[Executor], friction: float, out: Path, console: Console
 ) -> Contacts:
-    with tqdm(total=number, desc="contacts", dynamic_ncols=True, disable=None) as bar:
+    with console.counter(number, "contacts") as bar:
         try:
             with executor as opened:
                 contacts = run_contacts(number, seed, opened, lambda contact: bar.update(), friction)

@@ -12,17 +12,19 @@ from typing import NoReturn
 from soft_gripper.commands import (
     contact_trials,
     evaluate,
-    expand,
     grasp_trials,
-    list_scenarios,
     place_sensors,
     recognition,
     run,
-    show,
     sweep,
     tune,
 )
 from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
+from soft_gripper.commands.inspect import doctor, expand, list_scenarios, show
+from soft_gripper.commands.terminal.completion import add_completion
+from soft_gripper.commands.terminal.console import Console
+from soft_gripper.commands.terminal.exit_codes import ExitCode
+from soft_gripper.commands.terminal.subparsers import PROGRAM
 from soft_gripper.diagrams.notes import notes
 from soft_gripper.errors import (
     InputError,
@@ -50,34 +52,42 @@ COMMANDS = (
     list_scenarios,
     show,
     expand,
+    doctor,
 )
 
 
-def dispatch(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command.
-
-    Returns:
-        the exit code: 0; 1 if a task or a claim failed; 2 for a mistake in the input, or a file that cannot be
-        written; 141, as a shell has it, if who read the output is gone. (130 is for Ctrl-C, see `main`.)
-    """
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # what a terminal cannot show
-    parser = _Parser(prog="soft-gripper", description="Soft, sensing grippers simulated in Drake.")
-    parser.add_argument("--version", action="version", version=f"soft-gripper {version('soft-gripper')}")
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+def command_parser() -> argparse.ArgumentParser:
+    """All commands with their options."""
+    codes = ", ".join(f"{code.value} {code.name.lower().replace('_', ' ')}" for code in ExitCode)
+    parser = _Parser(
+        prog=PROGRAM,
+        description="Soft, sensing grippers simulated in Drake.",
+        epilog=f"`{PROGRAM} COMMAND --help` has examples. Exit codes: {codes}.",
+    )
+    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version(PROGRAM)}")
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
     for command in COMMANDS:
         command.add_parser(subparsers)
-    options = parser.parse_args(arguments)
+    add_completion(parser, subparsers.choices)
+    return parser
+
+
+def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
+    """Runs one command."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # what a terminal cannot show
+    options = command_parser().parse_args(arguments)
+    options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
     try:
-        with notes():
-            code = int(options.command(options) or 0)
+        with notes(), options.console.speaking():
+            code = ExitCode(options.command(options) or ExitCode.DONE)
             sys.stdout.flush()
-            return code
+        return code
     except (InputError, SimulationDivergedError, WorkerDiedError) as error:
         return _complain(str(error))
     except BrokenPipeError:
         _leave_output()
-        return 141
+        return ExitCode.READER_GONE
     except OSError as error:
         _leave_output()
         return _complain(f"{error.filename or 'output'}: {error.strerror or error}")
@@ -98,9 +108,9 @@ class _Parser(argparse.ArgumentParser):
         super().error(in_one_line(shortened(message)))
 
 
-def _complain(text: str) -> int:
-    print(f"soft-gripper: {in_one_line(text)}", file=sys.stderr)
-    return 2
+def _complain(text: str) -> ExitCode:
+    print(f"{PROGRAM}: {in_one_line(text)}", file=sys.stderr)
+    return ExitCode.REFUSED
 
 
 def _leave_output() -> None:

@@ -5,14 +5,12 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
-from tqdm import tqdm
-
-from soft_gripper.commands.progress import BAR
 from soft_gripper.commands.terminal.claims import print_claims
+from soft_gripper.commands.terminal.console import Console, add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import whole_number
 from soft_gripper.commands.terminal.paths import add_out_folder
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.pose_table import PoseRow, mean_errors, of_estimator
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
@@ -30,7 +28,15 @@ from soft_gripper.folder_claims import claim_folder
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("evaluate", help="run the paper's evaluation with 1 to 4 sensors a side")
+    parser = add_command(
+        subparsers,
+        "evaluate",
+        "run the paper's evaluation with 1 to 4 sensors a side",
+        "                    report.html, tables, figures, and whether each claim holds",
+        "--robustness        also with sensors that err, wrong beliefs, and other plants",
+        "--resume            what an interrupted one left",
+    )
+    add_console_options(parser)
     add_out_folder(parser, Path("results/evaluation"))
     add_executor_options(parser)
     parser.add_argument("--resume", action="store_true", help="run only what an interrupted evaluation left")
@@ -46,17 +52,17 @@ def _run(options: argparse.Namespace) -> int:
     seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
     out = claim_folder(options.out)
     with opened as executor:
-        evaluation = _evaluate(out, options.resume, executor)
-        robust = _robustness(out, seeds, executor, options.resume) if options.robustness else True
+        evaluation = _evaluate(out, options.resume, executor, options.console)
+        robust = not options.robustness or _robustness(out, seeds, executor, options.resume, options.console)
     return 0 if robust and all(claim.holds for claim in evaluation.claims) else 1
 
 
-def _evaluate(out: Path, resume: bool, executor: Executor) -> Evaluation:
+def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> Evaluation:
     """Runs the scenarios, and prints what comes of them."""
     names = unfinished(out) if resume else list(RUNS)
     duration = sum(load_scenario(name).duration for name in names)
     try:
-        with tqdm(total=duration, desc=f"scenarios: {len(names)}", bar_format=BAR, disable=None) as bar:
+        with console.seconds(duration, f"scenarios: {len(names)}") as bar:
             run_scenarios(names, out, executor, bar.update)
     except KeyboardInterrupt:
         print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")
@@ -65,18 +71,19 @@ def _evaluate(out: Path, resume: bool, executor: Executor) -> Evaluation:
     _print_errors(of_estimator(evaluation.poses, "arcs"))
     _print_estimators(evaluation.poses)
     print_claims(evaluation.claims)
-    print(
-        f"\nWritten to {out}: report.html, metrics.csv, forces.csv, contact.csv, the figures, and a folder a scenario"
-    )
+    console.table("poses", evaluation.poses)
+    console.table("claims", evaluation.claims)
+    print("\nThere are figures, and a folder a scenario, too.")
+    console.wrote(*(out / file for file in ("report.html", "metrics.csv", "forces.csv", "contact.csv")))
     return evaluation
 
 
-def _robustness(out: Path, seeds: int, executor: Executor, resume: bool) -> bool:
+def _robustness(out: Path, seeds: int, executor: Executor, resume: bool, console: Console) -> bool:
     """Runs what there is on robustness; whether all its claims hold."""
     cases = unfinished_cases(out, seeds) if resume else CASES
     runs = unfinished_runs(out, seeds) if resume else PLANT_RUNS
     try:
-        with tqdm(total=len(cases) + len(runs), desc="robustness", dynamic_ncols=True, disable=None) as bar:
+        with console.counter(len(cases) + len(runs), "robustness") as bar:
             run_cases(cases, out, seeds, executor, bar.update)
             run_plants(runs, out, seeds, executor, bar.update)
     except KeyboardInterrupt:
@@ -86,7 +93,8 @@ def _robustness(out: Path, seeds: int, executor: Executor, resume: bool) -> bool
     _print_robustness(found.rows)
     _print_plants(found.plants)
     print_claims(found.claims)
-    print(f"\nWritten to {out / FOLDER}: robustness.csv, plants.csv, robustness.png, and a folder a scenario and plant")
+    console.table("robustness_claims", found.claims)
+    console.wrote(*(out / FOLDER / file for file in ("robustness.csv", "plants.csv", "robustness.png")))
     return all(claim.holds for claim in found.claims)
 
 

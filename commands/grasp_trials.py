@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 from scipy.stats import binomtest
-from tqdm import tqdm
 
-from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.console import Console, add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import add_out_folder
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.trials.trial import Trial, TrialRow
@@ -33,7 +32,15 @@ from soft_gripper.folder_claims import claim_folder
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("grasp-trials", help="pick and place over random poses, masses, frictions and sizes")
+    parser = add_command(
+        subparsers,
+        "grasp-trials",
+        "pick and place over random poses, masses, frictions and sizes",
+        "--trials 200 --seed 1                                        of every scenario",
+        "--scenario pick_and_place_delicate --trials 20 --json",
+        "--scenario pick_and_place_box --seed 1 --trial 7             one again, with its recording",
+    )
+    add_console_options(parser)
     parser.add_argument("--trials", metavar="N", default="20", help="of every scenario (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
     parser.add_argument(
@@ -57,9 +64,9 @@ def _run(options: argparse.Namespace) -> None:
     out = claim_folder(options.out)
     if trial is not None:
         for file in files:
-            _run_alone(file, seed, trial, out)
+            _run_alone(file, seed, trial, out, options.console)
     else:
-        _run_all(files, number, seed, out, executor, options.resume)
+        _run_all(files, number, seed, out, executor, options.resume, options.console)
 
 
 def _run_all(
@@ -69,9 +76,10 @@ def _run_all(
     out: Path,
     executor: AbstractContextManager[Executor],
     resume: bool,
+    console: Console,
 ) -> None:
     rows: list[TrialRow] = []
-    with tqdm(total=number * len(files), desc="trials", dynamic_ncols=True, disable=None) as bar:
+    with console.counter(number * len(files), "trials") as bar:
 
         def report(trial: Trial) -> None:
             rows.append(trial.row)
@@ -88,13 +96,14 @@ def _run_all(
             raise
     for file in files:
         _print_summary(file, seed, [trial.row for trial in trials if trial.row.scenario == Path(file).stem])
-    print(f"\nWritten to {out}: {', '.join(TABLES)}, {FIGURE}.png, {FIGURE}.svg")
+    console.table("trials", [trial.row for trial in trials])
+    console.wrote(*(out / file for file in (*TABLES, f"{FIGURE}.png", f"{FIGURE}.svg")))
 
 
-def _run_alone(file: str, seed: int, trial: int, out: Path) -> None:
+def _run_alone(file: str, seed: int, trial: int, out: Path, console: Console) -> None:
     """Runs one trial here, and keeps what it takes to look into it."""
     name = Path(file).stem
-    with progress_bar(f"{name} {trial}", load_scenario(file).duration) as progress:
+    with console.progress(f"{name} {trial}", load_scenario(file).duration) as progress:
         station, recording = record_trial(file, seed, trial, progress)
     folder = writable_folder(out / f"{name}_{trial}")
     recording.save(folder / "recording.nc")
@@ -103,7 +112,9 @@ def _run_alone(file: str, seed: int, trial: int, out: Path) -> None:
     found = judge(file, seed, trial, station, recording)
     for column, value in (asdict(found.row) | asdict(found.details)).items():
         print(f"{column:<20} {value:.3f}" if isinstance(value, float) else f"{column:<20} {value}")
-    print(f"\nWritten to {folder}; to watch it: soft-gripper run {folder / 'scenario.yaml'} --meshcat")
+    console.table("trials", [found.row])
+    console.wrote(folder / "recording.nc", folder / "scenario.yaml")
+    print(f"To watch it: soft-gripper run {folder / 'scenario.yaml'} --meshcat")
 
 
 def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:

@@ -5,13 +5,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
-from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.console import Console, add_console_options
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.placement import print_left_out, print_ranking, print_snippet
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.schema.scenario import SensorConfig, StrainErrorsConfig
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.schema.sensor_presets import presets, strain_errors
@@ -39,7 +37,14 @@ TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_o
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser(NAME, help="find where the sections of the sensors best end")
+    parser = add_command(
+        subparsers,
+        NAME,
+        "find where the sections of the sensors best end",
+        "--count 3",
+        "--count 2 --recordings results/a/recording.nc results/b/recording.nc",
+    )
+    add_console_options(parser)
     parser.add_argument("--count", metavar="N", required=True, help="sections along each path of a finger")
     parser.add_argument("--estimator", metavar="NAME", default="gaussian", help="default: %(default)s")
     source = parser.add_mutually_exclusive_group()
@@ -69,16 +74,18 @@ def _run(options: argparse.Namespace) -> None:
     out = claim_folder(options.out)
     try:
         runs = _runs(options, count, [] if contacts is None else [contacts.finger])
-        with tqdm(desc="placements", unit="", dynamic_ncols=True, disable=None) as bar:
+        with options.console.counter(None, "placements") as bar:
             placed = place_sensors(count, runs, assumptions, contacts, bar.update)
     except KeyboardInterrupt:
         print("\nnothing is written before the last placement")
         raise
     files = _write(placed, out)
-    print_ranking(placement_rows(placed), placed.equal)
+    ranking = placement_rows(placed)
+    print_ranking(ranking, placed.equal)
     print_left_out(left_out_rows(placed))
     print_snippet(placed, assumptions)
-    print(f"\nWritten to {out}: {', '.join(files)}")
+    options.console.table("placements", ranking)
+    options.console.wrote(*(out / file for file in files))
 
 
 def _assumptions(options: argparse.Namespace) -> Assumptions:
@@ -101,7 +108,7 @@ def _runs(options: argparse.Namespace, count: int, others: Sequence[Finger]) -> 
     else:
         stations = {name: _station(name) for name in options.scenarios.split(",")}
         check_runs(count, stations, others)
-        runs = {name: _simulate(name, station) for name, station in stations.items()}
+        runs = {name: _simulate(name, station, options.console) for name, station in stations.items()}
     return {name: held_fingers(name, run) for name, run in runs.items()}
 
 
@@ -121,8 +128,8 @@ def _station(name: str) -> Station:
     return station
 
 
-def _simulate(name: str, station: Station) -> RecordedRun:
-    with progress_bar(name, station.scenario.duration) as progress:
+def _simulate(name: str, station: Station, console: Console) -> RecordedRun:
+    with console.progress(name, station.scenario.duration) as progress:
         return RecordedRun(run_station(station, progress=progress), station.scenario, station.fingers)
 
 

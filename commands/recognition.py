@@ -7,13 +7,13 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from soft_gripper.arrays import Array
+from soft_gripper.commands.terminal.console import Console, add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import add_out_folder
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.loading.shape_model_file import save_shape_model
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.figure_style import save_figure
@@ -33,7 +33,13 @@ TABLE, FIGURE = "grasps.csv", "recognition"
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("recognition", help="train and test which shape is held, over random grasps")
+    parser = add_command(
+        subparsers,
+        "recognition",
+        "train and test which shape is held, over random grasps",
+        "--train 60 --test 50 --seed 1",
+    )
+    add_console_options(parser)
     parser.add_argument("scenario", nargs="?", default="probing_grasp", help="default: %(default)s")
     parser.add_argument("--train", metavar="N", default="60", help="grasps of every shape (default: %(default)s)")
     parser.add_argument("--test", metavar="N", default="50", help="others, of every shape (default: %(default)s)")
@@ -52,7 +58,7 @@ def _run(options: argparse.Namespace) -> None:
     executor = chosen_executor("recognition", options)
     check_scenario_for_recognition(options.scenario)
     out = claim_folder(options.out)
-    grasps = _run_grasps(options.scenario, numbers, seed, executor)
+    grasps = _run_grasps(options.scenario, numbers, seed, executor, options.console)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]
     matrices = {sections: confusion(rows, sections) for sections in SECTIONS}
@@ -65,7 +71,8 @@ def _run(options: argparse.Namespace) -> None:
         if row.cause:
             print(f"{row.set} grasp {row.grasp} of the {row.shape}: {row.cause}")
     files = [TABLE, *map(_model_file, SECTIONS), f"{FIGURE}.png", f"{FIGURE}.svg"]
-    print(f"\nWritten to {out}: {', '.join(files)}")
+    options.console.table("grasps", rows)
+    options.console.wrote(*(out / file for file in files))
 
 
 def _model_file(sections: int) -> str:
@@ -73,10 +80,10 @@ def _model_file(sections: int) -> str:
 
 
 def _run_grasps(
-    file: str, numbers: Mapping[str, int], seed: int, executor: AbstractContextManager[Executor]
+    file: str, numbers: Mapping[str, int], seed: int, executor: AbstractContextManager[Executor], console: Console
 ) -> list[Grasp]:
     total = sum(numbers.values()) * len(SHAPES)
-    with tqdm(total=total, desc="grasps", dynamic_ncols=True, disable=None) as bar:
+    with console.counter(total, "grasps") as bar:
         ended = 0
 
         def report(grasp: Grasp) -> None:

@@ -4,11 +4,11 @@ import argparse
 import logging
 from pathlib import Path
 
-from soft_gripper.commands.options import add_scenario_options, chosen_station
-from soft_gripper.commands.output import run_folder
-from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.console import Console, add_console_options
+from soft_gripper.commands.terminal.options import add_scenario_options, chosen_station
+from soft_gripper.commands.terminal.output import run_folder
 from soft_gripper.commands.terminal.paths import path
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
 from soft_gripper.commands.terminal.waiting import wait_for_viewer
 from soft_gripper.diagrams.recording.recording import Recording
@@ -23,7 +23,7 @@ from soft_gripper.evaluation.paper.force_table import recorded_force_table
 from soft_gripper.evaluation.paper.pose_table import recorded_pose_table
 from soft_gripper.evaluation.phase_table import outcome, phase_table
 from soft_gripper.evaluation.step_table import step_table
-from soft_gripper.evaluation.trials.trial import trial_row
+from soft_gripper.evaluation.trials.trial import judged
 from soft_gripper.files import atomic_file, check_file
 from soft_gripper.folder_claims import claim_folder
 from soft_gripper.manipulation.task_phases import Outcome
@@ -33,7 +33,16 @@ from soft_gripper.pictures.video import check_video, write_video
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("run", help="run a scenario and record every signal")
+    parser = add_command(
+        subparsers,
+        "run",
+        "run a scenario and record every signal",
+        "box_grasp                       tables, and every signal in results/box_grasp",
+        "box_grasp --meshcat             watch it in a browser",
+        "box_grasp --html replay.html    keep a 3-D replay that opens offline",
+        "my_scenario.yaml --set sensor.sections=2 --json",
+    )
+    add_console_options(parser)
     add_scenario_options(parser)
     parser.add_argument(
         "--out", metavar="DIR", type=path, help="default: results/SCENARIO, or one beside it if that holds another run"
@@ -45,7 +54,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    name, station = Path(options.scenario).stem, chosen_station(options)
+    name, station, console = Path(options.scenario).stem, chosen_station(options), options.console
     scenario = station.scenario
     check_closed(station)
     _check_files(options)
@@ -55,17 +64,17 @@ def _run(options: argparse.Namespace) -> int:
     meshcat = open_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
         station = make_station(scenario, meshcat)
-    with progress_bar(name, scenario.duration) as progress:
+    with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    written = [out / file for file in _write(out, name, station, recording)]
+    written = [out / file for file in _write(out, name, station, recording, console)]
     if meshcat is not None and options.html is not None:
         write_replay(meshcat, options.html)
         written.append(options.html)
     if options.video is not None:
-        with progress_bar("film", float(recording.data["time"][-1])) as progress:
+        with console.progress("film", float(recording.data["time"][-1])) as progress:
             write_video(options.video, scenario, recording, progress)
         written.append(options.video)
-    print("\nWritten: " + ", ".join(map(str, written)))
+    console.wrote(*written)
     if options.meshcat:
         wait_for_viewer()
     return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
@@ -80,7 +89,7 @@ def _check_files(options: argparse.Namespace) -> None:
             check_file(file)
 
 
-def _write(out: Path, name: str, station: Station, recording: Recording) -> list[str]:
+def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
     """Writes what was recorded, with the table that fits the scenario, and prints the table; returns the files."""
     files = ["recording.nc", "scenario.yaml"]
     recording.save(out / "recording.nc")
@@ -93,17 +102,25 @@ def _write(out: Path, name: str, station: Station, recording: Recording) -> list
             phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
         assert station.scenario.task is not None
         print_phases(phases, outcome(recording), station.scenario.task)
+        console.table("phases", phases)
+        console.document["outcome"] = outcome(recording).words
         looked_for = station.scenario.estimator.contact_threshold is not None
         if looked_for and any(phase.holds for phase in station.task.phases):
-            print_truth(trial_row(name, 0, station, recording))
+            truth = judged(station, recording)
+            print_truth(truth)
+            console.table("truth", [truth])
         return [*files, "phases.csv", "phases.png"]
     if station.scenario.control.set_points is not None:
         steps = step_table(station, recording)
         write_csv(out / "steps.csv", steps)
         print_steps(steps)
+        console.table("steps", steps)
         return [*files, "steps.csv"]
     poses = recorded_pose_table(name, station, recording)
     write_csv(out / "metrics.csv", poses)
-    write_csv(out / "forces.csv", recorded_force_table(name, station, recording))
+    forces = recorded_force_table(name, station, recording)
+    write_csv(out / "forces.csv", forces)
     print_poses(poses)
+    console.table("poses", poses)
+    console.table("forces", forces)
     return [*files, "metrics.csv", "forces.csv"]

@@ -3,13 +3,12 @@
 import argparse
 from pathlib import Path
 
-from tqdm import tqdm
-
-from soft_gripper.commands.options import add_scenario_options
+from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
+from soft_gripper.commands.terminal.options import add_scenario_options
 from soft_gripper.commands.terminal.paths import path
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.schema.scenario_file import read_override
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.figure_style import save_figure
@@ -24,7 +23,15 @@ EXAMPLE = "such as pressure.maximum=1e5,2e5 or models.gripper.fingers.all.youngs
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser(NAME, help="run a scenario with many values of its fields: one table")
+    parser = add_command(
+        subparsers,
+        NAME,
+        "run a scenario with many values of its fields: one table",
+        "box_grasp --vary sensor.sections=1,2,4 --vary 'believed.youngs_modulus=-20..20 %:5' --out results/belief",
+        "tip_distance_steps --vary control.gains.ki=1e5..1e6 --sample 64 --seed 1 --out results/gains",
+        "box_grasp --vary sensor.sections=1,2,4 --out results/sections --resume    what an interrupted one left",
+    )
+    add_console_options(parser)
     add_scenario_options(parser)
     vary = f"values or a range of a field, {EXAMPLE}; whole numbers stay whole; may be repeated"
     parser.add_argument("--vary", metavar="KEY=VALUES", action="append", required=True, help=vary)
@@ -44,7 +51,7 @@ def _run(options: argparse.Namespace) -> int:
         fixed["sensor.sections"] = whole_number(NAME, "--sections", options.sections, 1)
     executor = chosen_executor(NAME, options)
     fine: list[bool] = []  # of every run that has ended, whether it came off
-    with tqdm(total=len(variations), desc="runs", dynamic_ncols=True, disable=None) as bar:
+    with options.console.counter(len(variations), "runs") as bar:
 
         def report(came_off: bool) -> None:
             fine.append(came_off)
@@ -67,7 +74,9 @@ def _run(options: argparse.Namespace) -> int:
             print(f"\n{len(fine)} of {len(variations)} runs ended; they are in {options.out / TABLE}, --resume goes on")
             raise
     files = [TABLE, *_draw(table, variations, options)]
-    print(f"{len(variations)} runs, {fine.count(False)} failed\nWritten to {options.out}: {', '.join(files)}")
+    print(f"{len(variations)} runs, {fine.count(False)} failed")
+    options.console.document["runs"] = [dict(zip(table.header, table.rows[i], strict=True)) for i in sorted(table.rows)]
+    options.console.wrote(*(options.out / file for file in files))
     return 0
 
 

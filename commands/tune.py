@@ -2,12 +2,11 @@
 
 import argparse
 
-from tqdm import tqdm
-
-from soft_gripper.commands.options import chosen_station
+from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.executor_options import add_scheduler_option
 from soft_gripper.commands.terminal.numbers import whole_number
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.options import chosen_station
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.commands.terminal.tables import print_steps
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.errors import InputError
@@ -17,7 +16,14 @@ from soft_gripper.evaluation.tuning import follow, tune
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("tune", help="find gains for the grip control of a gripper")
+    parser = add_command(
+        subparsers,
+        "tune",
+        "find gains for the grip control of a gripper",
+        "                              for the shipped gripper",
+        "my_steps.yaml --evaluations 80",
+    )
+    add_console_options(parser)
     parser.add_argument("scenario", nargs="?", default="tip_distance_steps", help="a closed-loop scenario")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="change a field of it")
     parser.add_argument("--evaluations", metavar="N", default="50", help="simulations (default: %(default)s)")
@@ -30,7 +36,7 @@ def _run(options: argparse.Namespace) -> None:
     if scenario.control.set_points is None:
         raise InputError(options.scenario, "control.set_points", None, "give set points to be followed")
     evaluations = whole_number("tune", "--evaluations", options.evaluations, 5)
-    with tqdm(total=evaluations, desc="simulations", disable=None) as bar:
+    with options.console.counter(evaluations, "simulations") as bar:
 
         def report(gains: PidGains, cost: float) -> None:
             bar.set_postfix_str(f"kp {gains.kp:.3g} ki {gains.ki:.3g} kd {gains.kd:.3g}: {cost:.3f} s")
@@ -38,5 +44,8 @@ def _run(options: argparse.Namespace) -> None:
 
         with open_executor(1, options.scheduler) as executor:
             gains = tune(scenario, executor, evaluations, report)
-    print_steps(follow(scenario, gains))
+    steps = follow(scenario, gains)
+    print_steps(steps)
+    options.console.table("steps", steps)
+    options.console.table("gains", [gains])
     print(f"\ngains: {{ kp: {gains.kp:.4g}, ki: {gains.ki:.4g}, kd: {gains.kd:.4g} }}  # Pa/m, Pa/(m s), Pa s/m")

@@ -45,6 +45,7 @@ LAYERS = (
     "evaluation/hardware",
     "commands/terminal",
     "commands/hardware",
+    "commands/inspect",
     "commands",
 )
 SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))

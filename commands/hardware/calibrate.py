@@ -1,9 +1,11 @@
 """soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend ratio for every finger."""
 
 import argparse
+from dataclasses import asdict
 
+from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.paths import path
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.loading.calibration_file import save_calibration
 from soft_gripper.evaluation.calibrate_recordings import calibrate_recordings
 from soft_gripper.files import check_file
@@ -11,7 +13,13 @@ from soft_gripper.files import check_file
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("calibrate", help="calibrate sensors and fingers from recordings of free bending")
+    parser = add_command(
+        subparsers,
+        "calibrate",
+        "calibrate sensors and fingers from recordings of free bending",
+        "results/free_bending/recording.nc --out my_gripper.yaml",
+    )
+    add_console_options(parser)
     parser.add_argument("recording", nargs="+", type=path, help="a recording.nc that `soft-gripper run` wrote")
     parser.add_argument("--out", metavar="FILE", type=path, required=True, help="YAML file for believed.calibration")
     parser.set_defaults(command=_run)
@@ -26,3 +34,5 @@ def _run(options: argparse.Namespace) -> None:
         print("  gains  ", *(f"{gain:8.4f}" for gain in finger.gains))
         print("  offsets", *(f"{offset:8.4f}" for offset in finger.offsets))
     print(f"assumed: {calibration.assumed}")
+    options.console.document["fingers"] = {name: asdict(finger) for name, finger in calibration.fingers.items()}
+    options.console.wrote(options.out)

@@ -5,11 +5,12 @@ import sys
 from pathlib import Path
 
 from soft_gripper.commands.terminal.claims import print_claims
+from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.identify_table import print_identified
 from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.replay_table import print_replay
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.figure_style import save_figure
 from soft_gripper.evaluation.hardware.experiments import (
@@ -30,7 +31,13 @@ from soft_gripper.folder_claims import claim_folder
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("hardware", help="identify and replay the published recordings of hardware")
+    parser = add_command(
+        subparsers,
+        "hardware",
+        "identify and replay the published recordings of hardware",
+        "--data ~/recordings",
+    )
+    add_console_options(parser)
     parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
     add_out_folder(parser, Path("results/hardware"))
     add_executor_options(parser)
@@ -55,8 +62,11 @@ def _run(options: argparse.Namespace) -> int:
     found = hardware_claims(beam, segment, arm.table)
     write_csv(out / "claims.csv", found)
     print_claims(found)
-    tables = ", ".join(f"{experiment.description}.urdf, .csv" for experiment in (BEAM, SEGMENT))
-    print(f"\nWritten to {out}: {tables}, {ARM}.csv, claims.csv, hardware.png, .svg")
+    options.console.table("claims", found)
+    fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in (".urdf", ".csv")]
+    options.console.wrote(
+        *(out / file for file in (*fingers, f"{ARM}.csv", "claims.csv", "hardware.png", "hardware.svg"))
+    )
     return 0 if all(claim.holds for claim in found) else 1
 
 

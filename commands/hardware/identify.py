@@ -3,11 +3,12 @@
 import argparse
 import sys
 
+from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
 from soft_gripper.commands.terminal.identify_table import print_identified
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import path
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.hardware.find_recordings import find_recordings
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
@@ -22,7 +23,14 @@ from soft_gripper.files import check_file
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("identify", help="fit parameters of a finger to recordings of hardware")
+    parser = add_command(
+        subparsers,
+        "identify",
+        "fit parameters of a finger to recordings of hardware",
+        "swing.csv --as mine.yaml --finger mine.urdf --free youngs_modulus relaxation_time --out fitted.urdf",
+        "a.csv b.csv --test c.csv --as mine.yaml --finger mine.urdf --free youngs_modulus --out fitted.urdf",
+    )
+    add_console_options(parser)
     parser.add_argument("file", nargs="+", help="a recording to fit to; looked for here, then below the data folder")
     parser.add_argument("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file")
     parser.add_argument("--test", nargs="+", default=[], metavar="FILE", help="recordings that the fit is not given")
@@ -57,7 +65,8 @@ def _run(options: argparse.Namespace) -> None:
     save_figure(identify_figure(found), out.with_suffix(""))
     write_csv(out.with_suffix(".csv"), found.scores)
     write_finger(out, text)
-    print("\nWritten: " + ", ".join(str(out.with_suffix(suffix)) for suffix in (".urdf", ".csv", ".png", ".svg")))
+    options.console.table("scores", found.scores)
+    options.console.wrote(*(out.with_suffix(suffix) for suffix in (".urdf", ".csv", ".png", ".svg")))
 
 
 def _motions(files: list[str], options: argparse.Namespace) -> list[MeasuredMotion]:

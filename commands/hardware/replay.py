@@ -5,9 +5,10 @@ import logging
 import sys
 from pathlib import Path
 
+from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.replay_table import print_replay
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.commands.terminal.waiting import wait_for_viewer
 from soft_gripper.diagrams.hardware.find_recordings import find_recordings
 from soft_gripper.diagrams.hardware.hardware_recording import HardwareRecording
@@ -22,7 +23,7 @@ from soft_gripper.evaluation.figure_style import save_figure
 from soft_gripper.evaluation.replay.arm_recording import arm_recording
 from soft_gripper.evaluation.replay.replay_figure import drawn_rows, replay_figure
 from soft_gripper.evaluation.replay.replay_recordings import Replayed, Rows, estimator_rows, replay_recordings
-from soft_gripper.evaluation.replay.replay_table import replay_table
+from soft_gripper.evaluation.replay.replay_table import ReplayRow, replay_table
 from soft_gripper.files import check_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
@@ -31,7 +32,14 @@ from soft_gripper.folder_claims import claim_folder
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("replay", help="estimate recordings of hardware, and compare with motion capture")
+    parser = add_command(
+        subparsers,
+        "replay",
+        "estimate recordings of hardware, and compare with motion capture",
+        "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
+        "trial_*.txt --as two_segment_arm --html replay.html",
+    )
+    add_console_options(parser)
     parser.add_argument("file", nargs="+", help="a recording; looked for here, then below the data folder")
     parser.add_argument("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file")
     parser.add_argument("--fit", nargs="+", metavar="FILE", help="fit to these; default: to all but the one estimated")
@@ -59,10 +67,12 @@ def _run(options: argparse.Namespace) -> None:
         check_file(options.html)
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
     replayed = replay_recordings(arms, to_fit, rows, finger, gravity)
-    written = _write(out, replayed, rows)
+    table = replay_table(replayed, rows)
+    options.console.table("errors", table)
+    written = _write(out, replayed, rows, table)
     if options.html is not None or options.meshcat:
         written += _show(options, replayed, rows)
-    print("\nWritten: " + ", ".join(map(str, written)))
+    options.console.wrote(*written)
 
 
 def _finger(recording: HardwareRecording) -> Finger:
@@ -80,8 +90,7 @@ def _finger(recording: HardwareRecording) -> Finger:
     return fingers[0]
 
 
-def _write(out: Path, replayed: list[Replayed], rows: Rows) -> list[Path]:
-    table = replay_table(replayed, rows)
+def _write(out: Path, replayed: list[Replayed], rows: Rows, table: list[ReplayRow]) -> list[Path]:
     print_replay(replayed, table)
     write_csv(out / "replay.csv", table)
     save_figure(replay_figure(replayed, rows), out / "replay")

@@ -6,7 +6,7 @@ from soft_gripper.diagrams.schema.scenario import TaskConfig
 from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.step_table import StepRow
-from soft_gripper.evaluation.trials.trial import TrialRow
+from soft_gripper.evaluation.trials.trial import Judged
 from soft_gripper.manipulation.task_phases import Outcome
 
 
@@ -30,7 +30,7 @@ def print_steps(rows: Sequence[StepRow]) -> None:
         )
 
 
-def print_truth(row: TrialRow) -> None:
+def print_truth(row: Judged) -> None:
     """What truly became of the object of a task."""
     print(
         f"In truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"

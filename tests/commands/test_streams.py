@@ -93,7 +93,7 @@ def test_a_condition_of_drake_that_fails_is_a_mistake_of_the_input(monkeypatch, 
     def end(*_: object) -> None:
         raise SystemExit("Failure at x.cc:1 in F(): condition 'a > 0' failed.")
 
-    monkeypatch.setattr("soft_gripper.commands.options.make_station", end)
+    monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", end)
     outcome = soft_gripper("show", "free_bending")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert outcome.err.startswith("soft-gripper: Drake cannot go on: Failure at")
@@ -104,6 +104,6 @@ def test_what_the_machine_does_not_bear(error: Exception, monkeypatch) -> None:
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr("soft_gripper.commands.options.make_station", fail)
+    monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", fail)
     outcome = soft_gripper("show", "free_bending")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 
 from soft_gripper.commands.terminal.paths import path
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file
@@ -15,7 +15,13 @@ from soft_gripper.fingers.urdf import expand_urdf
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("expand", help="expand the <finger>s of a URDF to links, joints and springs")
+    parser = add_command(
+        subparsers,
+        "expand",
+        "expand the <finger>s of a URDF to links, joints and springs",
+        "package://soft_gripper/grippers/two_finger.urdf -o plain.urdf",
+        "mine.urdf --segments 24 -o plain.urdf",
+    )
     parser.add_argument("file", help="the URDF, a path or a package://soft_gripper/... URI")
     parser.add_argument("--segments", metavar="N", help="segments of every finger, in the place of the file's")
     parser.add_argument("-o", "--out", metavar="OUT", type=path, help="file to write (default: the terminal)")

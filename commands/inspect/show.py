@@ -2,16 +2,22 @@
 
 import argparse
 
-from soft_gripper.commands.options import add_scenario_options, chosen_station
+from soft_gripper.commands.terminal.options import add_scenario_options, chosen_station
 from soft_gripper.commands.terminal.paths import path
-from soft_gripper.commands.terminal.subparsers import Subparsers
+from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.view.block_diagram import save_block_diagram
 
 
 def add_parser(subparsers: Subparsers) -> None:
     """Declares the command."""
-    parser = subparsers.add_parser("show", help="print a resolved scenario, draw its block diagram")
+    parser = add_command(
+        subparsers,
+        "show",
+        "print a resolved scenario, draw its block diagram",
+        "box_grasp                            every field with its value, as YAML",
+        "box_grasp --graphviz blocks.svg",
+    )
     add_scenario_options(parser)
     parser.add_argument(
         "--graphviz", metavar="FILE", type=path, help="write the block diagram (.dot, .svg, .png or .pdf)"

@@ -1,0 +1,1 @@
+"""Commands that look into scenarios, files and the installation, and simulate nothing."""

@@ -1,0 +1,32 @@
+"""The doctor: finds what works, and what does not."""
+
+import json
+
+from command_line import soft_gripper
+
+from soft_gripper.commands.inspect import doctor
+from soft_gripper.diagrams.loading import mesh_cache
+
+
+def findings(outcome):
+    return {row["part"]: row for row in json.loads(outcome.out)["findings"]}
+
+
+def test_what_works_and_what_is_left_out(monkeypatch):
+    monkeypatch.setattr(doctor, "EXTRAS", {"there": "numpy", "missing": "no_such_module"})
+    outcome = soft_gripper("doctor", "--json")
+    found = findings(outcome)
+    assert outcome.code == 0
+    assert found["simulation and pictures"]["works"]
+    assert found["extra there"]["works"]
+    assert found["extra missing"] == {"part": "extra missing", "works": None, "found": "pip install '.[missing]'"}
+
+
+def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    outcome = soft_gripper("doctor", "--json")
+    assert outcome.code == 1
+    broken = findings(outcome)["mesh cache"]
+    assert not broken["works"]
+    assert str(mesh_cache.cache_folder()) in broken["found"]
