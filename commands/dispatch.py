@@ -16,6 +16,7 @@ from soft_gripper.commands import (
     grasp_trials,
     list_scenarios,
     place_sensors,
+    play,
     recognition,
     run,
     show,
@@ -36,6 +37,7 @@ from soft_gripper.folder_claims import release_folders
 
 COMMANDS = (
     run,
+    play,
     evaluate,
     sweep,
     grasp_trials,

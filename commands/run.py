@@ -5,8 +5,8 @@ import logging
 from pathlib import Path
 
 from soft_gripper.commands.options import add_scenario_options, chosen_station
-from soft_gripper.commands.output import run_folder
 from soft_gripper.commands.progress import progress_bar
+from soft_gripper.commands.terminal.output import run_folder
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers
 from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
