@@ -51,7 +51,7 @@ def _run(options: argparse.Namespace) -> None:
     meshcat, feed = open_meshcat(options.host), SignalFeed()
     station = station_of(options.scenario, scenario, meshcat)
     session = Session(station, meshcat, feed, Recorder(station, meshcat, folder))
-    with page_server(_about(name, station, meshcat.port(), session.sliders), feed, options.host) as port:
+    with page_server(_about(name, station, session.sliders), meshcat, feed, options.host) as port:
         shown = "localhost" if options.host == ADDRESS else options.host
         print(f"Open http://{shown}:{port} in a browser. Its button 'stop', or Ctrl-C here, ends.", flush=True)
         try:
@@ -60,14 +60,13 @@ def _run(options: argparse.Namespace) -> None:
             print(f"Played {session.played:.1f} s at {session.factor:.2f} times real time.", flush=True)
 
 
-def _about(name: str, station: Station, meshcat: int, sliders: Iterable[Slider]) -> dict[str, Any]:
-    """What the page is told: the scenario, Meshcat's port, the plots, and which keys do what."""
+def _about(name: str, station: Station, sliders: Iterable[Slider]) -> dict[str, Any]:
+    """What the page is told: the scenario, the plots, and which keys do what."""
     plots = plots_of(station.parts.signals, [finger.name for finger in station.fingers])
     keys = [[slider.name, *map(_sign, slider.keys)] for slider in sliders if any(slider.keys)]
     return {
         "name": name,
         "description": station.scenario.description,
-        "meshcat": meshcat,
         "plots": plots,
         "shown": first_plots(plots),
         "keys": [*keys, *([button, _sign(key)] for button, key in BUTTON_KEYS.items() if key)],

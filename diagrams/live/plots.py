@@ -10,8 +10,8 @@ from pydrake.systems.framework import OutputPort
 from soft_gripper.signals import signal_of
 
 MOST_LINES = 16  # of a signal
-SHOWN = ("pressure", "external_torque", "contact_force", "grip.opening", "tip_pose", "strain")  # at first, of those
-_SHOWN_AT_FIRST = 4
+SHOWN = ("pressure", "grip.opening", "contact_force", "external_torque", "theta", "strain")  # at first, of those
+_SHOWN_AT_FIRST = 3
 _READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
 
 

@@ -6,14 +6,15 @@ const SLOW = 0.95; // a factor of real time below this is called slow
 const find = (id) => document.getElementById(id);
 const about = await (await fetch("about.json")).json();
 const plots = new Map(); // by their <figure>
-let events = null;
+let events = null, drawing = false;
 
 function show() {
   document.title = `${about.name} - soft-gripper play`;
   find("name").textContent = about.name;
   find("description").textContent = about.description;
-  find("scene").src = `http://${location.hostname}:${about.meshcat}/`;
-  find("scene").addEventListener("load", () => find("scene").focus());
+  find("scene").addEventListener("load", openControls);
+  find("scene").src = "scene";
+  window.addEventListener("keydown", handOn);
   find("add").addEventListener("click", () => addPlot(Object.keys(about.plots)[0]));
   find("keys").append(...about.keys.map(([name, ...keys]) => {
     const row = document.createElement("tr"), cell = document.createElement("td");
@@ -29,6 +30,20 @@ function show() {
   about.shown.forEach(addPlot);
 }
 
+// Meshcat's controls are folded at first.
+function openControls() {
+  const {gui} = find("scene").contentWindow.viewer;
+  gui.open();
+  gui.width = 340;
+}
+
+// Keys act wherever the page has been clicked, but not where they choose a signal.
+function handOn(event) {
+  if (event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey || event.altKey) return;
+  const scene = find("scene").contentWindow;
+  scene.dispatchEvent(new scene.KeyboardEvent("keydown", {code: event.code, key: event.key}));
+}
+
 function addPlot(kind) {
   const figure = document.createElement("figure");
   figure.innerHTML = `<figcaption><select aria-label="signal"></select><span class="unit"></span>
@@ -36,7 +51,7 @@ function addPlot(kind) {
     <canvas></canvas><div class="legend"></div>`;
   const select = figure.querySelector("select");
   select.append(...Object.keys(about.plots).map((name) => new Option(name, name, false, name === kind)));
-  select.addEventListener("change", () => { choose(figure, select.value); find("scene").focus(); });
+  select.addEventListener("change", () => { choose(figure, select.value); select.blur(); });
   figure.querySelector(".close").addEventListener("click", () => { figure.remove(); plots.delete(figure); listen(); });
   find("plots").append(figure);
   choose(figure, kind);
@@ -68,6 +83,8 @@ function take({status, values}) {
   find("note").hidden = !status.note;
   if (!Object.keys(values).length) return;
   for (const plot of plots.values()) plot.add(status.time, values);
+  if (!drawing) requestAnimationFrame(draw);
+  drawing = true;
 }
 
 function say(mode, kind) {
@@ -75,9 +92,8 @@ function say(mode, kind) {
 }
 
 function draw() {
+  drawing = false;
   for (const plot of plots.values()) plot.draw();
-  requestAnimationFrame(draw);
 }
 
 show();
-draw();
