@@ -4,9 +4,9 @@ from itertools import count
 from pathlib import Path
 
 from pydrake.geometry import Meshcat, MeshcatAnimation
+from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
-from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
@@ -15,7 +15,7 @@ from soft_gripper.files import atomic_folder
 
 
 class Recorder:
-    """Writes recordings of a station, each from its own time 0, into folders 1, 2, 3 ... of `folder`.
+    """Writes recordings of a station into folders 1, 2, 3 ... of `folder`.
 
     Each holds `recording.nc`, every signal; `replay.html`, what Meshcat has shown; and `scenario.yaml`. Logs are kept
     only while something is recorded, so that playing for hours takes no more memory than playing for a minute.
@@ -23,25 +23,22 @@ class Recorder:
 
     def __init__(self, station: Station, meshcat: Meshcat, folder: Path):
         self._station, self._meshcat, self._folder = station, meshcat, folder
-        self._began: float | None = None
+        self.is_recording = False
 
-    def elapsed(self, context: Context) -> float | None:
-        """Simulated time since the recording began, s; None if there is none."""
-        return None if self._began is None else context.get_time() - self._began
-
-    def begin(self, context: Context) -> None:
-        """Begins a recording at the present time."""
-        self._began = context.get_time()
+    def begin(self, simulator: Simulator) -> None:
+        """Begins a recording: at time 0, which is now. The state of the station stays as it is."""
+        self.is_recording = True
         self._meshcat.DeleteRecording()
         self._meshcat.StartRecording(frames_per_second=1 / PERIOD)
-        # Half a frame before, since Meshcat rounds times down to frames.
-        self._meshcat.get_mutable_recording().set_start_time(self._began - PERIOD / 2)
+        context = simulator.get_mutable_context()
         self._station.logs.clear(context)
-        self._station.diagram.ForcedPublish(context)  # the first frame, and the first sample
+        # Drake's ContactVisualizer hides new arrows at time 0, so that a recording cannot begin later.
+        context.SetTime(0.0)
+        simulator.Initialize(InitializeParams(suppress_initialization_events=True))
 
     def forget(self, context: Context) -> None:
         """Drops what was logged, unless it is being recorded."""
-        if self._began is None:
+        if not self.is_recording:
             self._station.logs.clear(context)
 
     def end(self, context: Context) -> Path | None:
@@ -50,20 +47,15 @@ class Recorder:
         Raises:
             InputError: if it cannot be written.
         """
-        if self._began is None:
+        if not self.is_recording:
             return None
-        self._began = None
+        self.is_recording = False
         self._meshcat.StopRecording()
         folder = next(f for f in (self._folder / str(i) for i in count(1)) if not f.exists())
         with atomic_folder(folder) as partial:
-            _from_zero(self._station.recording(context)).save(partial / "recording.nc")
+            self._station.recording(context).save(partial / "recording.nc")
             self._meshcat.PublishRecording()
             write_replay(self._meshcat, partial / "replay.html")
+            self._meshcat.SetAnimation(MeshcatAnimation())  # browsers go on showing what happens now
             (partial / "scenario.yaml").write_text(dump_scenario(self._station.scenario, partial), encoding="utf-8")
-        self._meshcat.SetAnimation(MeshcatAnimation())  # browsers go on showing what happens now
         return folder
-
-
-def _from_zero(recording: Recording) -> Recording:
-    time = recording["time"]
-    return Recording(recording.data.assign_coords(time=(time - time[0]).assign_attrs(time.attrs)))

@@ -53,10 +53,10 @@ class Session:
             self._paused, self._note = not self._paused, ""
         elif button == Button.RESET:
             self._reset()
-        elif self._recorder.elapsed(self._simulator.get_context()) is None:
-            self._recorder.begin(self._simulator.get_context())
-        else:
+        elif self._recorder.is_recording:
             self._keep_recording()
+        else:
+            self._recorder.begin(self._simulator)
         self._pacer.restart(self._simulator.get_context().get_time())
 
     def _reset(self) -> None:
@@ -68,8 +68,8 @@ class Session:
     def _keep_recording(self) -> None:
         try:
             folder = self._recorder.end(self._simulator.get_context())
-        except InputError as error:
-            self._note = str(error)
+        except (InputError, OSError) as error:
+            self._note = f"not written: {error}"
         else:
             self._note = f"written: {folder}" if folder is not None else self._note
 
@@ -91,12 +91,11 @@ class Session:
         self.played, self.lasted = self.played + PERIOD, self.lasted + time.monotonic() - began
 
     def _status(self) -> dict[str, Any]:
-        context = self._simulator.get_context()
         return {
-            "time": context.get_time(),
+            "time": self._simulator.get_context().get_time(),
             "factor": self._pacer.factor,
             "paused": self._paused,
-            "recorded": self._recorder.elapsed(context),
+            "recording": self._recorder.is_recording,
             "note": self._note,
         }
 

@@ -3,6 +3,7 @@
 import {Plot} from "./plot.js";
 
 const SLOW = 0.95; // a factor of real time below this is called slow
+const LONG = 50; // ms that drawing the scene may take before it is done less often
 const find = (id) => document.getElementById(id);
 const about = await (await fetch("about.json")).json();
 const plots = new Map(); // by their <figure>
@@ -12,7 +13,11 @@ function show() {
   document.title = `${about.name} - soft-gripper play`;
   find("name").textContent = about.name;
   find("description").textContent = about.description;
-  find("scene").addEventListener("load", openControls);
+  find("scene").addEventListener("load", () => {
+    const {viewer} = find("scene").contentWindow;
+    openControls(viewer.gui);
+    easeDrawing(viewer);
+  });
   find("scene").src = "scene";
   window.addEventListener("keydown", handOn);
   find("add").addEventListener("click", () => addPlot(Object.keys(about.plots)[0]));
@@ -30,11 +35,23 @@ function show() {
   about.shown.forEach(addPlot);
 }
 
-// Meshcat's controls are folded at first.
-function openControls() {
-  const {gui} = find("scene").contentWindow.viewer;
+// Meshcat's controls are folded at first, and its tree of the scene is not.
+function openControls(gui) {
+  gui.__folders.Scene?.close();
+  gui.width = Math.min(300, 0.55 * find("scene").clientWidth);
   gui.open();
-  gui.width = 340;
+}
+
+// Where graphics are slow, drawing takes half of the time: the rest is for the messages that say what to draw.
+function easeDrawing(viewer) {
+  const animate = viewer.animate.bind(viewer);
+  let due = 0;
+  viewer.animate = () => {
+    const began = performance.now();
+    if (began < due || !viewer.needs_render) return;
+    animate();
+    requestAnimationFrame((ended) => { due = ended - began > LONG ? ended + (ended - began) : 0; });
+  };
 }
 
 // Keys act wherever the page has been clicked, but not where they choose a signal.
@@ -74,8 +91,8 @@ function listen() {
 }
 
 function take({status, values}) {
-  const recording = status.recorded === null ? "" : ` · recording ${status.recorded.toFixed(1)} s`;
-  say((status.paused ? "paused" : "live") + recording, recording ? "recording" : status.paused ? "halted" : "");
+  say(`${status.paused ? "paused" : "live"}${status.recording ? ", recording" : ""}`,
+      status.recording ? "recording" : status.paused ? "halted" : "");
   find("time").textContent = `${status.time.toFixed(1)} s`;
   find("factor").textContent = `${status.factor.toFixed(2)} × real time`;
   find("factor").className = status.factor < SLOW ? "slow" : "";

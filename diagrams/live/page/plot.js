@@ -3,7 +3,7 @@
 const WINDOW = 10; // s
 const HUES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 const MARGIN = {left: 46, right: 8, top: 8, bottom: 18}; // px
-const LEAST = 0.02; // of the largest value: the smallest range that is drawn
+const LEAST = {"1": 1e-4}; // half the smallest range that is drawn; of what has a unit, 0.05 of it
 
 export class Plot {
   // `about`: unit, scale and signals with the labels of their entries; `legend`: where the lines are named.
@@ -67,7 +67,7 @@ export class Plot {
       }
     }
     if (low > high) return [-1, 1];
-    const room = Math.max(0.05 * (high - low), LEAST * Math.max(Math.abs(low), Math.abs(high)), 1e-6);
+    const room = Math.max(0.05 * (high - low), LEAST[this.about.unit] ?? 0.05);
     return [low - room, high + room];
   }
 
