@@ -19,7 +19,6 @@ _OPTIONS = (
     "no-sandbox",
     "disable-gpu",
     "enable-unsafe-swiftshader",
-    "window-size=1000,700",
     "no-first-run",
     "disable-background-networking",
     "disable-component-update",
@@ -33,14 +32,14 @@ def open_offline(page: Path, profile: Path) -> Any:
     return open_url(page.as_uri(), profile)
 
 
-def open_url(url: str, profile: Path) -> Any:
-    """The same for an address, which may be of this machine."""
+def open_url(url: str, profile: Path, window: str = "1000,700") -> Any:
+    """The same for an address, which may be of this machine, and a size of the window in pixels."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     if _BROWSER is None or _DRIVER is None:
         pytest.skip("needs chromium (or google-chrome) and chromedriver on the PATH")
     options = webdriver.ChromeOptions()
     options.binary_location = _BROWSER
-    for option in (*_OPTIONS, f"user-data-dir={profile}"):
+    for option in (*_OPTIONS, f"user-data-dir={profile}", f"window-size={window}"):
         options.add_argument(f"--{option}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(_DRIVER))
