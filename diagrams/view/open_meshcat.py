@@ -14,6 +14,5 @@ def open_meshcat(host: str = "*") -> Meshcat:
     try:
         return Meshcat(MeshcatParams(host=host))
     except RuntimeError as error:
-        raise InputError(
-            "Meshcat", "port", "7000 to 7099", f"none is free; end other viewers ({first_line(error)})"
-        ) from None
+        expected = f"none is free at {host}; end other viewers ({first_line(error)})"
+        raise InputError("Meshcat", "port", "7000 to 7099", expected) from None

@@ -19,6 +19,7 @@ from soft_gripper.diagrams.recording.recording import Recording
 
 LONG = 60.0  # s, for whatever a busy machine may take
 PRESSURE, BEND = "left_finger.pressure", "left_finger.theta"
+ROW = "//li[contains(@class, 'cr')][.//span[@class='property-name' and starts-with(text(), '{}')]]"  # of controls
 BLUE = (0, 114, 178)  # of the first finger in the plots
 
 
@@ -73,19 +74,18 @@ def wait_until(holds: Callable[[], object]) -> None:
 @pytest.fixture
 def driver(played: Played, tmp_path: Path) -> Iterator[Any]:
     """A browser that shows it, small, since there may be no graphics card."""
-    driver = open_url(played.url, tmp_path / "profile", "700,400")
+    driver = open_url(played.url, tmp_path / "profile", "820,400")
     driver.set_script_timeout(LONG)
     wait_until(lambda: driver.find_element("id", "mode").text == "live")
     driver.switch_to.frame("scene")
-    wait_until(lambda: len(driver.find_elements("css selector", ".slider")) == 3)
+    wait_until(lambda: driver.find_elements("xpath", ROW.format("left_finger")))
     yield driver
     driver.quit()
 
 
 def control(driver: Any, name: str) -> Any:
     """What is to be clicked of a slider, in its middle, or of a button."""
-    rows = driver.find_elements("css selector", ".dg li.cr")
-    (row,) = [row for row in rows if row.text.strip().startswith(name)]
+    row = driver.find_element("xpath", ROW.format(name))
     return next(iter(row.find_elements("css selector", ".slider")), row)
 
 
