@@ -7,6 +7,7 @@ from typing import Any
 from pydrake.geometry import Meshcat
 
 from soft_gripper.diagrams.live.control_panel import Button, ControlPanel
+from soft_gripper.diagrams.live.interrupts import held_back
 from soft_gripper.diagrams.live.pacer import Pacer
 from soft_gripper.diagrams.live.recorder import Recorder
 from soft_gripper.diagrams.live.signal_feed import SignalFeed
@@ -40,13 +41,15 @@ class Session:
 
     def run(self) -> None:
         """Plays until the user stops it."""
-        try:
-            while Button.STOP not in (pressed := self._panel.pressed()):
-                for button in pressed:
-                    self._react(button)
-                self._wait() if self._paused else self._play()
-        finally:
-            self._keep_recording()
+        with held_back() as let_through:
+            try:
+                while Button.STOP not in (pressed := self._panel.pressed()):
+                    for button in pressed:
+                        self._react(button)
+                    self._wait() if self._paused else self._play()
+                    let_through()
+            finally:
+                self._keep_recording()
 
     def _react(self, button: Button) -> None:
         if button == Button.PAUSE:

@@ -1,5 +1,6 @@
 """A session, its user's clicks coming between the frames as a browser would send them."""
 
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -101,6 +102,21 @@ def test_a_recording_is_written_when_the_session_ends(shown, play: Play, tmp_pat
     with pytest.raises(KeyboardInterrupt):
         play(_1=lambda: click(shown[1], Button.RECORD), _3=end)
     assert (tmp_path / "1" / "replay.html").exists()
+
+
+def test_ctrl_c_in_the_middle_of_a_frame_waits_for_its_end(shown, play: Play, tmp_path: Path, monkeypatch) -> None:
+    real = session_module.advance
+
+    def interrupted(simulator, station, time) -> None:
+        real(simulator, station, time)
+        if time > 0.12:
+            signal.raise_signal(signal.SIGINT)
+            simulator.get_context()  # where Python would notice
+
+    monkeypatch.setattr(session_module, "advance", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        play(_1=lambda: click(shown[1], Button.RECORD), _9=lambda: None)
+    assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.15)
 
 
 def test_divergence_is_reported_and_reset_goes_on(shown, play: Play, monkeypatch) -> None:
