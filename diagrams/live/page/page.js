@@ -35,11 +35,11 @@ function show() {
   about.shown.forEach(addPlot);
 }
 
-// Meshcat's controls are folded at first, and its tree of the scene is not.
+// Meshcat's controls are folded at first, and its tree of the scene is not. In a narrow window they would hide the scene.
 function openControls(gui) {
   gui.__folders.Scene?.close();
-  gui.width = Math.min(300, 0.55 * find("scene").clientWidth);
-  gui.open();
+  gui.width = 300;
+  if (!matchMedia("(max-width: 800px)").matches) gui.open();
 }
 
 // Where graphics are slow, drawing takes half of the time: the rest is for the messages that say what to draw.
