@@ -14,6 +14,7 @@ from soft_gripper.commands import (
     evaluate,
     grasp_trials,
     place_sensors,
+    play,
     recognition,
     run,
     sweep,
@@ -38,6 +39,7 @@ from soft_gripper.folder_claims import release_folders
 
 COMMANDS = (
     run,
+    play,
     evaluate,
     sweep,
     grasp_trials,

@@ -59,9 +59,9 @@ def _run(options: argparse.Namespace) -> int:
 
 def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> Evaluation:
     """Runs the scenarios, and prints what comes of them."""
-    names = unfinished(out) if resume else list(RUNS)
-    duration = sum(load_scenario(name).duration for name in names)
     try:
+        names = unfinished(out) if resume else list(RUNS)
+        duration = sum(load_scenario(name).duration for name in names)
         with console.seconds(duration, f"scenarios: {len(names)}") as bar:
             run_scenarios(names, out, executor, bar.update)
     except KeyboardInterrupt:

@@ -44,7 +44,7 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
     if meshcat is not None:
         meshcat.StartRecording(frames_per_second=1 / PERIOD)
     for time in _pauses(station.scenario):
-        _advance(simulator, station, time)
+        advance(simulator, station, time)
         if progress is not None:
             progress(simulator.get_context().get_time())
         if station.task is not None and station.task.is_over(
@@ -87,7 +87,12 @@ def solver_config(scenario: Scenario) -> SimulatorConfig:
     return config
 
 
-def _advance(simulator: Simulator, station: Station, time: float) -> None:
+def advance(simulator: Simulator, station: Station, time: float) -> None:
+    """Advances to a time, s.
+
+    Raises:
+        SimulationDivergedError: if the state leaves the finite numbers.
+    """
     failure = None
     try:
         simulator.AdvanceTo(time)

@@ -1,4 +1,4 @@
-"""A headless browser without a network, for pages that are to open offline."""
+"""A headless browser without a network, for pages that are to open offline, or that this machine serves."""
 
 import io
 import shutil
@@ -19,27 +19,31 @@ _OPTIONS = (
     "no-sandbox",
     "disable-gpu",
     "enable-unsafe-swiftshader",
-    "window-size=1000,700",
     "no-first-run",
     "disable-background-networking",
     "disable-component-update",
     "disable-sync",
-    "host-resolver-rules=MAP * ~NOTFOUND",
+    "host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost",
 )
 
 
 def open_offline(page: Path, profile: Path) -> Any:
-    """Selenium's driver of a browser that shows `page`; skips the test where there is none."""
+    """Selenium's driver of a browser that shows a file; skips the test where there is none."""
+    return open_url(page.as_uri(), profile)
+
+
+def open_url(url: str, profile: Path, window: str = "1000,700") -> Any:
+    """The same for an address, which may be of this machine, and a size of the window in pixels."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     if _BROWSER is None or _DRIVER is None:
         pytest.skip("needs chromium (or google-chrome) and chromedriver on the PATH")
     options = webdriver.ChromeOptions()
     options.binary_location = _BROWSER
-    for option in (*_OPTIONS, f"user-data-dir={profile}"):
+    for option in (*_OPTIONS, f"user-data-dir={profile}", f"window-size={window}"):
         options.add_argument(f"--{option}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(_DRIVER))
-    driver.get(page.as_uri())
+    driver.get(url)
     return driver
 
 

@@ -28,6 +28,7 @@ LAYERS = (
     "diagrams/hardware",
     "diagrams/replay",
     "diagrams",
+    "diagrams/live",
     "pictures",
     "evaluation/executor",
     "evaluation",

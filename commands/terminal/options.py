@@ -2,6 +2,8 @@
 
 import argparse
 
+from pydrake.geometry import Meshcat
+
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
@@ -9,9 +11,13 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 
 
-def add_scenario_options(parser: argparse.ArgumentParser) -> None:
-    """The scenario, and what of it is changed on the command line."""
-    parser.add_argument("scenario", help="a shipped scenario (see `soft-gripper list`) or a YAML file")
+def add_scenario_options(parser: argparse.ArgumentParser, default: str | None = None) -> None:
+    """The scenario, or one that is the default, and what of it is changed on the command line."""
+    described = "a shipped scenario (see `soft-gripper list`) or a YAML file"
+    if default is None:
+        parser.add_argument("scenario", help=described)
+    else:
+        parser.add_argument("scenario", nargs="?", default=default, help=f"{described}; default: {default}")
     parser.add_argument("--sections", metavar="N", help="sensors along each path of a finger")
     parser.add_argument(
         "--set",
@@ -29,12 +35,16 @@ def chosen_scenario(options: argparse.Namespace) -> Scenario:
 
 
 def chosen_station(options: argparse.Namespace) -> Station:
-    """The station of that scenario; mistakes that show when it is built name the scenario too."""
-    scenario = chosen_scenario(options)
+    """The station of that scenario."""
+    return station_of(options.scenario, chosen_scenario(options))
+
+
+def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
+    """The station of a scenario; mistakes that show when it is built name the scenario too."""
     try:
-        station = make_station(scenario)
+        station = make_station(scenario, meshcat)
     except InputError as error:
-        raise error.inside(options.scenario) from None
+        raise error.inside(name) from None
     if not station.fingers:
-        raise InputError(options.scenario, "models", [m.file for m in scenario.models], "there is no <finger> in them")
+        raise InputError(name, "models", [m.file for m in scenario.models], "there is no <finger> in them")
     return station

@@ -39,6 +39,14 @@ class SignalLogs(Diagram):
         time: Array = next(iter(vectors.values())).sample_times()
         return time, derive(self._sources, time, {port: log.data().T for port, log in vectors.items()} | values)
 
+    def clear(self, root_context: Context) -> None:
+        """Forgets all samples, in the context of the whole diagram."""
+        for port, sink in self._sinks.items():
+            if _is_vector(port):
+                sink.FindMutableLog(root_context).Clear()
+            else:
+                sink.values(root_context).clear()
+
 
 def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:
     """Adds `logs` to any diagram; `read_logs` makes a Recording of all signals of them after a run.

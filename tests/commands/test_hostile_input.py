@@ -145,7 +145,7 @@ def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
 
 
 def test_no_port_for_meshcat(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail() -> None:
+    def fail(_: object) -> None:
         raise RuntimeError("Meshcat failed to open a websocket port.")
 
     monkeypatch.setattr(meshcats, "Meshcat", fail)

@@ -1,0 +1,1 @@
+"""A station that is simulated in real time, commanded and watched in a browser."""
