@@ -8,17 +8,20 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-# What hardly depends on Python and takes long runs on one of them.
-ON_NEWER = --ignore=tests/fuzz --ignore=tests/physics --ignore=tests/commands --ignore=tests/evaluation/report
-
-.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
+.PHONY: evaluate fuzz test test-slow test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
 
+PYTEST = python -m pytest -n 2 --dist loadscope
+
 test: $(READY)
-	$(BIN)/python -m pytest -n 2 --dist loadscope
+	$(BIN)/$(PYTEST) -m "not slow"
 	@$(MAKE) --no-print-directory test-newer
+
+# Long runs, which hardly depend on Python.
+test-slow: $(READY)
+	$(BIN)/$(PYTEST) -m slow
 
 test-newer:
 ifeq ($(NEWER),)
@@ -26,11 +29,11 @@ ifeq ($(NEWER),)
 else
 	$(NEWER) -m venv .venv-newer
 	.venv-newer/bin/python -m pip install -q -c constraints.txt -e .[dev]
-	.venv-newer/bin/python -m pytest -n 2 --dist loadscope $(ON_NEWER)
+	.venv-newer/bin/$(PYTEST) -m "not slow"
 endif
 
 check: lint types
-	$(BIN)/python -m pytest -n 2 --dist loadscope
+	$(BIN)/$(PYTEST) -m "not slow"
 
 lint: $(READY)
 	$(BIN)/ruff format --check .

@@ -29,6 +29,7 @@ def run():
     return run_file
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_is_short_and_runs(run, name):
     assert len(EXAMPLES[name].read_text().splitlines()) <= 40

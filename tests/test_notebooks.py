@@ -36,6 +36,7 @@ def test_there_are_notebooks() -> None:
     assert NOTEBOOKS
 
 
+@pytest.mark.slow
 def test_runs_from_top_to_bottom(notebook: NotebookNode, tmp_path: Path) -> None:
     # Without folders to search there is no kernel but the one of the Python that runs the tests.
     specs = KernelSpecManager(kernel_dirs=[])

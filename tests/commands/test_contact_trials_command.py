@@ -33,6 +33,7 @@ def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     np.testing.assert_allclose(arrays.friction, 0.45)
 
 
+@pytest.mark.slow
 def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made, again = tmp_path / "made", tmp_path / "again"
     assert dispatch(["contact-trials", "--trials", "2", "--friction", "0", "--jobs", "1", "--out", str(made)]) == 0

@@ -26,6 +26,8 @@ from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRI
 from soft_gripper.evaluation.report.report import Evaluation
 from soft_gripper.files import atomic_folder
 
+pytestmark = pytest.mark.slow
+
 SECTIONS = (1, 2, 3, 4)
 OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}
 

@@ -47,6 +47,7 @@ def identify(*arguments, free=("youngs_modulus",), jobs=1, out="out/fitted.urdf"
     )
 
 
+@pytest.mark.slow
 def test_same_files_from_one_process_and_from_two(files):
     written = []
     for jobs in (1, 2):

@@ -36,6 +36,7 @@ def tiny(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_scenarios_and_their_recordings_lead_to_the_same_placement(tiny, tmp_path):
     scenarios = ",".join(str(tiny / f"{name}.yaml") for name in ("free_bending", "obstructed_inside"))
     recordings = [tiny / name / "recording.nc" for name in ("free_bending", "obstructed_inside")]

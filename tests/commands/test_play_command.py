@@ -17,6 +17,8 @@ from command_line import LISTENING, soft_gripper
 
 from soft_gripper.diagrams.recording.recording import Recording
 
+pytestmark = pytest.mark.slow
+
 LONG = 60.0  # s, for whatever a busy machine may take
 PRESSURE, BEND = "left_finger.pressure", "left_finger.theta"
 ROW = "//li[contains(@class, 'cr')][.//span[@class='property-name' and starts-with(text(), '{}')]]"  # of controls

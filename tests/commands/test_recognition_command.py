@@ -22,6 +22,7 @@ FILES = {
 }
 
 
+@pytest.mark.slow
 def test_a_handful_of_grasps_leads_to_models_a_table_and_a_figure(tmp_path):
     done = soft_gripper("recognition", "--train", 2, "--test", 1, "--jobs", 2, "--out", tmp_path)
     assert done.code == 0

@@ -44,6 +44,7 @@ def records(file: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(table))
 
 
+@pytest.mark.slow
 def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(scenario, tmp_path):
     done = soft_gripper("grasp-trials", "--scenario", scenario(), "--trial", "4", "--seed", "2", "--out", tmp_path)
     assert done.code == 0
@@ -80,6 +81,7 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
     assert np.max(forces) > weight / 2 / kept.models[3].mesh.friction
 
 
+@pytest.mark.slow
 def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path):
     file = scenario(BRIEF)
     done = soft_gripper("grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)

@@ -23,6 +23,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.slow
 def test_tune_prints_the_table_and_the_gains():
     outcome = soft_gripper("tune", *SHORT, "--evaluations", 5, terminal=True)
     assert outcome.code == 0

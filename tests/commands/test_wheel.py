@@ -16,6 +16,8 @@ from command_line import short
 
 from soft_gripper.diagrams.schema.scenario_file import SHIPPED
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 NOT_SOURCE = shutil.ignore_patterns(".*", "__pycache__", "build", "dist", "results", "*.egg-info")
 Run = Callable[..., str]

@@ -74,6 +74,7 @@ def test_memory_is_that_of_the_true_angles(free: dict[str, Recording], shipped_f
     assert memory.max() > 0.02
 
 
+@pytest.mark.slow
 def test_a_grip_keeps_its_force(grip: dict[str, Recording]) -> None:
     """Within 2 % from the first second on, though the fingers creep all the while; contact is kept."""
     force = values(grip["aware"], "true_contact_force", 1.2)

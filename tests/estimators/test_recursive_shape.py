@@ -118,6 +118,7 @@ def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layou
     np.testing.assert_array_equal(before.mean[slow], after.mean[slow])
 
 
+@pytest.mark.slow
 def test_a_drifting_sensor_is_followed(layout, shipped_finger):
     """2 % over a minute: a third of what it costs an estimate that knows no offsets, or less."""
     time = np.arange(6000) * PERIOD

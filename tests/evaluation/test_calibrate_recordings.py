@@ -13,6 +13,8 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.calibrate_recordings import calibrate_recordings
 
+pytestmark = pytest.mark.slow
+
 STEPS = ["pressure.steps.all=[0, 60e3, 120e3, 60e3, -30e3]", "pressure.settle=0.5", "pressure.hold_samples=20"]
 BELIEF = ["believed.youngs_modulus=+15 %", "believed.layer_modulus=+15 %"]  # the neutral axis stays
 ERRORS = "sensor.errors={gain_error: 0.05, offset: 0.005, noise: 0.001, hysteresis: 0.005}"

@@ -19,6 +19,8 @@ from soft_gripper.evaluation.pid_regimes import (
     run_regimes,
 )
 
+pytestmark = pytest.mark.slow
+
 NAME = "tip_distance_steps"
 
 

@@ -42,6 +42,7 @@ def test_cost_counts_overshoot_beyond_two_percent():
     assert step_cost(table) == pytest.approx(0.6 + 0.3 / 2)
 
 
+@pytest.mark.slow
 def test_tuning_lowers_the_cost(two_steps):
     costs = []
     best = tune(two_steps, HereExecutor(), 8, lambda gains, cost: costs.append(cost))

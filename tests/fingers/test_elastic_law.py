@@ -147,6 +147,7 @@ def test_estimators_know_the_law(gripper):
         assert np.abs(estimated).max() < 2e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
 @pytest.mark.parametrize("name", scenario_names())
 def test_runs_in_every_scenario(gripper, name, time_step):

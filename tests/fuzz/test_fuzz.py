@@ -14,6 +14,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from inputs import KINDS, Input
 from sandbox import Ended, Sandbox
 
+pytestmark = pytest.mark.slow
+
 NUMBER = int(os.environ.get("FUZZ", "0"))  # inputs of every kind; 0: few, and always the same
 LIMIT = 120.0  # s of a call, which takes a tenth of a second as a rule: the machine may be busy
 LONGEST = 3000  # characters of a complaint

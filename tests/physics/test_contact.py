@@ -15,6 +15,8 @@ from soft_gripper.evaluation.paper.held_steps import held_samples
 from soft_gripper.evaluation.paper.pose_table import PoseRow, pose_table
 from soft_gripper.fingers.kinematics import forward_kinematics
 
+pytestmark = pytest.mark.slow
+
 GRASPED = {"box_grasp": "box", "irregular_grasp": "irregular"}
 CONTACT = ("obstructed_inside", "obstructed_outside", *GRASPED)
 WEIGHT = {"box": 0.05 * 9.81, "irregular": 0.06 * 9.81}  # N

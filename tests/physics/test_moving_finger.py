@@ -19,6 +19,8 @@ from soft_gripper.diagrams.simulation import simulate, solver_config
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.estimation.torque_balance import SAMPLES
 
+pytestmark = pytest.mark.slow
+
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 SLIDE = "<link name='flange'/>" + joint("prismatic", "base", "flange", "1 0 0", effort=1e5)
 LARGEST = 2e-3  # N m, at the base joint

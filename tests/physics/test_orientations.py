@@ -10,6 +10,8 @@ from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, Task
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 
+pytestmark = pytest.mark.slow
+
 FINGERS = ("left_finger", "right_finger")
 X, Y, Z = np.eye(3)
 BASE = 0.03  # m, where the fingers of the gripper begin

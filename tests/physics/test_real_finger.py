@@ -38,6 +38,7 @@ def overrides(scenario, real):
     return [f"models.{i}.file={real(Path(m.file).name)}" for i, m in enumerate(models) if "/grippers/" in m.file]
 
 
+@pytest.mark.slow
 def test_a_grasp_comes_out_alike_in_both_kinds_of_plant(real):
     changes = [*SHORT, *overrides("box_grasp", real)]
     angles = []

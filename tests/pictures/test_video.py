@@ -18,6 +18,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.pictures.film import FOOTER, Film
 from soft_gripper.pictures.video import check_video, write_video
 
+pytestmark = pytest.mark.slow
+
 FRAMES = 6  # ten a second
 SIZE = (200, 100)
 Run = tuple[Scenario, Recording]

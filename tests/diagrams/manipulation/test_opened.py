@@ -14,6 +14,8 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.manipulation.task_phases import Outcome
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
+pytestmark = pytest.mark.slow
+
 APPROACH, OVER_THE_OBJECT = 0, 0.1  # number of the phase; m, its height
 BENT = 0.02  # rad, toward the object, of every joint of a blocked finger
 SHORT = ["task.timeout=0.5"]

@@ -55,6 +55,7 @@ def assert_same(found, expected):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_a_recording_is_what_the_blocks_compute(name):
     found, expected, logs = run(*SCENARIOS[name])

@@ -16,6 +16,8 @@ from soft_gripper.estimation.gripper_opening import Gripper
 from soft_gripper.estimation.torque_balance import SAMPLES
 from soft_gripper.evaluation.step_table import step_table
 
+pytestmark = pytest.mark.slow
+
 HOLD = 4.0
 GAINS = "control.gains={kp: 7.0e4, ki: 6.7e6, kd: 400}"
 TORQUE_GAINS = "control.torque_gains={kp: 2.0e5, ki: 4.0e6}"

@@ -68,6 +68,7 @@ def workers(address: str) -> Iterator["list[subprocess.Popen[bytes]]"]:
     time.sleep(1.0)  # until the scheduler has noticed
 
 
+@pytest.mark.slow
 def test_a_sweep_is_the_same_as_in_processes_here(address, workers, tmp_path):
     here, there = tmp_path / "here", tmp_path / "there"
     assert soft_gripper(*SWEEP, "--jobs", 2, "--out", here).code == 0

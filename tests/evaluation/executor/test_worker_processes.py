@@ -121,6 +121,7 @@ def interrupted(folder: Path) -> None:
         raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_processes_end_when_their_parent_has_gone(tmp_path, number):
     (tmp_path / "begun").mkdir()

@@ -94,6 +94,7 @@ def test_the_figure_shows_every_count_and_the_share_that_is_right():
         np.testing.assert_allclose(axes.images[0].get_array(), matrix / 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_shipped_model_recognizes_a_grasp_that_it_has_not_seen(shape):
     """Trained for another finger or other pressures, it would not."""

@@ -24,6 +24,7 @@ def replayed(arms, arm_finger):
     return replay_recordings(arms, None, ROWS, arm_finger, DOWN)
 
 
+@pytest.mark.slow
 def test_each_is_fitted_to_the_others(replayed):
     assert [one.name for one in replayed] == ["run_0", "run_1", "run_2", "run_3"]
     assert replayed[1].fitted_on == ("run_0", "run_2", "run_3")

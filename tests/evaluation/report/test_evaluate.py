@@ -218,6 +218,7 @@ def test_a_summary_leaves_all_rows_and_a_report(summarized):
     assert set(figures) == {path.stem for path in out.glob("*.svg")} == set(CAPTIONS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", ["at the beginning", "in the middle"])
 def test_interrupted_evaluation_says_what_is_missing(tmp_path, moment):
     """Ctrl-C reaches the whole process group, workers too."""
