@@ -59,7 +59,7 @@ class Gripper:
         return self._origins + x[..., None] * self._axes[:, 0] + z[..., None] * self._axes[:, 1]
 
     def curve(self, finger: int, planar: Planar) -> Array:
-        """Points of one finger's bending plane, (M) m in its B, as points in G, (M, 3) m."""
+        """Points of one finger's bending plane, (..., M) m in its B, as points in G, (..., M, 3) m."""
         return self._origins[finger] + as_points(planar) @ self._axes[finger]
 
     def opening(self, tips: Array) -> Array:
