@@ -96,7 +96,7 @@ class ArrayBlock(LeafSystem):
         value = self._read_all(function, self._reads(sources))
 
         def calc(context: Context, output: BasicVector) -> None:
-            output.SetFromVector(np.ravel(value(context)))
+            output.SetFromVector(np.asarray(value(context)).reshape(-1))
 
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets(sources))
         describe(port, unit, meanings, **axes)

@@ -1,4 +1,8 @@
-"""What the blocks cost, counted in calls, of Python and of C, which no other load on the machine changes."""
+"""What the blocks cost, counted in calls, of Python and of C, which no other load on the machine changes.
+
+From drake 1.58 on pydrake's own functions do not count, but copy the vectors that they return by numpy.copy, which is
+left out; so the limits are those of drake 1.51.
+"""
 
 import sys
 from collections import Counter
@@ -11,6 +15,7 @@ from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 
 SECONDS = 0.5
+COPIES = ("copy", "_copy_dispatcher")  # of numpy
 
 
 def calls_per_sample(scenario, begin):
@@ -19,7 +24,7 @@ def calls_per_sample(scenario, begin):
     ApplySimulatorConfig(solver_config(scenario), simulator)
     simulator.AdvanceTo(begin)
     calls = Counter()
-    sys.setprofile(lambda frame, event, _: calls.update([event]))
+    sys.setprofile(lambda frame, event, _: calls.update([event] * (frame.f_code.co_name not in COPIES)))
     try:
         simulator.AdvanceTo(begin + SECONDS)
     finally:
@@ -29,7 +34,7 @@ def calls_per_sample(scenario, begin):
 
 @pytest.mark.parametrize(
     ("name", "begin", "limit"),
-    [("free_bending", 0.5025, 195), ("box_grasp", 10.0025, 245), ("pick_and_place_box", 0.5025, 640)],
+    [("free_bending", 0.5025, 157), ("box_grasp", 10.0025, 205), ("pick_and_place_box", 0.5025, 550)],
 )
 def test_a_sample_takes_few_calls(name, begin, limit):
     """All two fingers, in the box grasp while they touch it."""
