@@ -19,7 +19,7 @@ class _Step(NamedTuple):
     """Something that is known of a sample."""
 
     read: Callable[[Context], Any]
-    ticket: Any
+    tickets: set[Any]
     sources: tuple[str, ...] = ()
     over_time: Callable[..., Any] | None = None  # from those of the sources, at all samples; None: only a run knows
     period: float | None = None  # s, of the samples that it remembers, if it does
@@ -42,7 +42,7 @@ class ArrayBlock(LeafSystem):
     def take(self, name: str, size: int) -> InputPort:
         """Declares a vector input and the step of its name."""
         port = self.DeclareVectorInputPort(name, size)
-        self._steps[name] = _Step(port.Eval, port.ticket())
+        self._steps[name] = _Step(port.Eval, {port.ticket()})
         return port
 
     def derive(
@@ -53,19 +53,18 @@ class ArrayBlock(LeafSystem):
         `over_time` takes the place of the function where it is for a single sample.
         """
         reads, tickets = self._reads(sources), self._tickets(sources)
-        step = _Step(self._read_all(function, reads), None, sources, over_time or function)
+        step = _Step(self._read_all(function, reads), set(), sources, over_time or function)
         self._keep(name, step, tickets)
 
     def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
         """Declares a step, and an output that holds it, of what is no array; at all samples it is a list."""
-        self._keep(name, _Step(function, None, is_logged=True), tickets)
-        read = self._steps[name].read
-        self.DeclareAbstractOutputPort(
+        port = self.DeclareAbstractOutputPort(
             name,
             lambda: AbstractValue.Make(object()),
-            lambda context, value: value.set_value(read(context)),
-            {self._steps[name].ticket},
+            lambda context, value: value.set_value(function(context)),
+            tickets,
         )
+        self._steps[name] = _Step(port.Eval, tickets, is_logged=True)
 
     def remember(
         self,
@@ -80,7 +79,7 @@ class ArrayBlock(LeafSystem):
         `over_time` gives it at all samples of a recording, from the times of these, (T,) s, and the sources, if they
         are `period` s apart; None: what is remembered follows from a run alone.
         """
-        step = _Step(function, None, ("time", *sources), over_time, period)
+        step = _Step(function, set(), ("time", *sources), over_time, period)
         self._keep(name, step, self._tickets(sources) | {self.xd_ticket()})
 
     def put_out(
@@ -97,7 +96,7 @@ class ArrayBlock(LeafSystem):
         value = self._read_all(function, self._reads(sources))
 
         def calc(context: Context, output: BasicVector) -> None:
-            output.SetFromVector(np.ravel(value(context)))
+            output.SetFromVector(np.asarray(value(context)).reshape(-1))
 
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets(sources))
         describe(port, unit, meanings, **axes)
@@ -163,7 +162,7 @@ class ArrayBlock(LeafSystem):
 
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
         entry = self.DeclareCacheEntry(name, producer, tickets)
-        self._steps[name] = step._replace(read=entry.Eval, ticket=self.cache_entry_ticket(entry.cache_index()))
+        self._steps[name] = step._replace(read=entry.Eval, tickets={self.cache_entry_ticket(entry.cache_index())})
 
     @staticmethod
     def _read_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:
@@ -173,4 +172,4 @@ class ArrayBlock(LeafSystem):
         return [self._steps[source].read for source in sources]
 
     def _tickets(self, sources: Sequence[str]) -> set[Any]:
-        return {self._steps[source].ticket for source in sources}
+        return {ticket for source in sources for ticket in self._steps[source].tickets}

@@ -33,6 +33,6 @@ def check_uris(path: Path, root: ET.Element) -> None:
             uri = text.strip()
             if uri.startswith(_SCHEMES):
                 check_inside(path, uri)
-            elif os.path.exists(file := os.path.join(path.parent, uri.removeprefix("file://"))):
+            elif uri and os.path.exists(file := os.path.join(path.parent, uri.removeprefix("file://"))):
                 expected = "is no regular file"
                 require(os.path.isfile(file) or os.path.isdir(file), path, "file", uri, expected)

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, PortDataType
-from pydrake.systems.primitives import VectorLogSink
+from pydrake.systems.primitives import Multiplexer, VectorLogSink
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.derived_signals import Logged, SignalSources, Source, derive
@@ -12,7 +13,10 @@ from soft_gripper.signals import Signal, signal_of
 
 
 class SignalLogs(Diagram):
-    """Keeps what signals follow from, sampled each `period` s; an input port for each."""
+    """Keeps what signals follow from, sampled each `period` s; an input port for each.
+
+    Vectors go into one log side by side: every system more in a diagram costs at every step.
+    """
 
     def __init__(self, signals: Mapping[str, OutputPort], sources: Mapping[str, Source], period: float):
         """`signals` are vector ports by the names that a recording gives them; what they carry is read from them."""
@@ -20,32 +24,39 @@ class SignalLogs(Diagram):
         builder = DiagramBuilder()
         self.signals: dict[str, Signal] = {name: signal_of(port) for name, port in signals.items()}
         self._sources = dict(sources)
-        self._sinks: dict[OutputPort, VectorLogSink | ValueLog] = {}
-        for port, name in _logged_ports(sources).items():
-            sink = VectorLogSink(port.size(), period) if _is_vector(port) else ValueLog(period)
-            self._sinks[port] = builder.AddNamedSystem(name, sink)
-            builder.ExportInput(sink.get_input_port(), name)
+        logged = _logged_ports(sources)
+        self._vectors = {port: name for port, name in logged.items() if _is_vector(port)}
+        self._values: dict[OutputPort, ValueLog] = {}
+        together = builder.AddNamedSystem("vectors", Multiplexer([port.size() for port in self._vectors]))
+        self._sink = builder.AddNamedSystem("log", VectorLogSink(together.get_output_port().size(), period))
+        builder.Connect(together.get_output_port(), self._sink.get_input_port())
+        for i, name in enumerate(self._vectors.values()):
+            builder.ExportInput(together.get_input_port(i), name)
+        for port, name in logged.items():
+            if port not in self._vectors:
+                self._values[port] = builder.AddNamedSystem(name, ValueLog(period))
+                builder.ExportInput(self._values[port].get_input_port(), name)
         builder.BuildInto(self)
 
     @property
     def logged(self) -> list[OutputPort]:
         """The ports that have a log, in the order of the inputs."""
-        return list(self._sinks)
+        return [*self._vectors, *self._values]
 
     def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
         """Times, (T,) s, and all signals, (T, size) each, in the context of the whole diagram."""
-        vectors = {port: sink.FindLog(root_context) for port, sink in self._sinks.items() if _is_vector(port)}
-        values = {port: sink.values(root_context) for port, sink in self._sinks.items() if not _is_vector(port)}
-        time: Array = next(iter(vectors.values())).sample_times()
-        return time, derive(self._sources, time, {port: log.data().T for port, log in vectors.items()} | values)
+        log = self._sink.FindLog(root_context)
+        ends = np.cumsum([port.size() for port in self._vectors])
+        vectors = dict(zip(self._vectors, np.split(log.data().T, ends[:-1], axis=1), strict=True))
+        values = {port: sink.values(root_context) for port, sink in self._values.items()}
+        time: Array = log.sample_times()
+        return time, derive(self._sources, time, vectors | values)
 
     def clear(self, root_context: Context) -> None:
         """Forgets all samples, in the context of the whole diagram."""
-        for port, sink in self._sinks.items():
-            if _is_vector(port):
-                sink.FindMutableLog(root_context).Clear()
-            else:
-                sink.values(root_context).clear()
+        self._sink.FindMutableLog(root_context).Clear()
+        for sink in self._values.values():
+            sink.values(root_context).clear()
 
 
 def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:

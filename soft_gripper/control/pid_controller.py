@@ -1,11 +1,18 @@
 """SampledPidController: a PID for sampled signals, with limits."""
 
 from dataclasses import dataclass
+from math import isfinite, isnan, nan
+from typing import NamedTuple
 
-import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
 
-from soft_gripper.arrays import Array
+
+class Step(NamedTuple):
+    """What one sample leads to."""
+
+    memory: list[float]  # after it, before back-calculation: I, d, y, u
+    unlimited: float  # v
 
 
 @dataclass
@@ -52,37 +59,41 @@ class SampledPidController(LeafSystem):
         self._set_point = self.DeclareVectorInputPort("set_point", 1)
         self._measurement = self.DeclareVectorInputPort("measurement", 1)
         self._applied = self.DeclareVectorInputPort("applied", 1)
-        self.DeclareDiscreteState([0.0, 0.0, np.nan, initial_output])  # I, d, y, u
+        self.DeclareDiscreteState([0.0, 0.0, nan, initial_output])  # I, d, y, u
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         followed = {self._set_point.ticket(), self._measurement.ticket(), self.xd_ticket()}
-        self.DeclareVectorOutputPort("output", 1, self._calc_output, followed)
+        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc_step)
+        self._step = self.DeclareCacheEntry("step", producer, followed)
+        stepped = {self.cache_entry_ticket(self._step.cache_index())}
+        self.DeclareVectorOutputPort("output", 1, self._calc_output, stepped)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        memory, unlimited = self._step(context)
-        applied = self._applied.Eval(context)[0] if self._applied.HasValue(context) else memory[3]
-        if np.isfinite(applied - unlimited):
-            memory[0] += self._period * (applied - unlimited) / self._gains.tracking_time
-        values.set_value(memory)
+        memory, unlimited = self._step.Eval(context)
+        integral, derivative, measurement, given = memory
+        applied = float(self._applied.Eval(context)[0]) if self._applied.HasValue(context) else given
+        if isfinite(applied - unlimited):
+            integral += self._period * (applied - unlimited) / self._gains.tracking_time
+        values.set_value([integral, derivative, measurement, given])
 
     def _calc_output(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self._step(context)[0][3]])
+        output.SetAtIndex(0, self._step.Eval(context).memory[3])
 
     def _read(self, context: Context) -> tuple[float, float]:
         measurement = float(self._measurement.Eval(context)[0])
         return measurement, float(self._set_point.Eval(context)[0]) - measurement
 
-    def _step(self, context: Context) -> tuple[Array, float]:
-        """The memory after a sample of the present inputs, before back-calculation: I, d, y, u; and the output v."""
-        memory = context.get_discrete_state_vector().value().copy()
+    def _calc_step(self, context: Context, value: AbstractValue) -> None:
+        memory = context.get_discrete_state_vector().value().tolist()
         integral, derivative, last, held = memory
         measurement, error = self._read(context)
-        if not np.isfinite(error):
-            return memory, np.nan
+        if not isfinite(error):
+            value.set_value(Step(memory, nan))
+            return
         gains, period = self._gains, self._period
-        if np.isnan(last):  # the first measurement
+        if isnan(last):  # the first measurement
             integral, last = held - gains.kp * error, measurement
         smoothing = gains.derivative_filter + period
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
         unlimited = gains.kp * error + integral - derivative
         given = min(max(unlimited, self._limits[0]), self._limits[1])
-        return np.array([integral + period * gains.ki * error, derivative, measurement, given]), unlimited
+        value.set_value(Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited))

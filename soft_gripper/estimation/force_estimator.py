@@ -63,7 +63,7 @@ class ForceEstimator(ArrayBlock):
 
     def _read_samples(self, context: Context) -> Array:
         """The samples remembered and the present one, (5, 2 N + 12): joint angles, driving torque, X_WB."""
-        present = (port.Eval(context) for port in self._inputs)
+        present = [port.Eval(context) for port in self._inputs]
         samples = np.concatenate([context.get_discrete_state_vector().value(), *present])
         return samples.reshape(SAMPLES, -1)
 

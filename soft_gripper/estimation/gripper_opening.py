@@ -59,7 +59,7 @@ class Gripper:
         return self._origins + x[..., None] * self._axes[:, 0] + z[..., None] * self._axes[:, 1]
 
     def curve(self, finger: int, planar: Planar) -> Array:
-        """Points of one finger's bending plane, (M) m in its B, as points in G, (M, 3) m."""
+        """Points of one finger's bending plane, (..., M) m in its B, as points in G, (..., M, 3) m."""
         return self._origins[finger] + as_points(planar) @ self._axes[finger]
 
     def opening(self, tips: Array) -> Array:
@@ -69,9 +69,10 @@ class Gripper:
         bases, count as negative.
         """
         points = self.points(tips[..., 0], tips[..., 1])
-        from_middle = points - points.mean(axis=-2, keepdims=True)
-        distances = np.linalg.norm(from_middle, axis=-1)
-        opening: Array = 2 * np.copysign(distances, (from_middle * self._outward).sum(axis=-1)).mean(axis=-1)
+        from_middle = points - np.add.reduce(points, axis=-2, keepdims=True) / len(self.X_GB)
+        distances = np.sqrt(np.add.reduce(from_middle**2, axis=-1))
+        signed = np.copysign(distances, np.add.reduce(from_middle * self._outward, axis=-1))
+        opening: Array = 2 * (np.add.reduce(signed, axis=-1) / len(self.X_GB))
         return opening
 
 

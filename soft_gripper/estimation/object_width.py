@@ -3,16 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimation.gripper_opening import Gripper, spread
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.shape.finger_shape import ANGLES
-from soft_gripper.signals import describe
 
 _POINTS = 4  # on the inner surface, for every segment
 _ROUNDS = 4  # over all fingers, in which the narrowest place is looked for
@@ -48,7 +46,8 @@ def narrowest(curves: Sequence[Array]) -> float:
     these moves one point at a time.
     """
     if len(curves) == 2:
-        return float(np.linalg.norm(curves[0][:, None] - curves[1], axis=-1).min())
+        apart = curves[0][:, None] - curves[1]
+        return float(np.sqrt(np.add.reduce(apart**2, axis=-1).min()))
     along = np.linspace(0.0, 1.0, max(map(len, curves)))
     points = np.stack([curve[np.round(along * (len(curve) - 1)).astype(int)] for curve in curves], axis=1)
     found = points[np.argmin(spread(points))]
@@ -60,22 +59,7 @@ def narrowest(curves: Sequence[Array]) -> float:
     return float(spread(found))
 
 
-class Side(NamedTuple):
-    """What ObjectWidth reads of one finger."""
-
-    surface: InnerSurface
-    angles: InputPort
-    contact: InputPort
-
-    def touches(self, context: Context) -> bool:
-        return bool(self.contact.Eval(context)[0])
-
-    def points(self, context: Context) -> Planar:
-        """Points of the inner surface, m in B, (M)."""
-        return self.surface.points(self.angles.Eval(context))
-
-
-class ObjectWidth(LeafSystem):
+class ObjectWidth(ArrayBlock):
     """Measures what the fingers of one palm hold between them.
 
     ::
@@ -93,18 +77,21 @@ class ObjectWidth(LeafSystem):
     def __init__(self, gripper: Gripper, fingers: Mapping[str, Finger]):
         """`fingers` are those of the gripper, in its order, by the names of their ports."""
         super().__init__()
-        self._gripper = gripper
-        self._sides = [self._declare(name, finger) for name, finger in fingers.items()]
-        port = self.DeclareVectorOutputPort("object_width", 1, self._calc_width, {self.all_input_ports_ticket()})
-        describe(port, "m")
+        self._gripper, self._surfaces = gripper, [InnerSurface(finger) for finger in fingers.values()]
+        angles, contacts = ([f"{name}.{kind}" for name in fingers] for kind in (ANGLES, "contact"))
+        for name, finger in zip(angles, fingers.values(), strict=True):
+            self.take(name, finger.segments)
+        for name in contacts:
+            self.take(name, 1)
+        self.put_out("object_width", self._width, *angles, *contacts, unit="m")
 
-    def _declare(self, name: str, finger: Finger) -> Side:
-        angles = self.DeclareVectorInputPort(f"{name}.{ANGLES}", finger.segments)
-        return Side(InnerSurface(finger), angles, self.DeclareVectorInputPort(f"{name}.contact", 1))
-
-    def _calc_width(self, context: Context, output: BasicVector) -> None:
-        width = np.nan
-        if all(side.touches(context) for side in self._sides):
-            curves = [self._gripper.curve(i, side.points(context)) for i, side in enumerate(self._sides)]
-            width = narrowest(curves) if all(np.isfinite(curve).all() for curve in curves) else np.nan
-        output.SetAtIndex(0, width)
+    def _width(self, *inputs: Array) -> Array:
+        """From the joint angles of all fingers, (..., N) rad, and then their contacts, (..., 1); (...) m."""
+        count = len(self._surfaces)
+        angles, contacts = inputs[:count], np.concatenate(inputs[count:], axis=-1)
+        is_held = contacts.all(axis=-1) & np.logical_and.reduce([np.isfinite(q).all(axis=-1) for q in angles])
+        held = (surface.points(q[is_held]) for surface, q in zip(self._surfaces, angles, strict=True))
+        curves = [self._gripper.curve(i, points) for i, points in enumerate(held)]
+        width = np.full(is_held.shape, np.nan)
+        width[is_held] = [narrowest(of_sample) for of_sample in zip(*curves, strict=True)]
+        return width

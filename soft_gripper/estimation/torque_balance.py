@@ -100,7 +100,8 @@ class TorqueBalance:
         damping = filtered[..., 1:, :] * (finger.damping / period)
         elastic = finger.elastic_torque(_VALUE @ motion.q)
         torque = elastic + damping[..., 0, :] - _VALUE @ motion.driving + inertia - weight
-        return ExternalTorque(torque, inertia, damping[..., 1, :], np.ptp(motion.driving, axis=-2))
+        driving_change = motion.driving.max(axis=-2) - motion.driving.min(axis=-2)
+        return ExternalTorque(torque, inertia, damping[..., 1, :], driving_change)
 
     def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
         """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""

@@ -194,7 +194,7 @@ class Finger:
 
     def pressure_torque(self, pressure: Array | float) -> Array:
         """Torque of a pressure on the joints, (...) Pa -> (..., N) N m, positive closes."""
-        effective = self.softening(pressure) * pressure
+        effective = pressure if self.pressure_law is None else self.softening(pressure) * pressure
         return np.asarray(effective)[..., None] * self.pressure_gain
 
     def softening(self, pressure: Array | float) -> Array:

@@ -1,48 +1,40 @@
-"""What the blocks cost, counted in calls, of Python and of C, which no other load on the machine changes."""
+"""What the blocks cost, counted in calls, of Python and of C, which no other load on the machine changes.
+
+From drake 1.58 on pydrake's own functions do not count, but copy the vectors that they return by numpy.copy, which is
+left out; so the limits are those of drake 1.51.
+"""
 
 import sys
-from pathlib import Path
+from collections import Counter
 
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
-import soft_gripper
-from soft_gripper import diagrams
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
 
 SECONDS = 0.5
-OURS = tuple(str(Path(str(package.__file__)).parent) for package in (soft_gripper, diagrams))
+COPIES = ("copy", "_copy_dispatcher")  # of numpy
 
 
 def calls_per_sample(scenario, begin):
-    """Calls of this code's own functions, and of C by them, a sample from `begin` on, s.
-
-    Those of pydrake do not count: its versions differ in what they report and in what Python they need.
-    """
+    """Calls of a sample from `begin` on, s."""
     simulator = Simulator(make_station(scenario).diagram)
     ApplySimulatorConfig(solver_config(scenario), simulator)
     simulator.AdvanceTo(begin)
-    calls = 0
-
-    def count(frame, event, argument):
-        nonlocal calls
-        ours = frame.f_code.co_filename.startswith(OURS)
-        of_drake = type(getattr(argument, "__self__", None)).__name__ == "PyCapsule"
-        calls += ours and (event == "call" or (event == "c_call" and not of_drake))
-
-    sys.setprofile(count)
+    calls = Counter()
+    sys.setprofile(lambda frame, event, _: calls.update([event] * (frame.f_code.co_name not in COPIES)))
     try:
         simulator.AdvanceTo(begin + SECONDS)
     finally:
         sys.setprofile(None)
-    return calls * scenario.sensor.period / SECONDS
+    return (calls["call"] + calls["c_call"]) * scenario.sensor.period / SECONDS
 
 
 @pytest.mark.parametrize(
     ("name", "begin", "limit"),
-    [("free_bending", 0.5025, 105), ("box_grasp", 10.0025, 124), ("pick_and_place_box", 0.5025, 303)],
+    [("free_bending", 0.5025, 157), ("box_grasp", 10.0025, 205), ("pick_and_place_box", 0.5025, 550)],
 )
 def test_a_sample_takes_few_calls(name, begin, limit):
     """All two fingers, in the box grasp while they touch it."""
