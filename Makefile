@@ -8,7 +8,7 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-.PHONY: evaluate fuzz test test-slow test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
+.PHONY: evaluate fuzz kills soak test test-slow test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -53,6 +53,14 @@ types: $(READY)
 FUZZ ?= 1000
 fuzz: $(READY)
 	FUZZ=$(FUZZ) $(BIN)/python -m pytest -q tests/fuzz
+
+# Commands killed at random moments, KILLS each; and runs for SOAK seconds, whose memory must not grow.
+KILLS ?= 40
+SOAK ?= 3600
+kills: $(READY)
+	KILLS=$(KILLS) $(BIN)/python -m pytest -q tests/endurance/test_random_kills.py
+soak: $(READY)
+	SOAK=$(SOAK) $(BIN)/python -m pytest -q tests/endurance/test_soak.py
 
 wheel: $(READY)
 	rm -rf dist build/lib
