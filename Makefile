@@ -11,7 +11,7 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 # What hardly depends on Python and takes long runs on one of them.
 ON_NEWER = --ignore=tests/fuzz --ignore=tests/physics --ignore=tests/commands --ignore=tests/evaluation/report
 
-.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
+.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision docs docs-links clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -72,8 +72,22 @@ scaling: $(READY)
 work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py
 
+# The site, in build/docs/html: pages and notebooks of the repository, and what is made from the code.
+SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
+docs: .venv/docs
+	$(BIN)/python docs/site/stage.py build/docs/source
+	$(SPHINX) -q build/docs/source build/docs/html
+
+# Links to elsewhere, which need a network; after `make docs`.
+docs-links: .venv/docs
+	$(SPHINX) -b linkcheck -D nb_execution_mode=off build/docs/source build/docs/links
+
 clean:
 	rm -rf .venv .venv-newer build dist results *.egg-info
+
+.venv/docs: $(READY)
+	$(BIN)/python -m pip install -q -c constraints.txt -e .[docs]
+	touch $@
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
