@@ -54,8 +54,7 @@ def _index() -> str:
     parts = [_INDEX]
     for heading, names in groups().items():
         rows = [(f"[`{name}`]({name}.md)", _summary(name)) for name in names]
-        toctree = "\n".join(names)
-        parts += [f"## {heading}", table(("name", ""), rows), f"```{{toctree}}\n:hidden:\n\n{toctree}\n```"]
+        parts += [f"## {heading}", table(("name", ""), rows)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -71,7 +70,8 @@ def _page(name: str) -> str:
     value, path = getattr(sg, name), _source(name)
     where = f"From [{path}](../files/{path}.md)."
     kind = "class" if inspect.isclass(value) else "function" if inspect.isfunction(value) else ""
-    parts = [f"# {name}", where]
+    # Orphans: in the tree of contents that every page carries, so many pages cost more than all else.
+    parts = [f"---\norphan: true\n---\n\n# {name}", where]
     parts.append(_autodoc(kind, name) if kind else f"```python\n{_assignment(name, ROOT / path)}\n```")
     if has_fields(value):
         rows = [(code(text.name), code(text.type), code(text.default), text.comment) for text in field_texts(value)]
