@@ -26,8 +26,8 @@ All public names are in `soft_gripper`; each is loaded when it is first used.
 import soft_gripper as sg
 ```
 
-Arrays have free leading axes unless their page says otherwise; SI units throughout. What a page calls `Array` is a numpy array of floats, and `Planar` one of
-complex numbers z + i x in the bending plane.
+Arrays have free leading axes unless their page says otherwise; SI units throughout. What a page calls `Array` is a
+numpy array of floats, and `Planar` one of complex numbers z + i x in the bending plane.
 """
 
 

@@ -12,7 +12,14 @@ import soft_gripper as sg
 
 _LEFT_OUT = ("logs", "scene_graph", "meshcat", "illustration", "estimate_visualizer")
 _OTHER_FINGER = ("right_finger",)
-_BESIDE_THE_ARM = ("left_finger.scoring", "left_finger.contact_torque", "true_contact", "object_width", "box", "arm.joint_")
+_BESIDE_THE_ARM = (
+    "left_finger.scoring",
+    "left_finger.contact_torque",
+    "true_contact",
+    "object_width",
+    "box",
+    "arm.joint_",
+)
 _STYLE = {
     "graph": {"rankdir": "TB", "bgcolor": "white", "nodesep": "0.3", "ranksep": "0.4", "fontname": "Helvetica"},
     "node": {"shape": "box", "style": "rounded,filled", "fontname": "Helvetica", "fontsize": "12", "color": "#888888"},

@@ -1,4 +1,4 @@
-"""Where the links of a page lead: pages of the site stay pages, other files of the repository get a page that shows them."""
+"""Where the links of a page lead: pages stay pages, other files of the repository get a page that shows them."""
 
 import json
 import posixpath

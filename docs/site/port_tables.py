@@ -16,15 +16,16 @@ COLUMNS = ("port", "", "size", "unit", "axes")
 _BLOCKS = """\
 # Blocks and their ports
 
-Every block of the project, and what goes in and comes out: read off systems in the diagrams of shipped scenarios, so sizes are those of fingers of 12
-segments, and names those of shipped fingers. What an input carries is what is wired to it there. Blocks with a link are public names.
+Every block of the project, and what goes in and comes out: read off systems in the diagrams of shipped scenarios, so
+that sizes are those of fingers of 12 segments, and names those of shipped fingers. What an input carries is what is
+wired to it there. Blocks with a link are public names.
 """
 _SIGNALS = """\
 # Signals of a recording
 
-What a recording of `{scenario}` holds, `recording["left_finger.strain"]` and so on: the signals of all fingers, the grip, the arm, the task and the objects. The fingers have the
-same ones, of which those of the first are listed. A scenario that runs more, runs less: estimators add what they know (`position_std`, `contact_force`), sensors with errors
-`ideal_*`.
+What a recording of `{scenario}` holds, `recording["left_finger.strain"]` and so on: signals of the fingers, the grip,
+the arm, the task and the objects. All fingers have the same; those of the first are listed. Other scenarios have more
+or fewer: estimators add what they know (`position_std`, `contact_force`), sensors with errors `ideal_*`.
 """
 
 

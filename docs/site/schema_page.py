@@ -15,12 +15,15 @@ from soft_gripper.diagrams.schema.scenario import Scenario
 _INTRODUCTION = """\
 # Scenario schema
 
-A scenario is a YAML file of these fields; what it leaves out has its default. Any field can be given on the command line too, by its dotted
-key: `soft-gripper run box_grasp --set sensor.sections=2`. SI units. What may be `None` may be absent.
+A scenario is a YAML file of these fields; what it leaves out has its default. Any field can be given on the command
+line too, by its dotted key: `soft-gripper run box_grasp --set sensor.sections=2`. SI units. What may be `None` may be
+absent.
 
 This page is made from [diagrams/schema/scenario.py](../files/diagrams/schema/scenario.py.md).
 """
-_OF_DRAKE = "A schema of Drake, which explains its fields: `pydrake`'s help of this class. Here are the defaults of a scenario."
+_OF_DRAKE = (
+    "A schema of Drake, which explains its fields: `pydrake`'s help of this class. Here are the defaults of a scenario."
+)
 
 
 def schema_page() -> str:

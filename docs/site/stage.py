@@ -61,7 +61,9 @@ def _file_page(path: str) -> str:
     """A file, or what is in a folder."""
     heading = f"---\norphan: true\n---\n\n# {path}\n\n"
     if (ROOT / path).is_dir():
-        return heading + "".join(f"- [{Path(inner).name}]({Path(path).name}/{Path(inner).name}.md)\n" for inner in _inside(path))
+        return heading + "".join(
+            f"- [{Path(inner).name}]({Path(path).name}/{Path(inner).name}.md)\n" for inner in _inside(path)
+        )
     text, fence = (ROOT / path).read_text(encoding="utf-8").rstrip(), "`" * 10
     return f"{heading}{fence}{_LANGUAGES.get(Path(path).suffix, 'text')}\n{text}\n{fence}\n"
 

@@ -34,6 +34,8 @@ def test_the_index_has_every_name_once(pages):
 
 
 def test_pages_have_fields_and_ports(pages):
-    assert "| `sensor_spacing` | `float` |  | m, between inner and outer sensor path (Delta_R) |" in pages["api/Finger.md"]
+    assert (
+        "| `sensor_spacing` | `float` |  | m, between inner and outer sensor path (Delta_R) |" in pages["api/Finger.md"]
+    )
     assert "| `strain` | out |" in pages["api/StrainSensor.md"]
     assert "## Ports" not in pages["api/Finger.md"]

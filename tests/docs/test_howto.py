@@ -1,6 +1,7 @@
 """The how-to pages, and the pages that begin: what they show runs as it stands."""
 
 from pathlib import Path
+
 import matplotlib as mpl
 import pytest
 from page_session import follow

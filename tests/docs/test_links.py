@@ -45,8 +45,8 @@ def test_everything_has_a_place_on_the_site(path, place):
 
 
 def test_links_change_with_the_place():
-    text = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../../CHANGELOG.md) [d](https://drake.mit.edu) [e](#f)"
-    changed = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../changelog.md) [d](https://drake.mit.edu) [e](#f)"
+    text = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../../CHANGELOG.md) [d](https://a.b) [e](#f)"
+    changed = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../changelog.md) [d](https://a.b) [e](#f)"
     assert on_site("docs/theory/finger.md", text) == changed
     assert on_site("docs/finger.md", "[a](../models/package.xml)") == "[a](files/models/package.xml.md)"
 
@@ -57,5 +57,7 @@ def test_code_stays_as_it_is():
 
 
 def test_links_of_notebooks_change_too():
-    text = '{"cells": [{"cell_type": "markdown", "source": ["see\\n", "[a](../docs/finger.md)"]}, {"cell_type": "code"}]}'
+    text = (
+        '{"cells": [{"cell_type": "markdown", "source": ["see\\n", "[a](../docs/finger.md)"]}, {"cell_type": "code"}]}'
+    )
     assert '"see\\n[a](../finger.md)"' in on_site("notebooks/01.ipynb", text)

@@ -16,7 +16,10 @@ def test_every_page_is_in_the_tree_of_contents():
 
 
 def test_linked_files_and_folders_are_shown():
-    pages = {"docs/a.md": "[a](../models/recordings) [b](finger.md) [c](peers.png)", "notebooks/b.ipynb": '{"cells": []}'}
+    pages = {
+        "docs/a.md": "[a](../models/recordings) [b](finger.md) [c](peers.png)",
+        "notebooks/b.ipynb": '{"cells": []}',
+    }
     shown = shown_files(pages, {"api/x.md": "[x](../files/soft_gripper/signals.py.md)"})
     assert {"models/recordings", "models/recordings/clamped_beam.yaml", "soft_gripper/signals.py"} <= shown
     assert not {"docs/finger.md", "docs/peers.png"} & shown
