@@ -52,7 +52,8 @@ def test_links_change_with_the_place():
 
 
 def test_code_stays_as_it_is():
-    for code in ("`[a](b.md)`", "    [a](../b.md)\n", "```yaml\n[a](../b.md)\n```\n[c](#d)\n"):
+    link = "[a](../../CHANGELOG.md)"
+    for code in (f"as `{link}`", f"    {link}\n", f"```yaml\n{link}\n```\n"):
         assert on_site("docs/theory/finger.md", code) == code
 
 
