@@ -11,6 +11,7 @@ from pydrake.systems.framework import Diagram, System
 import soft_gripper as sg
 
 _LEFT_OUT = ("logs", "scene_graph", "meshcat", "illustration", "estimate_visualizer")
+_NAMELESS = ("y0", "y", "delayed_u")
 _OTHER_FINGER = ("right_finger",)
 _BESIDE_THE_ARM = (
     "left_finger.scoring",
@@ -97,5 +98,5 @@ def _color(system: System) -> str:
 
 
 def _names(ports: list[str]) -> str:
-    """At an arrow; Drake calls the only output of a primitive y0, which says nothing."""
-    return "\n".join(name for name in ports if name != "y0")
+    """At an arrow, without names of Drake's primitives that say nothing."""
+    return "\n".join(name for name in ports if name not in _NAMELESS)

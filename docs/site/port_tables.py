@@ -74,8 +74,8 @@ def _cells(size: int, signal: Signal) -> tuple[str, str, str]:
     """Size, unit and axes of what a port carries, or the names of its values."""
     units = [signal.unit] if isinstance(signal.unit, str) else signal.unit
     counted = ((unit, len(list(same))) for unit, same in groupby(units))
-    unit = ", ".join(unit if count == 1 else f"{count} {unit}" for unit, count in counted)
-    axes = " x ".join(f"{name} ({_labels(labels)})" for name, labels in signal.axes.items())
+    unit = ", ".join(unit if count == 1 else f"{count} × {unit}" for unit, count in counted)
+    axes = " × ".join(f"{name} ({_labels(labels)})" for name, labels in signal.axes.items())
     return str(size), unit, axes or ", ".join(dict.fromkeys(signal.meanings))
 
 

@@ -47,8 +47,8 @@ def test_every_port_is_listed():
 
 def test_outputs_have_what_describe_says():
     assert row(sg.ForceEstimator, "external_torque") == "| `external_torque` | out | 12 | N m | joint (12) |"
-    assert "path (inner, outer) x section (2)" in row(sg.StrainSensor, "strain")
-    assert row(sg.FingerShape, "tip_pose") == "| `tip_pose` | out | 3 | 2 m, rad | pose (x, z, heading) |"
+    assert "path (inner, outer) × section (2)" in row(sg.StrainSensor, "strain")
+    assert row(sg.FingerShape, "tip_pose") == "| `tip_pose` | out | 3 | 2 × m, rad | pose (x, z, heading) |"
 
 
 def test_inputs_have_what_is_wired_to_them():
