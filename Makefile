@@ -73,10 +73,12 @@ work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py
 
 # The site, in build/docs/html: pages and notebooks of the repository, and what is made from the code.
+# NOTEBOOKS=off shows notebooks without running them, in a quarter of the time.
+NOTEBOOKS ?= force
 SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
 docs: .venv/docs
 	$(BIN)/python docs/site/stage.py build/docs/source
-	$(SPHINX) -q build/docs/source build/docs/html
+	$(SPHINX) -q -D nb_execution_mode=$(NOTEBOOKS) build/docs/source build/docs/html
 
 # Links to elsewhere, which need a network; after `make docs`.
 docs-links: .venv/docs
