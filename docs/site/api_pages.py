@@ -12,7 +12,7 @@ from example_blocks import example_blocks
 from links import ROOT
 from port_tables import ports_table
 from source_comments import field_texts, has_fields
-from tables import code, table
+from tables import code, prose, table
 
 import soft_gripper as sg
 
@@ -53,7 +53,7 @@ def groups() -> dict[str, list[str]]:
 def _index() -> str:
     parts = [_INDEX]
     for heading, names in groups().items():
-        rows = [(f"[`{name}`]({name}.md)", _summary(name)) for name in names]
+        rows = [(f"[`{name}`]({name}.md)", prose(_summary(name))) for name in names]
         parts += [f"## {heading}", table(("name", ""), rows)]
     return "\n\n".join(parts) + "\n"
 
@@ -74,7 +74,9 @@ def _page(name: str) -> str:
     parts = [f"---\norphan: true\n---\n\n# {name}", where]
     parts.append(_autodoc(kind, name) if kind else f"```python\n{_assignment(name, ROOT / path)}\n```")
     if has_fields(value):
-        rows = [(code(text.name), code(text.type), code(text.default), text.comment) for text in field_texts(value)]
+        rows = [
+            (code(text.name), code(text.type), code(text.default), prose(text.comment)) for text in field_texts(value)
+        ]
         parts += ["## Fields", table(("field", "type", "default", "meaning"), rows)]
     if value.__hash__ and value in example_blocks():
         parts += ["## Ports", "Sizes and names are those of an example.", ports_table(example_blocks()[value])]

@@ -6,7 +6,7 @@ from itertools import groupby
 
 from example_blocks import Placed, example_blocks, station
 from pydrake.systems.framework import Diagram, InputPort, OutputPort, PortDataType, System
-from tables import code, table
+from tables import code, prose, table
 
 import soft_gripper as sg
 from soft_gripper.signals import Signal, signal_of
@@ -53,7 +53,7 @@ def _section(of: type, placed: Placed) -> str:
     name = of.__name__
     title = f"[{name}](../api/{name}.md)" if getattr(sg, name, None) is of else name
     summary = (inspect.getdoc(of) or "").split("\n\n")[0]
-    return f"## {title}\n\n{code(of.__module__)}: {summary}\n\n{ports_table(placed)}"
+    return f"## {title}\n\n{code(of.__module__)}: {prose(summary)}\n\n{ports_table(placed)}"
 
 
 def _ports(system: System) -> list[InputPort | OutputPort]:

@@ -8,7 +8,7 @@ import typing
 from collections.abc import Iterator
 
 from source_comments import field_texts
-from tables import code, table
+from tables import code, prose, table
 
 from soft_gripper.diagrams.schema.scenario import Scenario
 
@@ -75,10 +75,11 @@ def _section(of: type, default: object) -> str:
         rows = [(code(name), code(getattr(default, name))) for name in field_names(of)]
         return f"{heading}\n{_OF_DRAKE}\n\n{table(('field', 'default'), rows)}"
     rows = [
-        (code(text.name), _type(of, text.name, text.type), code(text.default), text.comment) for text in field_texts(of)
+        (code(text.name), _type(of, text.name, text.type), code(text.default), prose(text.comment))
+        for text in field_texts(of)
     ]
     summary = re.split(r"\n+(?:Args|Raises):", inspect.getdoc(of) or "")[0]
-    return f"{heading}\n{summary}\n\n{table(('field', 'type', 'default', 'meaning'), rows)}"
+    return f"{heading}\n{prose(summary)}\n\n{table(('field', 'type', 'default', 'meaning'), rows)}"
 
 
 def _type(of: type, name: str, text: str) -> str:

@@ -1,5 +1,6 @@
-"""Markdown tables."""
+"""Markdown tables, and what goes into their cells."""
 
+import re
 from collections.abc import Iterable, Sequence
 
 
@@ -12,3 +13,9 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def code(text: object) -> str:
     """As code within a line; nothing for an empty text."""
     return f"`{text}`" if f"{text}" else ""
+
+
+def prose(text: str) -> str:
+    """A comment or docstring, whose < and * are no Markdown, but whose backticks are."""
+    parts = re.split(r"(`[^`]*`)", text)
+    return "".join(part if part.startswith("`") else part.replace("<", "&lt;").replace("*", "\\*") for part in parts)

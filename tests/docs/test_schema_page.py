@@ -24,4 +24,5 @@ def test_a_row_has_type_default_and_meaning():
     row = "| `period` | `float` | `0.01` | s between samples, and between the samples of every log |"
     assert row in SECTIONS["SensorConfig"]
     assert "[`list[PhaseConfig]`](#phaseconfig)" in SECTIONS["TaskConfig"]
+    assert "changes of its &lt;finger>s, by name" in SECTIONS["ModelConfig"]
     assert "| `time_step` | `0.01` |" in SECTIONS["MultibodyPlantConfig"]
