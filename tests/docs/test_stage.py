@@ -11,8 +11,8 @@ INDEX = (ROOT / "docs" / "site" / "index.md").read_text(encoding="utf-8")
 def test_every_page_is_in_the_tree_of_contents():
     entries = {line for block in re.findall(r"```{toctree}\n(.*?)```", INDEX, re.DOTALL) for line in block.splitlines()}
     places = {site_path(path).removesuffix(".md") for path in repository_pages() if path.endswith(".md")}
-    assert {place for place in places if not place.startswith("howto/")} - entries <= {"index"}
-    assert {"howto/*", "notebooks/*"} <= entries
+    assert places - entries == {"index"}
+    assert "notebooks/*" in entries
 
 
 def test_linked_files_and_folders_are_shown():
