@@ -11,7 +11,7 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 # What hardly depends on Python and takes long runs on one of them.
 ON_NEWER = --ignore=tests/fuzz --ignore=tests/physics --ignore=tests/commands --ignore=tests/evaluation/report
 
-.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision docs docs-links clean
+.PHONY: evaluate fuzz test test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -73,6 +73,7 @@ work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py
 
 # The site, in build/docs/html: pages and notebooks of the repository, and what is made from the code.
+.PHONY: docs docs-links
 # NOTEBOOKS=off shows notebooks without running them, in a quarter of the time.
 NOTEBOOKS ?= force
 SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
