@@ -73,8 +73,8 @@ work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py
 
 # The site, in build/docs/html: pages and notebooks of the repository, and what is made from the code.
+# NOTEBOOKS=off shows notebooks without running them, in a third of the time.
 .PHONY: docs docs-links
-# NOTEBOOKS=off shows notebooks without running them, in a quarter of the time.
 NOTEBOOKS ?= force
 SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
 docs: .venv/docs
