@@ -83,8 +83,25 @@ scaling: $(READY)
 work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py
 
+# The site, in build/docs/html: pages and notebooks of the repository, and what is made from the code.
+# NOTEBOOKS=off shows notebooks without running them, in a third of the time.
+.PHONY: docs docs-links
+NOTEBOOKS ?= force
+SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
+docs: .venv/docs
+	$(BIN)/python docs/site/stage.py build/docs/source
+	$(SPHINX) -q -D nb_execution_mode=$(NOTEBOOKS) build/docs/source build/docs/html
+
+# Links to elsewhere, which need a network; after `make docs`.
+docs-links: .venv/docs
+	$(SPHINX) -b linkcheck -D nb_execution_mode=off build/docs/source build/docs/links
+
 clean:
 	rm -rf .venv .venv-newer build dist results *.egg-info
+
+.venv/docs: $(READY)
+	$(BIN)/python -m pip install -q -c constraints.txt -e .[docs]
+	touch $@
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -91,7 +91,7 @@ class ArrayBlock(LeafSystem):
         meanings: Sequence[str] = (),
         **axes: Sequence[Any],
     ) -> None:
-        """Declares a vector output, function(*sources), folded into axes; see `describe`."""
+        """Declares a vector output, ``function(*sources)``, folded into axes; see `describe`."""
         size = int(np.prod([len(labels) for labels in axes.values()]))
         value = self._read_all(function, self._reads(sources))
 

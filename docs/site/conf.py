@@ -1,0 +1,36 @@
+"""How Sphinx builds the site from the pages that stage.py has put together; run by `make docs`."""
+
+import sys
+from importlib.metadata import version as installed_version
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+project = "soft-gripper"
+copyright = "the soft-gripper authors, BSD-3-Clause"
+version = release = installed_version("soft-gripper")
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "docstrings", "mathml"]
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+nb_execution_mode = "force"
+nb_execution_timeout = 240  # s, of a cell
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+
+autodoc_default_options = {"members": True, "member-order": "bysource"}
+autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True
+autoclass_content = "both"
+napoleon_google_docstring = napoleon_numpy_docstring = False  # docstrings.py calls it
+default_role = "py:obj"  # docstrings name things in single backticks
+
+html_theme = "furo"
+html_title = "soft-gripper"
+html_math_renderer = "mathml"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+templates_path: list[str] = []

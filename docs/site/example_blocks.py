@@ -1,0 +1,90 @@
+"""One system of every block of the project: those of a few stations, and what no station has."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Diagram, System
+
+import soft_gripper as sg
+from soft_gripper.diagrams.replay.arm_replay import ArmEstimation, BelievedArm
+from soft_gripper.diagrams.replay.log_source import LogSource
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.sensors.wire_lengths import WireCalibration
+from soft_gripper.shape.stretched_arm import RigidParts
+from soft_gripper.shape.uncertainty import Uncertainty
+
+_SCENARIOS = {
+    "pick_and_place_delicate": ["estimator.beside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
+    "pick_and_place_box": [],
+    "arm_motion": ["external=[tool]", "task=null"],
+    "tip_distance_steps": [],
+}
+_CREEPING = "package://soft_gripper/recordings/pneumatic_segment.urdf"
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A system, and the diagram that it is in, if it is in one."""
+
+    system: System
+    diagrams: tuple[Diagram, ...] = field(default=())  # from the outermost
+
+
+@cache
+def example_blocks() -> dict[type, Placed]:
+    """The first system found of every class of the project."""
+    found: dict[type, Placed] = {}
+    for placed in _all_systems():
+        of = type(placed.system)
+        if of.__module__.startswith("soft_gripper."):
+            found.setdefault(of, placed)
+    return found
+
+
+@cache
+def station(name: str) -> Station:
+    """A shipped scenario, built; kept, since Drake does not free it."""
+    meshcat = Meshcat() if name == "pick_and_place_delicate" else None
+    return sg.make_station(sg.load_scenario(name, _SCENARIOS.get(name, [])), meshcat)
+
+
+def _all_systems() -> Iterator[Placed]:
+    for name in _SCENARIOS:
+        yield from _inside(Placed(station(name).diagram))
+    yield from _inside(Placed(_creeping_finger().diagram))
+    model = sg.load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
+    yield Placed(sg.ShapeRecognizer(model, ["left_finger", "right_finger"], 0.01))
+    yield from _inside(Placed(_arm_estimation()))
+    yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))
+
+
+def _inside(placed: Placed) -> Iterator[Placed]:
+    """A system and, of a diagram, all that is in it."""
+    yield placed
+    if isinstance(placed.system, Diagram):
+        for system in placed.system.GetSystems():
+            yield from _inside(Placed(system, (*placed.diagrams, placed.system)))
+
+
+def _creeping_finger() -> Station:
+    """The station of a finger with creep and a pressure law."""
+    return sg.make_station(sg.Scenario(models=[sg.ModelConfig(name="segment", file=_CREEPING)]))
+
+
+def _arm_estimation() -> ArmEstimation:
+    """The estimation of an arm of two sections and two chambers, straight and as if its wires were perfect."""
+    finger = station("tip_distance_steps").fingers[0].finger
+    zeros = np.zeros(2)
+    arm = BelievedArm(
+        finger=finger,
+        gains=np.zeros((finger.segments, 2)),
+        rest=np.zeros(finger.segments),
+        wires=WireCalibration(finger.sensor_spacing, zeros, zeros, zeros, zeros),
+        parts=RigidParts(0j, 0.0, zeros.astype(complex), zeros.astype(complex), zeros),
+        uncertainty=Uncertainty(),
+        gravity=np.array([0.0, 0.0, -9.81]),
+    )
+    return ArmEstimation(arm, "gaussian", 2, ["middle", "end"], 0.01)

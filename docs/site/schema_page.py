@@ -1,0 +1,88 @@
+"""The page of the scenario's schema, from its dataclasses: name, type, default and comment of every field."""
+
+import dataclasses
+import inspect
+import re
+import types
+import typing
+from collections.abc import Iterator
+
+from source_comments import field_texts
+from tables import code, prose, table
+
+from soft_gripper.diagrams.schema.scenario import Scenario
+
+_INTRODUCTION = """\
+# Scenario schema
+
+A scenario is a YAML file of these fields; what it leaves out has its default. Any field can be given on the command
+line too, by its dotted key: `soft-gripper run box_grasp --set sensor.sections=2`. SI units. What may be `None` may be
+absent.
+
+This page is made from [diagrams/schema/scenario.py](../files/diagrams/schema/scenario.py.md).
+"""
+_OF_DRAKE = (
+    "A schema of Drake, which explains its fields: `pydrake`'s help of this class. Here are the defaults of a scenario."
+)
+
+
+def schema_page() -> str:
+    """Markdown, with a section for each class, `Scenario` first."""
+    return "\n".join([_INTRODUCTION, *(_section(of, default) for of, default in _classes(Scenario, Scenario()))])
+
+
+def scenario_classes() -> list[type]:
+    """All classes that a scenario is made of."""
+    return [of for of, _ in _classes(Scenario, Scenario())]
+
+
+def field_names(of: type) -> list[str]:
+    """Of a class of the project's or of Drake's."""
+    if dataclasses.is_dataclass(of):
+        return [field.name for field in dataclasses.fields(of)]
+    return [field.name for field in of.__fields__]
+
+
+def _classes(of: type, default: object) -> Iterator[tuple[type, object]]:
+    """A class, an instance with its defaults, and then all classes of its fields, each once."""
+    found = {of: default}
+    waiting = [of]
+    while waiting:
+        outer = waiting.pop(0)
+        yield outer, found[outer]
+        if not dataclasses.is_dataclass(outer):
+            continue
+        for name, hint in typing.get_type_hints(outer).items():
+            for inner in _parts(hint):
+                if inner not in found:
+                    value = getattr(found[outer], name)
+                    found[inner] = value if isinstance(value, inner) else inner()
+                    waiting.append(inner)
+
+
+def _parts(hint: object) -> Iterator[type]:
+    """The classes with fields in a type, such as list[ModelConfig] or ArmConfig | None."""
+    if isinstance(hint, types.UnionType) or typing.get_args(hint):
+        for argument in typing.get_args(hint):
+            yield from _parts(argument)
+    elif isinstance(hint, type) and (dataclasses.is_dataclass(hint) or hasattr(hint, "__fields__")):
+        yield hint
+
+
+def _section(of: type, default: object) -> str:
+    heading = f"({of.__name__.lower()})=\n## {of.__name__}\n"
+    if not dataclasses.is_dataclass(of):
+        rows = [(code(name), code(getattr(default, name))) for name in field_names(of)]
+        return f"{heading}\n{_OF_DRAKE}\n\n{table(('field', 'default'), rows)}"
+    rows = [
+        (code(text.name), _type(of, text.name, text.type), code(text.default), prose(text.comment))
+        for text in field_texts(of)
+    ]
+    summary = re.split(r"\n+(?:Args|Raises):", inspect.getdoc(of) or "")[0]
+    return f"{heading}\n{prose(summary)}\n\n{table(('field', 'type', 'default', 'meaning'), rows)}"
+
+
+def _type(of: type, name: str, text: str) -> str:
+    """The type, with a link where it is of classes that have a section."""
+    inner = list(_parts(typing.get_type_hints(of)[name]))
+    return f"[`{text}`](#{inner[0].__name__.lower()})" if inner else code(text)

@@ -1,0 +1,64 @@
+"""The links of the pages: they lead somewhere in the repository, and to the same place on the site."""
+
+import re
+
+import pytest
+from links import ROOT, linked_path, links, on_site, site_path
+from stage import repository_pages
+
+PAGES = {**repository_pages(), "README.md": (ROOT / "README.md").read_text(encoding="utf-8")}
+DRAWN = "docs/site/diagrams/"  # by the build
+
+
+def anchors(text):
+    """Of the headings, as GitHub makes them and the site too."""
+    headings = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE))
+    return {heading.strip().replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page):
+    for target in links(page, PAGES[page]):
+        path = linked_path(page, target)
+        if path is None or path.startswith(DRAWN):
+            continue
+        assert (ROOT / path).exists(), target
+        if "#" in target:
+            assert target.partition("#")[2] in anchors(PAGES[path]), target
+
+
+@pytest.mark.parametrize(
+    ("path", "place"),
+    [
+        ("docs/finger.md", "finger.md"),
+        ("docs/site/index.md", "index.md"),
+        ("docs/howto/sweep.md", "howto/sweep.md"),
+        ("docs/peers.png", "peers.png"),
+        ("notebooks/03_force.ipynb", "notebooks/03_force.ipynb"),
+        ("CHANGELOG.md", "changelog.md"),
+        ("models/recordings", "files/models/recordings.md"),
+        ("docs/examples/own_sensor.py", "files/docs/examples/own_sensor.py.md"),
+    ],
+)
+def test_everything_has_a_place_on_the_site(path, place):
+    assert site_path(path) == place
+
+
+def test_links_change_with_the_place():
+    text = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../../CHANGELOG.md) [d](https://a.b) [e](#f)"
+    changed = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../changelog.md) [d](https://a.b) [e](#f)"
+    assert on_site("docs/theory/finger.md", text) == changed
+    assert on_site("docs/finger.md", "[a](../models/package.xml)") == "[a](files/models/package.xml.md)"
+
+
+def test_code_stays_as_it_is():
+    link = "[a](../../CHANGELOG.md)"
+    for code in (f"as `{link}`", f"    {link}\n", f"```yaml\n{link}\n```\n"):
+        assert on_site("docs/theory/finger.md", code) == code
+
+
+def test_links_of_notebooks_change_too():
+    text = (
+        '{"cells": [{"cell_type": "markdown", "source": ["see\\n", "[a](../docs/finger.md)"]}, {"cell_type": "code"}]}'
+    )
+    assert '"see\\n[a](../finger.md)"' in on_site("notebooks/01.ipynb", text)

@@ -1,0 +1,63 @@
+"""The tables of ports: every block of the project, and every port of each."""
+
+import ast
+from pathlib import Path
+
+from example_blocks import example_blocks
+from port_tables import blocks_page, ports_table, signals_page
+
+import soft_gripper as sg
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("soft_gripper", "diagrams", "pictures", "evaluation", "commands")
+WITHOUT_PORTS = {"ArrayBlock"}  # what blocks are made from
+
+
+def classes_of_systems():
+    """Names of all classes in the source that are systems."""
+    trees = (ast.parse(path.read_text(encoding="utf-8")) for top in FOLDERS for path in (ROOT / top).rglob("*.py"))
+    classes = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    systems = {"LeafSystem", "Diagram", "LinearSystem", "VectorSystem"}
+    while True:
+        found = systems | {node.name for node in classes if {ast.unparse(base) for base in node.bases} & systems}
+        if found == systems:
+            return found & {node.name for node in classes}
+        systems = found
+
+
+def row(of, port):
+    table = ports_table(example_blocks()[of])
+    return next(line for line in table.splitlines() if line.startswith(f"| `{port}` |"))
+
+
+def test_every_block_is_listed():
+    shown = {cls.__name__ for cls in example_blocks()}
+    assert classes_of_systems() - WITHOUT_PORTS <= shown
+    page = blocks_page()
+    assert all(f"## {name}\n" in page or f"## [{name}](" in page for name in shown)
+
+
+def test_every_port_is_listed():
+    for of, placed in example_blocks().items():
+        system, table = placed.system, ports_table(placed)
+        ports = [system.get_input_port(i).get_name() for i in range(system.num_input_ports())]
+        ports += [system.get_output_port(i).get_name() for i in range(system.num_output_ports())]
+        assert all(f"| `{port}` |" in table for port in ports), of
+
+
+def test_outputs_have_what_describe_says():
+    assert row(sg.ForceEstimator, "external_torque") == "| `external_torque` | out | 12 | N m | joint (12) |"
+    assert "path (inner, outer) × section (2)" in row(sg.StrainSensor, "strain")
+    assert row(sg.FingerShape, "tip_pose") == "| `tip_pose` | out | 3 | 2 × m, rad | pose (x, z, heading) |"
+
+
+def test_inputs_have_what_is_wired_to_them():
+    assert row(sg.DrivingTorque, "pressure").endswith("| in | 1 | Pa |  |")
+    assert row(sg.ForceEstimator, "driving_torque").endswith("| in | 12 | N m | joint (12) |")
+
+
+def test_all_signals_of_a_scenario_are_listed():
+    page = signals_page()
+    assert "| `left_finger.external_torque` | 12 | N m | joint (12) |" in page
+    assert "right_finger" not in page
+    assert "| `task.outcome` | 1 | 1 | running, done, nothing grasped" in page
