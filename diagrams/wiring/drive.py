@@ -32,7 +32,8 @@ def add_pressure_drive(
 
     Args:
         builder: of a diagram with the fingers' plant. A finger with an elastic law gets a `{finger}.elastic_law`, one
-            that creeps a `{finger}.creep`; with a pressure law, between `.unsoftened` and `.softened` by `.softening`.
+            that creeps a `{finger}.creep`; with a pressure law there are `{finger}.unsoftened` and `{finger}.softened`
+            around it, which `{finger}.softening` feeds.
         fingers: in the finalized plant, all of each model.
         config: the `pressure` part of a scenario; of it the limits and the lag; None: its defaults.
 
