@@ -10,6 +10,4 @@ for _id, _environment in (
     ("SoftGrasp-v0", "soft_grasp"),
     ("SoftPickPlace-v0", "soft_pick_place"),
 ):
-    gymnasium.register(
-        _id, "soft_gripper.learning.environment:SoftGripperEnv", kwargs={"environment": _environment}
-    )
+    gymnasium.register(_id, "soft_gripper.learning.environment:SoftGripperEnv", kwargs={"environment": _environment})

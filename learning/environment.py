@@ -28,6 +28,7 @@ from soft_gripper.learning.station import LearningStation, home, make_learning_s
 from soft_gripper.learning.tasks import Judgement, Task
 from soft_gripper.learning.variation import Draw, apply_draw, draw, varied_fingers
 
+MODES = ("human", "rgb_array")
 Vector = NDArray[np.float32]
 
 
@@ -48,7 +49,7 @@ class SoftGripperEnv(DrakeGymEnv):
     before, and the reward 0.
     """
 
-    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 10}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": [*MODES], "render_fps": 10}  # noqa: RUF012
 
     def __init__(
         self,
@@ -66,9 +67,8 @@ class SoftGripperEnv(DrakeGymEnv):
         Raises:
             InputError: if anything in the file, or the mode, is wrong.
         """
-        modes = [None, *SoftGripperEnv.metadata["render_modes"]]
-        if render_mode not in modes:
-            raise InputError("environment", "render_mode", render_mode, f"known: {modes}")
+        if render_mode not in (None, *MODES):
+            raise InputError("environment", "render_mode", render_mode, f"known: {', '.join(MODES)}; or None")
         self.environment = load_environment(environment, changes)
         config = self.environment.config
         meshcat = open_meshcat() if render_mode == "human" else None
@@ -79,8 +79,7 @@ class SoftGripperEnv(DrakeGymEnv):
         self._resting = resting_action(config.action, home(self._now.station.parts))
         size = diagram.GetOutputPort("observation").size()
         self._observed: Vector = np.zeros(size, np.float32)
-        metadata = {"render_modes": modes[1:], "render_fps": round(1 / config.time_step)}
-        self.metadata = {}  # DrakeGymEnv writes into it
+        self.metadata = {}  # of this one alone: DrakeGymEnv writes into it
         super().__init__(
             simulator=self._pick,
             time_step=config.time_step,
@@ -93,12 +92,10 @@ class SoftGripperEnv(DrakeGymEnv):
             render_mode=render_mode,
             reset_handler=self._begin,
         )
-        self.metadata = metadata
+        self.metadata = {"render_modes": [*MODES], "render_fps": round(1 / config.time_step)}
         self.info_handler = self._info  # one that is given to the constructor is dropped
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Vector, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
         """Begins an episode; `options` are none."""
         observation, info = super().reset(seed=seed, options=options)
         self._observed = observation.astype(np.float32)
@@ -123,7 +120,7 @@ class SoftGripperEnv(DrakeGymEnv):
             warnings.simplefilter("always", UserWarning)
             try:
                 observation, *_, failed, _ = super().step(action)
-            except RuntimeError as error:
+            except (RuntimeError, SystemExit) as error:  # the latter is what a condition of Drake's raises
                 return first_line(error)
         if failed:
             return str(caught[-1].message)

@@ -45,7 +45,9 @@ def load_environment(name_or_path: str, changes: Mapping[str, Any] | None = None
         InputError: naming file, field and value, if anything is wrong.
     """
     path, changes = _find(name_or_path), dict(changes or {})
-    of_scenario = {key.removeprefix(_OF_SCENARIO): changes.pop(key) for key in [*changes] if key.startswith(_OF_SCENARIO)}
+    of_scenario = {
+        key.removeprefix(_OF_SCENARIO): changes.pop(key) for key in [*changes] if key.startswith(_OF_SCENARIO)
+    }
     config = _read(path, changes)
     scenario = config.scenario
     if scenario.endswith((".yaml", ".yml")):

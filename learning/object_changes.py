@@ -6,7 +6,6 @@ from pydrake.geometry import (
     Cylinder,
     Ellipsoid,
     ProximityProperties,
-    Role,
     RoleAssign,
     SceneGraph,
     Shape,

@@ -17,7 +17,7 @@ PERIOD = 0.02  # s: what presses through a finger takes several times as long to
 
 
 def normal_forces(results: ContactResults, finger_of: Mapping[GeometryId, int], fingers: int) -> Array:
-    """What presses on each finger along the normals of its contacts, (fingers) N; not what one finger does to itself."""
+    """What presses on each finger along the normals of its contacts with all but itself, (fingers) N."""
     forces = np.zeros(fingers)
     for patch in patches(results, finger_of):
         first, second = map(finger_of.get, patch.shapes)

@@ -24,8 +24,9 @@ class PickPlace:
 
     def begin(self, context: Context, rng: np.random.Generator) -> None:
         self._object.begin(context)
+        least, most = self._config.goal
         own = self._goal.GetMyMutableContextFromRoot(context)
-        self._goal.get_mutable_source_value(own).SetFromVector([rng.uniform(*self._config.goal)])
+        self._goal.get_mutable_source_value(own).SetFromVector([rng.uniform(least, most)])
 
     def judge(self, context: Context) -> Judgement:
         seen, config = self._object.look(context), self._config

@@ -24,7 +24,8 @@ class Reach:
         least, most = self._config.pressure
         amplitude = rng.uniform(0.5, 1.0) * (most - least) / 2
         mean = rng.uniform(least + amplitude, most - amplitude)
-        period, phase = rng.uniform(*self._config.period), rng.uniform(0.0, 2 * np.pi)
+        shortest, longest = self._config.period
+        period, phase = rng.uniform(shortest, longest), rng.uniform(0.0, 2 * np.pi)
         own = self._target.GetMyMutableContextFromRoot(context)
         self._target.swing(own, mean, amplitude, period, phase)
 

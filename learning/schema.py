@@ -31,7 +31,9 @@ class VariationConfig:
     mass: list[float] | None = None  # kg, of the object
     friction: list[float] | None = None  # Coulomb, of the object
     size: list[float] | None = None  # factor of all lengths of the object
-    stiffness: list[float] | None = None  # N/m, of the object at a point of contact; evenly distributed in its logarithm
+    stiffness: list[float] | None = (
+        None  # N/m, of the object at a point of contact; evenly distributed in its logarithm
+    )
     gripper: str = ""  # name of the model whose fingers differ
     youngs_modulus: float = 0.0  # share of the fingers', either way, which their estimators do not know
     grippers: int = 1  # that are built, with moduli evenly spaced; an episode takes one of them

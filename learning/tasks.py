@@ -44,7 +44,8 @@ class HandledObject:
 
     def __init__(self, station: LearningStation):
         assert station.object is not None
-        self._station, self._body, self._begin = station, station.object, np.zeros(3)
+        self._station, self._body = station, station.object
+        self._begin: Array = np.zeros(3)
 
     def begin(self, context: Context) -> None:
         """Remembers where an episode begins."""

@@ -38,7 +38,7 @@ def draw(rng: np.random.Generator, config: VariationConfig) -> Draw:
 
 
 def _within(rng: np.random.Generator, limits: list[float] | None) -> float | None:
-    return None if limits is None else float(rng.uniform(*limits))
+    return None if limits is None else float(rng.uniform(limits[0], limits[1]))
 
 
 def apply_draw(station: LearningStation, context: Context, drawn: Draw) -> None:
@@ -50,7 +50,7 @@ def apply_draw(station: LearningStation, context: Context, drawn: Draw) -> None:
     scene_graph = station.parts.scene_graph
     in_plant, in_scene = (part.GetMyMutableContextFromRoot(context) for part in (plant, scene_graph))
     X_WO = body.EvalPoseInWorld(in_plant)
-    place = X_WO.translation() + [drawn.offset, 0.0, 0.0]
+    place = X_WO.translation() + np.array([drawn.offset, 0.0, 0.0])
     if drawn.size is not None:
         place[2] += (drawn.size - 1) * station.object_height
         scale_shapes(scene_graph, in_scene, plant, body, drawn.size)

@@ -1,7 +1,8 @@
 """Learning the gentle grasp: CMA-ES over its few parameters."""
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import count
+from typing import Any, NamedTuple
 
 import cma
 import numpy as np
@@ -34,39 +35,39 @@ def cost(episodes: Sequence[Episode]) -> float:
 
 
 def learn(
-    env: SoftGripperEnv,
-    generations: int,
-    population: int,
-    episodes: int,
-    seed: int,
-    report: Callable[[Generation], None] = lambda _: None,
-) -> tuple[GentleParameters, list[Generation]]:
-    """Learns; returns the mean of the last generation's distribution, and how it went.
+    env: SoftGripperEnv, population: int, episodes: int, seed: int
+) -> Iterator[tuple[GentleParameters, Generation]]:
+    """Learns for as long as it is asked to: of every generation the mean of its distribution, and what it came to.
 
-    All candidates of a generation meet the same objects, those of the next meet others.
+    All candidates of a generation meet the same objects, those of the next meet others: half of them as they come, and
+    half the hardest to hold among three times as many, since a grasp fails with these or with none.
 
     Args:
         env: SoftGrasp-v0.
-        generations, population, episodes: how many, candidates in each, and objects that each of these meets.
+        population, episodes: candidates in a generation, and objects that each of them meets.
         seed: of the search, 1 or more.
-        report: called with every generation.
     """
     search = cma.CMAEvolutionStrategy(np.zeros(NUMBER), SPREAD, {"seed": seed, "popsize": population, "verbose": -9})
-    curve: list[Generation] = []
-    for number in range(generations):
-        first = FIRST_SEED + number * episodes
+    for number in count():
+        seeds = training_seeds(env, FIRST_SEED + 2 * number * episodes, episodes)
         factors: list[Array] = search.ask()
-        runs = [run_episodes(env, _policy(each), range(first, first + episodes)) for each in factors]
+        runs = [run_episodes(env, GentleGrasp(GentleParameters.scaled(each)), seeds) for each in factors]
         costs = [*map(cost, runs)]
         search.tell(factors, costs)
         flat = [episode for run in runs for episode in run]
         force, share = (float(np.mean([each[i] for each in flat])) for i in (2, 1))
-        curve.append(
-            Generation(number, (number + 1) * len(flat), float(np.mean(costs)), min(costs), force, share)
-        )
-        report(curve[-1])
-    return GentleParameters.scaled(search.result.xfavorite), curve
+        so_far = (number + 1) * len(flat)
+        found = Generation(number, so_far, float(np.mean(costs)), min(costs), force, share)
+        yield GentleParameters.scaled(search.result.xfavorite), found
 
 
-def _policy(factors: Array) -> GentleGrasp:
-    return GentleGrasp(GentleParameters.scaled(factors))
+def training_seeds(env: SoftGripperEnv, first: int, number: int) -> list[int]:
+    """Seeds of `number` episodes from `first` on, half of them of the objects with the most mass over friction."""
+    common, others = number // 2, range(first + number // 2, first + 2 * number)
+    needed = {seed: _needed(env.reset(seed=seed)[1]) for seed in others}
+    return [*range(first, first + common), *sorted(others, key=needed.__getitem__)[common - number :]]
+
+
+def _needed(info: Mapping[str, Any]) -> float:
+    """How hard an object is to hold: its mass over its friction, kg."""
+    return float(info["mass"] / info["friction"])

@@ -32,10 +32,10 @@ class GentleParameters:
 
     approach: float = 40e3  # Pa/s, at which the pressure rises until the object is touched
     touch: float = 0.012  # N m, grip torque that counts as touch
-    squeeze: float = 10e3  # Pa/s, at which it rises from there at most
-    target: float = 0.065  # N m, grip torque that is held
-    gain: float = 1.5e5  # Pa/(N m s), from what is missing of it to the rate of the pressure
-    ready: float = 0.8  # share of it with which the lift begins
+    squeeze: float = 12e3  # Pa/s, at which it rises from there at most
+    target: float = 0.058  # N m, grip torque that is held
+    gain: float = 5e5  # Pa/(N m s), from what is missing of it to the rate of the pressure
+    ready: float = 0.9  # share of it with which the lift begins
     lift: float = 0.08  # m/s, at which the gripper is lifted
 
     @classmethod
@@ -50,7 +50,7 @@ NUMBER = len(fields(GentleParameters))
 class GentleGrasp:
     """Raises the pressure until the object is touched, slowly on to a grip torque, and lifts.
 
-    Observations are those of SoftGrasp-v0. The grip torque is the mean of what the fingers' base joints are loaded with.
+    Observations are those of SoftGrasp-v0; of them the mean torque at the bases of the fingers, the grip torque.
     """
 
     def __init__(self, parameters: GentleParameters):
