@@ -17,15 +17,15 @@ from pydrake.systems.framework import Context, System
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.view.open_meshcat import open_meshcat
 from soft_gripper.errors import InputError, first_line
-from soft_gripper.learning.actions import resting_action
-from soft_gripper.learning.environment_file import load_environment
-from soft_gripper.learning.grasp import Grasp
-from soft_gripper.learning.observation import LARGEST
-from soft_gripper.learning.pick_place import PickPlace
-from soft_gripper.learning.reach import Reach
-from soft_gripper.learning.schema import EnvironmentConfig
-from soft_gripper.learning.station import LearningStation, home, make_learning_station
-from soft_gripper.learning.tasks import Judgement, Task
+from soft_gripper.learning.schema.config import EnvironmentConfig
+from soft_gripper.learning.schema.environment_file import load_environment
+from soft_gripper.learning.station.actions import resting_action
+from soft_gripper.learning.station.learning_station import LearningStation, home, make_learning_station
+from soft_gripper.learning.station.observation import LARGEST
+from soft_gripper.learning.tasks.grasp import Grasp
+from soft_gripper.learning.tasks.pick_place import PickPlace
+from soft_gripper.learning.tasks.reach import Reach
+from soft_gripper.learning.tasks.task import Judgement, Task
 from soft_gripper.learning.variation import Draw, apply_draw, draw, varied_fingers
 
 MODES = ("human", "rgb_array")

@@ -10,8 +10,8 @@ from pydrake.systems.framework import Context
 from soft_gripper.diagrams.random_seed import seed_random_sources
 from soft_gripper.diagrams.schema.scenario import FingerConfig, Scenario
 from soft_gripper.learning.object_changes import change_contact, scale_shapes, set_mass
-from soft_gripper.learning.schema import VariationConfig
-from soft_gripper.learning.station import LearningStation
+from soft_gripper.learning.schema.config import VariationConfig
+from soft_gripper.learning.station.learning_station import LearningStation
 
 _MOST_SEEDS = 2**31
 

@@ -1,7 +1,8 @@
 """Episodes of a grasp: environments, and what came of each seed."""
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from soft_gripper.learning.environment import SoftGripperEnv
 from soft_gripper.learning.gentle_grasp.policies import Policy
@@ -12,6 +13,7 @@ _HAND_TUNED: dict[str, Any] = {
     "action.range": [0.0, 0.1],
     "action.rest": 0.07,
     "observation": [{"signal": "grip.opening", "scale": 0.1}, {"signal": "grip.torque", "scale": 0.1}],
+    "duration": 3.0,  # s: it is quicker
     "scenario.sensor.period": 0.01,
     "scenario.pressure.time_constant": 0.05,
     "scenario.control": {
@@ -29,7 +31,8 @@ _HAND_TUNED: dict[str, Any] = {
 }
 
 
-class Episode(NamedTuple):
+@dataclass(frozen=True)
+class Episode:
     """What came of one."""
 
     seed: int

@@ -55,7 +55,7 @@ def learn(
         costs = [*map(cost, runs)]
         search.tell(factors, costs)
         flat = [episode for run in runs for episode in run]
-        force, share = (float(np.mean([each[i] for each in flat])) for i in (2, 1))
+        force, share = (float(np.mean([getattr(e, name) for e in flat])) for name in ("peak_force", "success"))
         so_far = (number + 1) * len(flat)
         found = Generation(number, so_far, float(np.mean(costs)), min(costs), force, share)
         yield GentleParameters.scaled(search.result.xfavorite), found

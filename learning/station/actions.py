@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.learning.schema import ActionConfig
+from soft_gripper.learning.schema.config import ActionConfig
 
 
 def action_ranges(config: ActionConfig) -> Array:

@@ -7,7 +7,7 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Leaf
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.learning.schema import ObservedConfig
+from soft_gripper.learning.schema.config import ObservedConfig
 
 LARGEST = 10.0  # that is observed
 # What is measured, estimated or commanded; all else is known in simulation only.

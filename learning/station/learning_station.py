@@ -13,12 +13,12 @@ from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.diagrams.station_parts import StationParts
 from soft_gripper.diagrams.view.viewpoint import box_corners
-from soft_gripper.learning.actions import add_action
-from soft_gripper.learning.camera import add_camera
-from soft_gripper.learning.observation import add_observation
-from soft_gripper.learning.peak_force import PeakForce, add_peak_force
-from soft_gripper.learning.schema import EnvironmentConfig
-from soft_gripper.learning.tip_target import TipTarget, add_tip_target
+from soft_gripper.learning.schema.config import EnvironmentConfig
+from soft_gripper.learning.station.actions import add_action
+from soft_gripper.learning.station.camera import add_camera
+from soft_gripper.learning.station.observation import add_observation
+from soft_gripper.learning.station.peak_force import PeakForce, add_peak_force
+from soft_gripper.learning.station.tip_target import TipTarget, add_tip_target
 from soft_gripper.signals import describe
 
 

@@ -13,10 +13,10 @@ from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import change_document, changed_scenario
 from soft_gripper.diagrams.schema.yaml_text import read_yaml
 from soft_gripper.errors import InputError
-from soft_gripper.learning.environment_checks import check_environment
-from soft_gripper.learning.schema import EnvironmentConfig
+from soft_gripper.learning.schema.config import EnvironmentConfig
+from soft_gripper.learning.schema.environment_checks import check_environment
 
-SHIPPED = Path(__file__).parent / "environments"
+SHIPPED = Path(__file__).parents[1] / "environments"
 _OF_SCENARIO = "scenario."
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 from pydrake.systems.framework import Context
 
-from soft_gripper.learning.schema import GraspConfig
-from soft_gripper.learning.station import LearningStation
-from soft_gripper.learning.tasks import HandledObject, Judgement
+from soft_gripper.learning.schema.config import GraspConfig
+from soft_gripper.learning.station.learning_station import LearningStation
+from soft_gripper.learning.tasks.task import HandledObject, Judgement
 
 _HELD = 0.8  # share of the height from which an object that is touched counts as held up
 

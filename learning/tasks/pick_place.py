@@ -3,9 +3,9 @@
 import numpy as np
 from pydrake.systems.framework import Context
 
-from soft_gripper.learning.schema import PickPlaceConfig
-from soft_gripper.learning.station import LearningStation
-from soft_gripper.learning.tasks import HandledObject, Judgement
+from soft_gripper.learning.schema.config import PickPlaceConfig
+from soft_gripper.learning.station.learning_station import LearningStation
+from soft_gripper.learning.tasks.task import HandledObject, Judgement
 
 _RESTING = 2e-3  # m, below which an object stands on the table
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
 from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.learning.schema import EnvironmentConfig, VariationConfig
+from soft_gripper.learning.schema.config import EnvironmentConfig, VariationConfig
 
 _GRIPS = ("pressure", "opening")
 _TASKS = ("reach", "grasp", "pick_place")

@@ -5,9 +5,9 @@ from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.learning.schema import ReachConfig
-from soft_gripper.learning.station import LearningStation
-from soft_gripper.learning.tasks import Judgement
+from soft_gripper.learning.schema.config import ReachConfig
+from soft_gripper.learning.station.learning_station import LearningStation
+from soft_gripper.learning.tasks.task import Judgement
 
 
 class Reach:

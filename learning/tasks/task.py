@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
-from soft_gripper.learning.station import LearningStation
+from soft_gripper.learning.station.learning_station import LearningStation
 
 
 class Judgement(NamedTuple):
