@@ -161,9 +161,9 @@ class SoftGripperEnv(DrakeGymEnv):
         self._judgement = self._now.task.judge(context)
         return self._judgement.reward
 
-    def _info(self, simulator: Simulator) -> dict[str, Any]:
-        """What is true as an episode begins: the state and the draw."""
-        return self._now.task.judge(simulator.get_context()).info | asdict(self._drawn)
+    def _info(self, _: Simulator) -> dict[str, Any]:
+        """What is true as an episode begins: the draw."""
+        return asdict(self._drawn)
 
 
 def make_task(station: LearningStation, config: EnvironmentConfig) -> Task:

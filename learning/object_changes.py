@@ -6,6 +6,7 @@ from pydrake.geometry import (
     Cylinder,
     Ellipsoid,
     ProximityProperties,
+    Role,
     RoleAssign,
     SceneGraph,
     Shape,
@@ -41,11 +42,20 @@ def scaled_shape(shape: Shape, factor: float) -> Shape:
 
 
 def scale_shapes(
-    scene_graph: SceneGraph, context: Context, plant: MultibodyPlant, body: RigidBody, factor: float
+    scene_graph: SceneGraph,
+    context: Context,
+    plant: MultibodyPlant,
+    body: RigidBody,
+    factor: float,
+    seen: bool,
 ) -> None:
-    """Multiplies all lengths of a body about its frame, what is seen of it too; `context` is the SceneGraph's."""
+    """Multiplies all lengths of a body about its frame, and if it is `seen` of what is seen of it.
+
+    `context` is the SceneGraph's.
+    """
     inspector, source = scene_graph.model_inspector(), plant.get_source_id()
-    for shape in inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index())):
+    frame = plant.GetBodyFrameIdOrThrow(body.index())
+    for shape in inspector.GetGeometries(frame) if seen else inspector.GetGeometries(frame, Role.kProximity):
         X_BG = inspector.GetPoseInFrame(shape)
         moved = RigidTransform(X_BG.rotation(), factor * X_BG.translation())
         scene_graph.ChangeShape(context, source, shape, scaled_shape(inspector.GetShape(shape), factor), moved)

@@ -53,7 +53,7 @@ def apply_draw(station: LearningStation, context: Context, drawn: Draw) -> None:
     place = X_WO.translation() + np.array([drawn.offset, 0.0, 0.0])
     if drawn.size is not None:
         place[2] += (drawn.size - 1) * station.object_height
-        scale_shapes(scene_graph, in_scene, plant, body, drawn.size)
+        scale_shapes(scene_graph, in_scene, plant, body, drawn.size, station.seen)
     if drawn.friction is not None or drawn.stiffness is not None:
         change_contact(scene_graph, in_scene, plant, body, drawn.friction, drawn.stiffness)
     set_mass(in_plant, body, drawn.mass, drawn.size or 1.0)

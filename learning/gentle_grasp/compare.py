@@ -29,6 +29,11 @@ def summary(policy: str, episodes: Sequence[Episode]) -> Summary:
 
 
 def saved_force(first: Sequence[Episode], second: Sequence[Episode]) -> Interval:
-    """By how much the second presses less than the first, N: the mean over the same objects."""
-    assert [one.seed for one in first] == [other.seed for other in second]
+    """By how much the second presses less than the first, N: the mean over the same objects.
+
+    Raises:
+        ValueError: if they are not the same.
+    """
+    if [one.seed for one in first] != [other.seed for other in second]:
+        raise ValueError("forces are compared over the same objects")
     return mean(np.array([one.peak_force - other.peak_force for one, other in zip(first, second, strict=True)]))

@@ -14,8 +14,9 @@ from soft_gripper.learning.gentle_grasp.policies import NUMBER, GentleGrasp, Gen
 
 FAILURE = 20.0  # N, what an object that is not held up counts as
 LARGEST = 2.0  # N, beyond which a force counts no more, lest one accident hide all else
-SPREAD = 0.25  # of the logarithm of each parameter, at first
-FIRST_SEED = 1_000_000  # of the episodes that are learned from; those that are compared have smaller ones
+SPREAD = 0.2  # of the logarithm of each parameter, at first
+FIRST_SEED = 1_000_000  # of the objects that are learned from; those that are compared have smaller ones
+OBJECTS = 100  # of which some are chosen
 
 
 class Generation(NamedTuple):
@@ -39,8 +40,8 @@ def learn(
 ) -> Iterator[tuple[GentleParameters, Generation]]:
     """Learns for as long as it is asked to: of every generation the mean of its distribution, and what it came to.
 
-    All candidates of a generation meet the same objects, those of the next meet others: half of them as they come, and
-    half the hardest to hold among three times as many, since a grasp fails with these or with none.
+    All candidates meet the same objects: were there others in every generation, one without hard objects would reward
+    whoever drops them.
 
     Args:
         env: SoftGrasp-v0.
@@ -48,8 +49,8 @@ def learn(
         seed: of the search, 1 or more.
     """
     search = cma.CMAEvolutionStrategy(np.zeros(NUMBER), SPREAD, {"seed": seed, "popsize": population, "verbose": -9})
+    seeds = training_seeds(env, episodes)
     for number in count():
-        seeds = training_seeds(env, FIRST_SEED + 2 * number * episodes, episodes)
         factors: list[Array] = search.ask()
         runs = [run_episodes(env, GentleGrasp(GentleParameters.scaled(each)), seeds) for each in factors]
         costs = [*map(cost, runs)]
@@ -61,11 +62,12 @@ def learn(
         yield GentleParameters.scaled(search.result.xfavorite), found
 
 
-def training_seeds(env: SoftGripperEnv, first: int, number: int) -> list[int]:
-    """Seeds of `number` episodes from `first` on, half of them of the objects with the most mass over friction."""
-    common, others = number // 2, range(first + number // 2, first + 2 * number)
+def training_seeds(env: SoftGripperEnv, number: int) -> list[int]:
+    """Seeds of `number` objects: half of them as they come, and half the hardest to hold of a hundred."""
+    common, others = number // 2, range(FIRST_SEED, FIRST_SEED + OBJECTS)
     needed = {seed: _needed(env.reset(seed=seed)[1]) for seed in others}
-    return [*range(first, first + common), *sorted(others, key=needed.__getitem__)[common - number :]]
+    hardest = sorted(others[common:], key=needed.__getitem__)[common - number :]
+    return [*others[:common], *hardest]
 
 
 def _needed(info: Mapping[str, Any]) -> float:

@@ -33,7 +33,7 @@ class GentleParameters:
     approach: float = 40e3  # Pa/s, at which the pressure rises until the object is touched
     touch: float = 0.012  # N m, grip torque that counts as touch
     squeeze: float = 12e3  # Pa/s, at which it rises from there at most
-    target: float = 0.058  # N m, grip torque that is held
+    target: float = 0.06  # N m, grip torque that is held
     gain: float = 5e5  # Pa/(N m s), from what is missing of it to the rate of the pressure
     ready: float = 0.9  # share of it with which the lift begins
     lift: float = 0.08  # m/s, at which the gripper is lifted

@@ -29,6 +29,7 @@ class LearningStation:
     diagram: Diagram
     parts: StationParts
     forces: PeakForce
+    seen: bool  # by a camera or in Meshcat
     object: RigidBody | None = None  # first body of what is handled
     object_height: float = 0.0  # m, of its frame over its lowest point
     target: TipTarget | None = None
@@ -73,11 +74,11 @@ def make_learning_station(
         builder.ExportOutput(add_camera(builder, parts), "picture")
     diagram = builder.Build()
     parts.check(diagram)
-    handled = config.grasp or config.pick_place
+    handled, seen = config.grasp or config.pick_place, picture or meshcat is not None
     if handled is None:
-        return LearningStation(diagram, parts, forces, target=target)
+        return LearningStation(diagram, parts, forces, seen, target=target)
     body = first_body(parts.plant, handled.object)
-    return LearningStation(diagram, parts, forces, body, _height(parts, body), goal=goal)
+    return LearningStation(diagram, parts, forces, seen, body, _height(parts, body), goal=goal)
 
 
 def _add_action(builder: DiagramBuilder, config: EnvironmentConfig, parts: StationParts) -> None:
