@@ -114,6 +114,11 @@ class SoftGripperEnv(DrakeGymEnv):
             return self._observed, 0.0, False, True, {"diverged": reason}
         return self._observed, self._judgement.reward, self._judgement.terminated, self._is_late(), self._judgement.info
 
+    def render(self) -> NDArray[np.uint8] | None:
+        """The scene as a picture, (height, width, 3), or in Meshcat."""
+        picture = super().render()
+        return None if picture is None else picture.copy()  # Drake's own is overwritten by the next one
+
     def _advance(self, action: NDArray[np.float64]) -> str:
         """Takes a step; returns why it diverged, if it did."""
         with warnings.catch_warnings(record=True) as caught:

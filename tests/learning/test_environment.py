@@ -133,6 +133,8 @@ def test_a_picture_is_taken():
     assert picture.shape == (360, 480, 3)
     assert picture.dtype == np.uint8
     assert picture.std() > 5
+    env.step(np.ones(1, np.float32))
+    assert (env.render() != picture).any()
 
 
 def test_unknown_modes_are_refused():
