@@ -24,7 +24,7 @@ from soft_gripper.learning.gentle_grasp.learned import load_learned, save_learne
 from soft_gripper.learning.gentle_grasp.learning_figure import learning_figure
 from soft_gripper.learning.gentle_grasp.policies import GentleGrasp, HandTuned
 
-GENERATIONS, POPULATION, EPISODES, SEED = 10, 8, 8, 1
+GENERATIONS, POPULATION, EPISODES, SEED = 9, 8, 8, 1
 UNSEEN = range(100)  # seeds of the objects that both are tried on
 
 
