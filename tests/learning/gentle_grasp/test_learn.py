@@ -94,4 +94,4 @@ def test_the_figure_counts_what_was_held_up(learned):
     episodes = [Episode(seed, seed > 2, 0.5) for seed in range(10)]
     figure = learning_figure([generation for _, generation in learned], episodes, episodes)
     labels = figure.axes[1].get_legend_handles_labels()[1]
-    assert labels == ["hand-tuned: 7 of 10 held up", "learned: 7 of 10 held up"]
+    assert labels == ["hand-tuned (7 of 10)", "learned (7 of 10)"]
