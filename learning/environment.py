@@ -17,6 +17,7 @@ from pydrake.systems.framework import Context, System
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.view.open_meshcat import open_meshcat
 from soft_gripper.errors import InputError, first_line
+from soft_gripper.learning.episode_variation import Draw, apply_draw, draw, varied_fingers
 from soft_gripper.learning.schema.config import EnvironmentConfig
 from soft_gripper.learning.schema.environment_file import load_environment
 from soft_gripper.learning.station.actions import resting_action
@@ -26,7 +27,6 @@ from soft_gripper.learning.tasks.grasp import Grasp
 from soft_gripper.learning.tasks.pick_place import PickPlace
 from soft_gripper.learning.tasks.reach import Reach
 from soft_gripper.learning.tasks.task import Judgement, Task
-from soft_gripper.learning.variation import Draw, apply_draw, draw, varied_fingers
 
 MODES = ("human", "rgb_array")
 Vector = NDArray[np.float32]

@@ -27,7 +27,7 @@ def learning_figure(curve: Sequence[Generation], hand_tuned: Sequence[Episode], 
 def _draw_curve(axes: Axes, curve: Sequence[Generation]) -> None:
     episodes = [each.episodes for each in curve]
     axes.plot(episodes, [each.best_cost for each in curve], "o-", color=_LEARNED, ms=4)
-    axes.set(xlabel="episodes", ylabel="mean peak force, best candidate [N]", ylim=(0, None))
+    axes.set(xlabel="episodes", ylabel="mean peak force, best candidate [N]", ylim=(0, 0.75))
     axes.yaxis.label.set_color(_LEARNED)
     other = axes.twinx()
     other.plot(episodes, [100 * each.success for each in curve], "s--", color=ESTIMATOR_COLORS[0], ms=3.5)
