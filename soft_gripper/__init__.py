@@ -118,6 +118,15 @@ _MODULES = {
     "evaluation.sweep.variation_run": "run_variation",
     "evaluation.sweep.axes": "points Values Range",
     "evaluation.sweep.sweep": "run_sweep",
+    # Learning.
+    "learning.environment": "SoftGripperEnv",
+    "learning.schema.environment_file": "load_environment environment_names",
+    "learning.gentle_grasp.policies": "GentleGrasp GentleParameters HandTuned grip_torque",
+    "learning.gentle_grasp.episodes": "hand_tuned_environment run_episodes",
+    "learning.gentle_grasp.learn": "learn",
+    "learning.gentle_grasp.learned": "load_learned",
+    "learning.gentle_grasp.compare": "summary saved_force",
+    "learning.gentle_grasp.learning_figure": "learning_figure",
     # Pictures.
     "diagrams.view.block_diagram": "graphviz save_block_diagram",
     "diagrams.view.torque_colors": "add_torque_bar",

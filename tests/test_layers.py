@@ -44,6 +44,11 @@ LAYERS = (
     "evaluation/replay",
     "evaluation/identify",
     "evaluation/hardware",
+    "learning/schema",
+    "learning/station",
+    "learning/tasks",
+    "learning",
+    "learning/gentle_grasp",
     "commands/terminal",
     "commands/hardware",
     "commands/inspect",
@@ -78,7 +83,7 @@ def test_no_import_leads_upward(path):
 def test_all_folders_are_in_the_layers():
     found = {
         str(path.parent.relative_to(ROOT))
-        for part in ("soft_gripper", "diagrams", "evaluation", "pictures", "commands", "models")
+        for part in ("soft_gripper", "diagrams", "evaluation", "pictures", "learning", "commands", "models")
         for path in (ROOT / part).rglob("*.py")
     }
     assert found - {"models/objects"} == set(LAYERS)

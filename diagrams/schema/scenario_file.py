@@ -56,7 +56,7 @@ def _load(where: str, name_or_path: str, changes: Mapping[str, Any]) -> Scenario
     document = _mapping(path, read_yaml(path))
     for key, value in changes.items():
         try:
-            _change(document, key, copy.deepcopy(value))
+            change_document(document, key, copy.deepcopy(value))
         except LookupError as error:
             raise InputError(where, "key", key, str(error.args[0])) from None
     return _checked(path, document)
@@ -145,7 +145,7 @@ def read_override(override: str) -> tuple[str, Any]:
         raise InputError("--set", key, text, error.expected) from None
 
 
-def _change(document: dict[str, Any], key: str, value: Any) -> None:
+def change_document(document: dict[str, Any], key: str, value: Any) -> None:
     """Puts a value into the document; raises a LookupError if there is no place for it."""
     *parents, last = key.split(".")
     if len(parents) >= _DEEPEST:

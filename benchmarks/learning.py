@@ -1,0 +1,71 @@
+"""What learning costs: a reset, a step in one process, and in two; medians of rounds in turns.
+
+    python benchmarks/learning.py
+
+Of one environment CPU time; beside it box_grasp in the same run, for a machine that is busy. Of two
+processes the clock: how many times as many steps a second two give as one does, which a busy machine spoils.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import time
+from collections.abc import Callable
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AsyncVectorEnv
+
+from soft_gripper import load_scenario, make_simulator, make_station
+from soft_gripper.learning.environment import SoftGripperEnv
+
+ROUNDS, STEPS = 7, 50
+GRIP, LIFT = 0.1, 20  # action that grips, and the step at which it begins to lift
+
+
+def action(step: int) -> np.ndarray:
+    """A grasp that holds."""
+    return np.array([GRIP, -1.0 if step < LIFT else 1.0], np.float32)
+
+
+def clocked(work: Callable[[], object], clock: Callable[[], float]) -> float:
+    """Time that work takes, s."""
+    begin = clock()
+    work()
+    return clock() - begin
+
+
+def episode(env: SoftGripperEnv | AsyncVectorEnv, number: int) -> None:
+    """All steps of an episode, of `number` environments at once."""
+    for step in range(STEPS):
+        env.step(action(step) if number == 0 else np.tile(action(step), (number, 1)))
+
+
+def main() -> None:
+    """Prints the figures."""
+    env = SoftGripperEnv("soft_grasp")
+    box = make_station(load_scenario("box_grasp", ["pressure.steps={all: [60e3]}"]))
+    vectors = {number: gymnasium.make_vec("SoftGrasp-v0", number, "async") for number in (1, 2)}
+    found: dict[str, list[float]] = {name: [] for name in ("reset", "episode", "box", "one", "two")}
+    for seed in range(ROUNDS):
+        found["reset"].append(clocked(lambda seed=seed: env.reset(seed=seed), time.process_time))
+        found["episode"].append(clocked(lambda: episode(env, 0), time.process_time))
+        simulator = make_simulator(box)
+        found["box"].append(clocked(lambda simulator=simulator: simulator.AdvanceTo(2.0), time.process_time))
+        for name, number in (("one", 1), ("two", 2)):
+            vectors[number].reset(seed=seed)
+            found[name].append(clocked(lambda number=number: episode(vectors[number], number), time.perf_counter))
+    median = {name: float(np.median(times)) for name, times in found.items()}
+    simulated = STEPS * env.time_step
+    print(f"reset: {1e3 * median['reset']:.1f} ms")
+    print(f"SoftGrasp-v0: {simulated / median['episode']:.1f} times real time")
+    print(f"box_grasp, with sensing and logs: {2.0 / median['box']:.1f} times real time")
+    gains = [2 * one / two for one, two in zip(found["one"], found["two"], strict=True)]
+    print(f"two processes: {np.median(gains):.2f} times the steps of one")
+    for vector in vectors.values():
+        vector.close()
+
+
+if __name__ == "__main__":
+    main()

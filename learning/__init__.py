@@ -1,0 +1,13 @@
+"""Gymnasium environments of soft grippers; to import this registers SoftReach-v0, SoftGrasp-v0 and SoftPickPlace-v0."""
+
+try:
+    import gymnasium
+except ImportError:
+    raise ImportError("soft_gripper.learning needs Gymnasium: pip install 'soft-gripper[learning]'") from None
+
+for _id, _environment in (
+    ("SoftReach-v0", "soft_reach"),
+    ("SoftGrasp-v0", "soft_grasp"),
+    ("SoftPickPlace-v0", "soft_pick_place"),
+):
+    gymnasium.register(_id, "soft_gripper.learning.environment:SoftGripperEnv", kwargs={"environment": _environment})

@@ -1,0 +1,75 @@
+"""Learning the gentle grasp: CMA-ES over its few parameters."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import count
+from typing import Any, NamedTuple
+
+import cma
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.learning.environment import SoftGripperEnv
+from soft_gripper.learning.gentle_grasp.episodes import Episode, run_episodes
+from soft_gripper.learning.gentle_grasp.policies import NUMBER, GentleGrasp, GentleParameters
+
+FAILURE = 20.0  # N, what an object that is not held up counts as
+LARGEST = 2.0  # N, beyond which a force counts no more, lest one accident hide all else
+SPREAD = 0.2  # of the logarithm of each parameter, at first
+FIRST_SEED = 1_000_000  # of the objects that are learned from; those that are compared have smaller ones
+OBJECTS = 100  # of which some are chosen
+
+
+class Generation(NamedTuple):
+    """What a generation of candidates came to."""
+
+    number: int
+    episodes: int  # so far
+    cost: float  # N, mean of its candidates
+    best_cost: float  # N, of the best one
+    peak_force: float  # N, mean over the episodes of all
+    success: float  # share of these
+
+
+def cost(episodes: Sequence[Episode]) -> float:
+    """Mean peak force, N, failures counting as much more."""
+    return float(np.mean([min(e.peak_force, LARGEST) + FAILURE * (not e.success) for e in episodes]))
+
+
+def learn(
+    env: SoftGripperEnv, population: int, episodes: int, seed: int
+) -> Iterator[tuple[GentleParameters, Generation]]:
+    """Learns for as long as it is asked to: of every generation the mean of its distribution, and what it came to.
+
+    All candidates meet the same objects: were there others in every generation, one without hard objects would reward
+    whoever drops them.
+
+    Args:
+        env: SoftGrasp-v0.
+        population, episodes: candidates in a generation, and objects that each of them meets.
+        seed: of the search, 1 or more.
+    """
+    search = cma.CMAEvolutionStrategy(np.zeros(NUMBER), SPREAD, {"seed": seed, "popsize": population, "verbose": -9})
+    seeds = training_seeds(env, episodes)
+    for number in count():
+        factors: list[Array] = search.ask()
+        runs = [run_episodes(env, GentleGrasp(GentleParameters.scaled(each)), seeds) for each in factors]
+        costs = [*map(cost, runs)]
+        search.tell(factors, costs)
+        flat = [episode for run in runs for episode in run]
+        force, share = (float(np.mean([getattr(e, name) for e in flat])) for name in ("peak_force", "success"))
+        so_far = (number + 1) * len(flat)
+        found = Generation(number, so_far, float(np.mean(costs)), min(costs), force, share)
+        yield GentleParameters.scaled(search.result.xfavorite), found
+
+
+def training_seeds(env: SoftGripperEnv, number: int) -> list[int]:
+    """Seeds of `number` objects: half of them as they come, and half the hardest to hold of a hundred."""
+    common, others = number // 2, range(FIRST_SEED, FIRST_SEED + OBJECTS)
+    needed = {seed: _needed(env.reset(seed=seed)[1]) for seed in others}
+    hardest = sorted(others[common:], key=needed.__getitem__)[common - number :]
+    return [*others[:common], *hardest]
+
+
+def _needed(info: Mapping[str, Any]) -> float:
+    """How hard an object is to hold: its mass over its friction, kg."""
+    return float(info["mass"] / info["friction"])

@@ -1,0 +1,1 @@
+"""A station with the ports `action` and `observation`."""

@@ -1,0 +1,57 @@
+"""load_environment: files, changes, mistakes."""
+
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.learning.schema.environment_file import environment_names, load_environment
+
+
+@pytest.mark.parametrize("name", environment_names())
+def test_what_is_shipped_loads(name):
+    environment = load_environment(name)
+    assert environment.config.description
+    assert environment.scenario.external[0] == "pressure"
+
+
+def test_changes_reach_the_environment_and_its_scenario():
+    changes = {"variation.mass": [0.1, 0.2], "scenario.sensor.sections": 4, "action.grip": "opening"}
+    environment = load_environment("soft_grasp", changes)
+    assert environment.config.variation.mass == [0.1, 0.2]
+    assert environment.scenario.sensor.sections == 4
+    assert environment.scenario.external == ["opening", "joints"]
+
+
+def test_a_file_of_ones_own_names_its_scenario_beside_it(tmp_path):
+    text = "scenario: free_bending\nobservation: [{signal: left_finger.tip_pose}]\nreach: {}\n"
+    path = tmp_path / "own.yaml"
+    path.write_text(text)
+    assert len(load_environment(str(path)).scenario.models) == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"action.grip": "force"}, "known: pressure, opening"),
+        ({"action.range": [1.0, 0.0]}, "least, most"),
+        ({"action.rest": 1e6}, "a value of the range"),
+        ({"variation.mass": [0.0, 0.1]}, "above 0"),
+        ({"variation.grippers": 0}, "1 or more"),
+        ({"variation.gripper": "hand"}, "models: gantry"),
+        ({"variation.weight": 1.0}, "no such key"),
+        ({"grasp.object": "apple"}, "free models: block"),
+        ({"reach": {}}, "give one of"),
+        ({"observation": []}, "at least one signal"),
+        ({"time_step": 0.01}, "sensors' period"),
+        ({"duration": 0.01}, "time_step or more"),
+        ({"scenario.sensor.sections": 0}, "1 or more"),
+        ({"nothing.here.at.all.0": 1}, "no such key"),
+    ],
+)
+def test_mistakes_are_named(changes, match):
+    with pytest.raises(InputError, match=match):
+        load_environment("soft_grasp", changes)
+
+
+def test_an_unknown_name_is_refused():
+    with pytest.raises(InputError, match="soft_grasp"):
+        load_environment("soft_gasp")

@@ -1,0 +1,35 @@
+"""PeakForce: what fingers press with, now and at worst."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+
+from soft_gripper.diagrams.simulation import solver_config
+
+
+@pytest.fixture(scope="module")
+def gripped(grasp_station):
+    """Peak and present forces, (T, F) each, and true ones, every 50 ms of a grip that is made and loosened."""
+    diagram, parts, forces = grasp_station.diagram, grasp_station.parts, grasp_station.forces
+    simulator = Simulator(diagram)
+    ApplySimulatorConfig(solver_config(parts.scenario), simulator)
+    context = simulator.get_mutable_context()
+    own = forces.GetMyContextFromRoot(context)
+    truth = [parts.signals[f"{finger.name}.normal_force"] for finger in parts.fingers]
+    rows = []
+    for grip in [0.3] * 16 + [-1.0] * 16:
+        diagram.GetInputPort("action").FixValue(context, [grip, -1.0])
+        simulator.AdvanceTo(context.get_time() + 0.05)
+        known = [port.Eval(port.get_system().GetMyContextFromRoot(context))[0] for port in truth]
+        rows.append((forces.GetOutputPort("peak").Eval(own), forces.GetOutputPort("force").Eval(own), known))
+    return (np.array(column) for column in zip(*rows, strict=True))
+
+
+def test_forces_are_the_true_ones_and_the_peak_stays(gripped):
+    peak, force, truth = gripped
+    np.testing.assert_allclose(force, truth, atol=1e-12)
+    assert force.max() > 0.3
+    assert not force[-1].any()
+    assert (np.diff(peak, axis=0) >= 0).all()
+    assert (peak[1:] >= force[:-1] - 1e-12).all()
+    assert (peak[-1] < 1.5 * force.max(axis=0)).all()

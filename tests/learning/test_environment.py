@@ -1,0 +1,144 @@
+"""SoftGripperEnv: what Gymnasium asks for, the same run from the same seed, the end of episodes."""
+
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import soft_gripper.learning  # noqa: F401  registers
+from soft_gripper.errors import InputError
+from soft_gripper.learning.environment import SoftGripperEnv
+
+IDS = ("SoftReach-v0", "SoftGrasp-v0", "SoftPickPlace-v0")
+REACH = {"id": "SoftReach-v0", "changes": {"variation.grippers": 1}}
+
+
+def actions(number, size=2):
+    return np.random.default_rng(0).uniform(-0.5, 0.3, (number, size)).astype(np.float32)
+
+
+def rollout(env, seed, number=5):
+    """Observations and rewards of some steps."""
+    observed = [env.reset(seed=seed)[0]]
+    rewards = []
+    for action in actions(number):
+        observation, reward, *_ = env.step(action)
+        observed.append(observation)
+        rewards.append(reward)
+    return np.array(observed), np.array(rewards)
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_gymnasium_finds_nothing_wrong(name):
+    env = gymnasium.make(name, changes={"variation.grippers": 1})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_went_before(one_gripper):
+    first = rollout(one_gripper, seed=3)
+    rollout(one_gripper, seed=4)
+    again = rollout(one_gripper, seed=3)
+    for one, other in zip(first, again, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_other_seeds_lead_to_other_trajectories(one_gripper):
+    assert (rollout(one_gripper, seed=3)[0][-1] != rollout(one_gripper, seed=4)[0][-1]).any()
+
+
+def test_other_processes_see_the_same():
+    """Two processes of a vector environment, with seeds 7 and 8, and this one with 8."""
+    vector = gymnasium.make_vec(**REACH, num_envs=2, vectorization_mode="async")
+    alone = gymnasium.make(**REACH)
+    try:
+        seen = [(vector.reset(seed=7)[0], alone.reset(seed=8)[0])]
+        for action in actions(12, 1):
+            seen.append((vector.step(np.array([-action, action]))[0], alone.step(action)[0]))
+    finally:
+        vector.close()
+    both, one = (np.array(each) for each in zip(*seen, strict=True))
+    np.testing.assert_array_equal(both[:, 1], one)
+    assert (both[:, 0] != one).any()
+
+
+def test_without_a_seed_episodes_differ(one_gripper):
+    _, first = one_gripper.reset(seed=1)
+    _, second = one_gripper.reset()
+    assert first["mass"] != second["mass"]
+
+
+def test_an_episode_is_truncated_after_its_duration(one_gripper):
+    one_gripper.reset(seed=0)
+    ends = [one_gripper.step(np.array([-0.7, -1.0], np.float32))[2:4] for _ in range(5)]
+    assert ends == [(False, False)] * 4 + [(False, True)]
+
+
+def test_a_crushed_object_ends_an_episode():
+    env = SoftGripperEnv("soft_grasp", {"variation.grippers": 1, "grasp.crushing_force": 0.05})
+    env.reset(seed=0)
+    for _ in range(20):
+        _, reward, terminated, _, info = env.step(np.array([0.3, -1.0], np.float32))
+        if terminated:
+            break
+    assert terminated
+    assert info["crushed"]
+    assert reward < -0.9
+
+
+@pytest.mark.parametrize("fault", ["not finite", "solver"])
+def test_divergence_truncates_and_says_why(one_gripper, monkeypatch, fault):
+    observed, _ = one_gripper.reset(seed=0)
+    simulator, plant = one_gripper._now.simulator, one_gripper._now.station.parts.plant
+    if fault == "not finite":
+        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        context.get_mutable_discrete_state_vector().SetFromVector(np.full(plant.num_multibody_states(), np.nan))
+    else:
+
+        class Failing:
+            def __getattr__(self, name):
+                return getattr(simulator, name)
+
+            def AdvanceTo(self, time):  # noqa: N802
+                raise RuntimeError("no convergence")
+
+        monkeypatch.setattr(one_gripper, "simulator", Failing())
+    observation, reward, terminated, truncated, info = one_gripper.step(np.zeros(2, np.float32))
+    np.testing.assert_array_equal(observation, observed)
+    assert (reward, terminated, truncated) == (0.0, False, True)
+    assert info["diverged"]
+    monkeypatch.undo()
+    assert np.isfinite(one_gripper.reset(seed=0)[0]).all()
+
+
+def test_an_action_that_is_no_number_is_refused(one_gripper):
+    one_gripper.reset(seed=0)
+    with pytest.raises(InputError, match="finite"):
+        one_gripper.step(np.array([np.nan, 0.0], np.float32))
+
+
+def test_actions_beyond_the_limits_are_those_at_the_limits(one_gripper):
+    seen = []
+    for factor in (1.0, 3.0):
+        one_gripper.reset(seed=0)
+        seen.append([one_gripper.step(factor * np.array([-1.0, -1.0], np.float32))[0] for _ in range(3)])
+    np.testing.assert_array_equal(*seen)
+
+
+def test_a_picture_is_taken():
+    env = SoftGripperEnv("soft_reach", {"variation.grippers": 1}, render_mode="rgb_array")
+    env.reset(seed=0)
+    picture = env.render()
+    assert picture.shape == (360, 480, 3)
+    assert picture.dtype == np.uint8
+    assert picture.std() > 5
+    env.step(np.ones(1, np.float32))
+    assert (env.render() != picture).any()
+
+
+def test_unknown_modes_are_refused():
+    with pytest.raises(InputError, match="rgb_array"):
+        SoftGripperEnv("soft_reach", render_mode="paper")
