@@ -79,6 +79,7 @@ bench-peers: $(READY)
 
 scaling: $(READY)
 	$(BIN)/python benchmarks/scaling.py
+	$(BIN)/python benchmarks/many_runs.py
 
 work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py

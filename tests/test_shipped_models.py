@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 from pydrake.geometry import Box, Cylinder, Mesh, Role, Shape
@@ -9,6 +10,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.loading.model_files import load_model
+from soft_gripper.diagrams.schema.scenario import ModelConfig
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.models import DIRECTORY
 
@@ -28,6 +30,8 @@ OBJECTS = {
     ("pick_and_place_apple", "apple"): ("apple.obj", 0.06, (59.9, 59.8, 57.9), 0.8),
 }
 OF_RECOGNITION = {"sphere.obj": (46, 46, 46), "cylinder.obj": (46, 46, 32)}  # grasped beside box and irregular
+
+TO_LEARN_WITH = "rounded_block.sdf"
 
 
 def size(shape: Shape) -> list[float]:
@@ -65,7 +69,26 @@ def test_an_object_is_as_shipped(
 
 def test_all_shipped_objects_are_in_the_table() -> None:
     shipped = {path.name for path in (DIRECTORY / "objects").iterdir() if path.suffix in (".sdf", ".obj")}
-    assert shipped == {file for file, *_ in OBJECTS.values()} | set(OF_RECOGNITION)
+    assert shipped == {file for file, *_ in OBJECTS.values()} | set(OF_RECOGNITION) | {TO_LEARN_WITH}
+
+
+def test_the_block_to_learn_with_is_as_shipped() -> None:
+    """Its rods reach as far as a box of 44 x 28 x 60 mm, of which it has the inertia."""
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    model, _ = load_model(plant, ModelConfig("block", f"package://soft_gripper/objects/{TO_LEARN_WITH}"), "models[0]")
+    plant.Finalize()
+    (body,) = (plant.get_body(index) for index in plant.GetBodyIndices(model))
+    inspector, reaches = scene_graph.model_inspector(), []
+    for geometry in plant.GetCollisionGeometriesForBody(body):
+        rod, place = inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry).translation()
+        reaches.append(np.abs(place) + rod.radius() + np.array([0, 0, rod.length() / 2]))
+        material = inspector.GetProximityProperties(geometry).GetProperty("material", "coulomb_friction")
+        assert (material.static_friction(), material.dynamic_friction()) == (0.7, 0.7)
+    extents = 2 * np.max(reaches, axis=0)
+    np.testing.assert_allclose(extents, [0.044, 0.028, 0.060], atol=1e-12)
+    assert body.default_mass() == 0.04
+    moments = body.default_spatial_inertia().CalcRotationalInertia().get_moments()
+    np.testing.assert_allclose(moments, 0.04 / 12 * (np.sum(extents**2) - extents**2), rtol=1e-4)
 
 
 @pytest.mark.parametrize(("file", "millimetres"), OF_RECOGNITION.items())

@@ -1,0 +1,113 @@
+"""What many runs cost: runs a second against processes, what a run costs beyond its simulation, and memory over RUNS.
+
+Prints a table, and draws docs/many_runs.png and .svg. Runs are of free bending for 0.3 s, in sweeps whose station is
+used again (another seed of the sensors), or built anew for each (another modulus of the fingers).
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from processes import family
+
+from soft_gripper import Range, Values, load_scenario, make_station, open_executor, points, run_station, run_sweep
+from soft_gripper.evaluation.figure_style import STYLE, estimator_style, save_figure
+
+FIGURE = Path(__file__).parent.parent / "docs" / "many_runs"
+FIXED = {
+    "pressure.steps.all": [0, 60e3],
+    "pressure.settle": 0.1,
+    "pressure.hold_samples": 5,
+    "sensor.errors.preset": "realistic",
+}
+RUNS, FEW, ROUNDS = 1000, 40, 3
+KINDS = ("station used again", "station built anew")
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A sweep: how long it took, s, and as each run ended the memory of what began it and of its largest worker, MB."""
+
+    seconds: float
+    resident: np.ndarray  # (runs, 2)
+
+
+def main() -> None:
+    """Prints the table and draws the figure."""
+    jobs = list(range(1, (os.cpu_count() or 1) + 1))
+    alone = simulated()
+    rates = {kind: [FEW / min(sweep(kind, FEW, n).seconds for _ in range(ROUNDS)) for n in jobs] for kind in KINDS}
+    long = {kind: sweep(kind, RUNS, jobs[-1]) for kind in KINDS}
+    print(
+        "| | "
+        + " | ".join(f"runs/s, {n} processes" for n in jobs)
+        + " | beyond the simulation [ms] | memory, run 50 and last [MB] |"
+    )
+    print("|---|" + "---:|" * (len(jobs) + 2))
+    for kind in KINDS:
+        cells = [f"{rate:.1f}" for rate in rates[kind]]
+        beyond, memory = 1e3 * (1 / rates[kind][0] - alone), long[kind].resident[:, 1]
+        print(f"| {kind} | {' | '.join(cells)} | {beyond:.0f} | {memory[50]:.0f}, {memory[-1]:.0f} |")
+    draw(jobs, rates, long)
+
+
+def simulated() -> float:
+    """Time of a run in a station that is there, s."""
+    station = make_station(load_scenario("free_bending", [f"{key}={value}" for key, value in FIXED.items()]))
+    times = []
+    for _ in range(FEW):
+        began = time.perf_counter()
+        run_station(station)
+        times.append(time.perf_counter() - began)
+    return float(np.median(times))
+
+
+def sweep(kind: str, runs: int, jobs: int) -> Swept:
+    """So many runs by so many processes, after the first two of each, which import everything."""
+    again = kind == KINDS[0]
+    axis = (
+        Values("sensor.seed", tuple(range(runs))) if again else Range("models.0.fingers.all.youngs_modulus", 2e5, 3e5)
+    )
+    variations = points([axis]) if again else points([axis], "latin", runs)
+    resident = []
+    with TemporaryDirectory() as folder, open_executor(jobs) as executor:
+        run_sweep("free_bending", variations[: 2 * jobs], Path(folder) / "first", executor, fixed=FIXED)
+        began = time.perf_counter()
+
+        def report(_: bool) -> None:
+            here, *workers = sorted(family(os.getpid()), key=lambda one: one.pid != os.getpid())
+            resident.append([here.resident(), max(worker.resident() for worker in workers)])
+
+        run_sweep("free_bending", variations, Path(folder) / "all", executor, fixed=FIXED, report=report)
+        return Swept(time.perf_counter() - began, np.array(resident))
+
+
+def draw(jobs: list[int], rates: dict[str, list[float]], long: dict[str, Swept]) -> None:
+    """Runs a second, and memory."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8, 2.8), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        for place, kind in enumerate(KINDS):
+            style = estimator_style(place + 1, kind)
+            left.plot(jobs, rates[kind], **style)
+            here, worker = long[kind].resident.T
+            right.plot(worker, color=style["color"])
+            right.plot(here, color=style["color"], ls=":")
+        left.set(xlabel="processes", ylabel="runs a second", xticks=jobs)
+        left.set_ylim(bottom=0)
+        left.legend(frameon=False)
+        right.set(xlabel="runs", ylabel="memory [MB], largest worker;\ndotted: what began it")
+        right.set_ylim(0, 1.1 * max(swept.resident.max() for swept in long.values()))
+        save_figure(figure, FIGURE)
+
+
+if __name__ == "__main__":
+    main()
