@@ -5,6 +5,7 @@ stays in memory, 15 MB. A process that has grown by GROWTH makes way for another
 """
 
 import logging
+import os
 import reprlib
 import signal
 import tempfile
@@ -16,7 +17,7 @@ from multiprocessing import forkserver, get_context
 from types import TracebackType
 from typing import Any
 
-from soft_gripper.errors import WorkerDiedError
+from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.evaluation.executor.worker import begin, make
 
 GROWTH = 0.15  # share by which a process that is replaced has grown since its first call
@@ -25,6 +26,7 @@ ATTEMPTS = 2  # at a call whose process dies
 # second; xarray loads dask.array when it is first used, if it is there.
 _PRELOADED = ("soft_gripper.evaluation.sweep.variation_run", "dask.array")
 _CONTEXT = get_context("forkserver")
+_LONGEST = 70  # bytes of the temporary folder, in which processes talk by sockets whose paths have 107 at most
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -37,7 +39,15 @@ class WorkerProcesses(Executor):
     """
 
     def __init__(self, jobs: int):
-        """`jobs` is the number of processes."""
+        """`jobs` is the number of processes.
+
+        Raises:
+            InputError: if the path of the temporary folder is too long.
+        """
+        temporary = tempfile.gettempdir()
+        if len(os.fsencode(temporary)) > _LONGEST:
+            expected = f"processes talk by sockets there: give a path of at most {_LONGEST} bytes"
+            raise InputError("environment", "TMPDIR", temporary, expected)
         _start_server()
         self._folder = tempfile.TemporaryDirectory(prefix="soft-gripper-", ignore_cleanup_errors=True)
         self._threads = ThreadPoolExecutor(jobs)

@@ -8,7 +8,9 @@ import random
 import signal
 import subprocess
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from command_line import LISTENING, short
@@ -42,9 +44,8 @@ RESUMED = {"sweep": (SWEEP, "sweep.csv"), "grasp-trials": (TRIALS, "trials.csv")
 class Place:
     """A folder to work in, whose processes and temporary files are known by it."""
 
-    def __init__(self, folder: Path):
-        self.folder, self.temporary = folder, folder / "tmp"
-        self.temporary.mkdir()
+    def __init__(self, folder: Path, temporary: Path):
+        self.folder, self.temporary = folder, temporary
         brief = load_scenario("pick_and_place_box", ["task.time_limit=0.5", "estimator.contact_threshold=0.012"])
         (folder / "brief.yaml").write_text(dump_scenario(brief))
         self.environment = {**os.environ, "TMPDIR": str(self.temporary)}
@@ -75,14 +76,21 @@ class Place:
         assert not self.left_alive(process.pid)
 
 
+@pytest.fixture
+def temporary() -> Iterator[Path]:
+    """A short path, for the sockets in it."""
+    with TemporaryDirectory(prefix="kills-") as folder:
+        yield Path(folder)
+
+
 def files(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.mark.parametrize("command", RESUMED)
-def test_what_is_resumed_comes_to_the_same(command, tmp_path):
+def test_what_is_resumed_comes_to_the_same(command, tmp_path, temporary):
     arguments, table = RESUMED[command]
-    place = Place(tmp_path)
+    place = Place(tmp_path, temporary)
     lasts = place.finish(arguments, "whole")
     for i in range(KILLS or 1):
         out = f"killed_{i}"
@@ -93,8 +101,8 @@ def test_what_is_resumed_comes_to_the_same(command, tmp_path):
     assert not files(place.temporary)
 
 
-def test_a_run_leaves_whole_files_or_none(tmp_path):
-    place = Place(tmp_path)
+def test_a_run_leaves_whole_files_or_none(tmp_path, temporary):
+    place = Place(tmp_path, temporary)
     lasts = place.finish(RUN, "whole")
     for i in range(KILLS or 1):
         out = tmp_path / f"killed_{i}"

@@ -70,6 +70,12 @@ def executor():
         yield processes
 
 
+def test_a_temporary_folder_too_deep_for_sockets_is_refused(monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", "/tmp/" + 66 * "d")
+    with pytest.raises(InputError, match=r"TMPDIR = '/tmp/d.*at most 70 bytes"):
+        WorkerProcesses(1)
+
+
 def test_calls_are_made_in_other_processes_and_errors_arrive(executor):
     found = {executor.submit(pid, i).result() for i in range(4)}
     assert os.getpid() not in found
