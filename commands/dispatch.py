@@ -81,8 +81,9 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
     options = command_parser().parse_args(arguments)
     options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
     try:
-        with notes(), options.console.speaking():
-            code = ExitCode(options.command(options) or ExitCode.DONE)
+        with notes():
+            with options.console.speaking():
+                code = ExitCode(options.command(options) or ExitCode.DONE)
             sys.stdout.flush()
         return code
     except (InputError, SimulationDivergedError, WorkerDiedError) as error:

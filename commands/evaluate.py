@@ -73,7 +73,7 @@ def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> 
     print_claims(evaluation.claims)
     console.table("poses", evaluation.poses)
     console.table("claims", evaluation.claims)
-    print("\nThere are figures, and a folder a scenario, too.")
+    print(f"\nFigures, and a folder for every scenario, are in {out}")
     console.wrote(*(out / file for file in ("report.html", "metrics.csv", "forces.csv", "contact.csv")))
     return evaluation
 

@@ -32,7 +32,7 @@ class Console:
 
     def wrote(self, *files: Path) -> None:
         """Names the files that were written."""
-        self.document["written"] = [str(file) for file in files]
+        self.document.setdefault("written", []).extend(str(file) for file in files)
         print("\nWritten: " + ", ".join(map(str, files)))
 
     def counter(self, total: int | None, of: str) -> "tqdm[None]":

@@ -22,8 +22,9 @@ def test_document_has_tables_and_files_and_null_for_what_is_no_number(capsys):
         print("text for people")
         console.table("errors", [Row("a", 0.5), Row("b", float("nan"))])
         console.wrote(Path("out") / "errors.csv")
+        console.wrote(Path("out") / "more.csv")
     rows = [{"name": "a", "error_mm": 0.5}, {"name": "b", "error_mm": None}]
-    assert json.loads(capsys.readouterr().out) == {"errors": rows, "written": ["out/errors.csv"]}
+    assert json.loads(capsys.readouterr().out) == {"errors": rows, "written": ["out/errors.csv", "out/more.csv"]}
 
 
 def test_text_comes_without_a_document(capsys):
