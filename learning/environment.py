@@ -81,7 +81,7 @@ class SoftGripperEnv(DrakeGymEnv):
         self._observed: Vector = np.zeros(size, np.float32)
         self.metadata = {}  # of this one alone: DrakeGymEnv writes into it
         super().__init__(
-            simulator=self._pick,
+            simulator=self._begin,
             time_step=config.time_step,
             action_space=Box(-1.0, 1.0, (len(self._resting),), np.float32),
             observation_space=Box(-LARGEST, LARGEST, (size,), np.float32),
@@ -90,7 +90,7 @@ class SoftGripperEnv(DrakeGymEnv):
             observation_port_id="observation",
             render_rgb_port_id="picture" if render_mode == "rgb_array" else None,
             render_mode=render_mode,
-            reset_handler=self._begin,
+            hardware=True,  # a reset keeps the context that `_begin` made: it would be initialized twice otherwise
         )
         self.metadata = {"render_modes": [*MODES], "render_fps": round(1 / config.time_step)}
         self.info_handler = self._info  # one that is given to the constructor is dropped
@@ -148,19 +148,17 @@ class SoftGripperEnv(DrakeGymEnv):
             simulator.set_target_realtime_rate(1.0)
         return _Built(simulator, station, make_task(station, config))
 
-    def _pick(self, _: RandomGenerator) -> Simulator:
-        """One of the simulators; DrakeGymEnv asks as an episode begins."""
+    def _begin(self, _: RandomGenerator) -> Simulator:
+        """One of the simulators, ready for an episode, which DrakeGymEnv then initializes."""
         self._now = self._pool[int(self.np_random.integers(len(self._pool)))]
-        return self._now.simulator
-
-    def _begin(self, simulator: Simulator, context: Context, _: int | None) -> None:
-        """Makes an episode of a default context."""
-        station, task = self._now.station, self._now.task
-        self.action_port.FixValue(context, self._resting)
+        simulator, station, task = self._now
+        context = simulator.get_mutable_context()
+        station.diagram.SetDefaultContext(context)
+        station.diagram.GetInputPort("action").FixValue(context, self._resting)
         self._drawn = draw(self.np_random, self.environment.config.variation)
         apply_draw(station, context, self._drawn)
         task.begin(context, self.np_random)
-        simulator.Initialize()
+        return simulator
 
     def _reward(self, _: System, context: Context) -> float:
         self._judgement = self._now.task.judge(context)
