@@ -1,6 +1,8 @@
 """YAML text of the user's -> plain data: the one place where it is parsed."""
 
+import copy
 import unicodedata
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,11 @@ def parse_yaml(where: Path | str, text: str) -> Any:
     Raises:
         InputError: if the text is no YAML, holds anything else, a key twice, or is nested or repeated without end.
     """
+    return copy.deepcopy(_parsed(where, text))
+
+
+@lru_cache(maxsize=16)  # a sweep reads the same file for every run
+def _parsed(where: Path | str, text: str) -> Any:
     name = Path(where).name
     try:
         _check_size(where, text)

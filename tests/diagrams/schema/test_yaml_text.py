@@ -58,3 +58,9 @@ def test_file_is_named(tmp_path) -> None:
     file.write_text("a: [1")
     with pytest.raises(InputError, match=r"a\.yaml: file = 'a.yaml': is not YAML"):
         read_yaml(file)
+
+
+def test_data_of_the_same_text_is_the_callers_own() -> None:
+    changed = parse_yaml("a.yaml", "a: {b: [1]}")
+    changed["a"]["b"].append(2)
+    assert parse_yaml("a.yaml", "a: {b: [1]}") == {"a": {"b": [1]}}
