@@ -54,8 +54,9 @@ def _run(options: argparse.Namespace) -> None:
     scenario = open_scenario(chosen_scenario(options), options.grip)
     folder = claim_folder(options.out or Path("results") / "play" / name)
     logging.getLogger("drake").setLevel(logging.WARNING)  # the address is Meshcat's alone
-    meshcat, feed = open_meshcat(options.host), SignalFeed()
+    meshcat = open_meshcat(options.host)
     station = station_of(options.scenario, scenario, meshcat)
+    feed = SignalFeed(station.parts.signals)
     session = Session(station, meshcat, feed, Recorder(station, meshcat, folder))
     with page_server(_about(name, station, session.sliders), meshcat, feed, options.host) as port:
         shown = "localhost" if options.host == ADDRESS else options.host

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
+from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Thread
@@ -122,6 +123,9 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def _stream(self, signals: list[str]) -> None:
+        if not self._feed.known.issuperset(signals):  # the page is of something that was played here before
+            self.send_error(HTTPStatus.NOT_FOUND)
+            return
         self._head("text/event-stream")
         try:
             with self._feed.listen(signals) as messages:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from queue import Full, Queue
 from threading import Lock
@@ -14,7 +14,9 @@ _KEPT = 100  # messages that a listener may be behind; more are lost to it
 class SignalFeed:
     """Hands messages to every listener, each with the signals that it has asked for."""
 
-    def __init__(self) -> None:
+    def __init__(self, known: Iterable[str]) -> None:
+        """`known` are the names of the signals that can be asked for."""
+        self.known = frozenset(known)
         self._listeners: dict[Queue[str | None], frozenset[str]] = {}
         self._lock, self._is_closed = Lock(), False
 

@@ -125,7 +125,7 @@ def _set_scene(meshcat: Meshcat) -> None:
 
 
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
-    """What is to be seen, (M, 3) m: where the fingers can go, the arm, and where its task begins and ends."""
+    """What is to be seen, (M, 3) m: where the fingers can go, the arm, what is handled, and where its task ends."""
     plant, scene_graph, fingers = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
     if arm is not None:
@@ -134,9 +134,10 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
         for posture in [arm.home, *(phase.posture for phase in (task.phases if task else ()) if phase.posture)]:
             plant.SetPositions(context, model, posture)
             points += [*box_corners(plant, scene_graph, context, moved, Role.kIllustration)]
+    free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
+    points += [*box_corners(plant, scene_graph, plant.CreateDefaultContext(), free, Role.kIllustration)]
     if task is not None and task.object is not None:
-        (begin,) = [model.X_PC for model in models if model.name == task.object]
-        points += [place.GetDeterministicValue().translation() for place in (begin, task.X_WGoal)]
+        points.append(task.X_WGoal.GetDeterministicValue().translation())
     return np.array(points)
 
 

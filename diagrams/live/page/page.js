@@ -87,7 +87,10 @@ function listen() {
   events = new EventSource(`live?${[...signals].map((name) => `signal=${encodeURIComponent(name)}`).join("&")}`);
   events.onmessage = ({data}) => take(JSON.parse(data));
   events.addEventListener("end", () => { events.close(); say("ended", "halted"); });
-  events.onerror = () => say("no connection", "halted");
+  events.onerror = () => {
+    say("no connection", "halted");
+    if (events.readyState === EventSource.CLOSED) location.reload(); // something else is played here now
+  };
 }
 
 function take({status, values}) {

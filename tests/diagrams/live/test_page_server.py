@@ -22,7 +22,7 @@ def meshcat() -> Meshcat:
 
 @pytest.fixture
 def feed() -> SignalFeed:
-    return SignalFeed()
+    return SignalFeed(("a", "b", "c"))
 
 
 @pytest.fixture
@@ -67,6 +67,11 @@ def test_signals_come_as_they_are_sent(port: int, feed: SignalFeed) -> None:
     assert b"event: end" in stream.read()
 
 
+def test_a_page_of_something_else_gets_no_signals(port: int, feed: SignalFeed) -> None:
+    assert get(port, "/live?signal=a&signal=d").status == 404
+    assert feed.wanted == set()
+
+
 def test_no_thread_and_no_port_is_left(meshcat: Meshcat, feed: SignalFeed) -> None:
     before = set(threading.enumerate())
     with page_server({}, meshcat, feed, HOST) as port:
@@ -79,7 +84,7 @@ def test_no_thread_and_no_port_is_left(meshcat: Meshcat, feed: SignalFeed) -> No
 
 
 def test_a_port_that_is_taken_is_passed_over(meshcat: Meshcat, port: int) -> None:
-    with page_server({}, meshcat, SignalFeed(), HOST) as other:
+    with page_server({}, meshcat, SignalFeed(("a", "b", "c")), HOST) as other:
         assert other in module.PORTS
         assert other != port
 

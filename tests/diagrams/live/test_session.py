@@ -25,7 +25,7 @@ class Watched(SignalFeed):
     """What was sent, and what its user does then."""
 
     def __init__(self, meshcat: Meshcat, user: dict[int, Callable[[], None]]):
-        super().__init__()
+        super().__init__({PRESSURE})
         self.sent: list[dict] = []
         self._meshcat, self._user = meshcat, user
 

@@ -4,6 +4,8 @@ from queue import Queue
 
 from soft_gripper.diagrams.live.signal_feed import SignalFeed
 
+KNOWN = ("a", "b")
+
 
 def messages(queue: "Queue[str | None]") -> list:
     found = []
@@ -14,7 +16,7 @@ def messages(queue: "Queue[str | None]") -> list:
 
 
 def test_everybody_gets_what_they_asked_for() -> None:
-    feed = SignalFeed()
+    feed = SignalFeed(KNOWN)
     with feed.listen(["a"]) as first, feed.listen(["a", "b"]) as second:
         assert feed.wanted == {"a", "b"}
         feed.send({"time": 1.0}, {"a": [1.0], "b": [2.0, 3.0]})
@@ -24,7 +26,7 @@ def test_everybody_gets_what_they_asked_for() -> None:
 
 
 def test_what_is_not_known_is_valid_json() -> None:
-    feed = SignalFeed()
+    feed = SignalFeed(KNOWN)
     with feed.listen(["a"]) as queue:
         feed.send({}, {"a": [math.nan, math.inf, 1.0]})
         message = queue.get()
@@ -34,7 +36,7 @@ def test_what_is_not_known_is_valid_json() -> None:
 
 
 def test_a_listener_that_is_too_slow_loses_messages_but_not_the_end() -> None:
-    feed = SignalFeed()
+    feed = SignalFeed(KNOWN)
     with feed.listen([]) as queue:
         for i in range(1000):
             feed.send({"number": i}, {})
@@ -45,7 +47,7 @@ def test_a_listener_that_is_too_slow_loses_messages_but_not_the_end() -> None:
 
 
 def test_who_comes_after_the_end_is_not_kept_waiting() -> None:
-    feed = SignalFeed()
+    feed = SignalFeed(KNOWN)
     feed.close()
     with feed.listen([]) as queue:
         assert messages(queue) == [None]

@@ -12,6 +12,8 @@ from pydrake.geometry import Meshcat
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.live.open_scenario import open_scenario
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
@@ -113,9 +115,18 @@ class WatchedMeshcat(Meshcat):
         super().SetCameraPose(camera_in_world, target_in_world)
 
 
-@pytest.mark.parametrize("name", ["box_grasp", "pick_and_place_box", "arm_motion"])
-def test_the_camera_sees_arm_gripper_and_goal_above_the_legend(name: str) -> None:
-    meshcat, scenario = WatchedMeshcat(), load_scenario(name)
+@pytest.mark.parametrize(
+    "scenario",
+    [
+        load_scenario("box_grasp"),
+        load_scenario("pick_and_place_box"),
+        load_scenario("arm_motion"),
+        open_scenario(load_scenario("pick_and_place_apple")),
+    ],
+    ids=["grasp", "task", "arm", "open"],
+)
+def test_the_camera_sees_arm_gripper_object_and_goal_above_the_legend(scenario: Scenario) -> None:
+    meshcat = WatchedMeshcat()
     station = make_station(scenario, meshcat)
     plant, context = station.plant, station.plant.CreateDefaultContext()
     view = upright_view(meshcat.target - meshcat.eye).matrix()
