@@ -1,8 +1,9 @@
 """Learns a gentle grasp with CMA-ES, tries it and the hand-tuned one on unseen objects, and draws what came of it.
 
-    python docs/learning/learn_grasp.py results/learning
+    python docs/learning/learn_grasp.py [FOLDER]
 
-writes learned.yaml, episodes.csv of both, and learning.png and .svg. CPU time: about 15 minutes.
+writes learned.yaml, episodes.csv of both, and learning.png and .svg into results/learning, or FOLDER, in about
+15 minutes of CPU time.
 """
 
 import sys
@@ -61,4 +62,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results/learning"))

@@ -1,6 +1,6 @@
 """Learns SoftReach-v0 with the PPO of Stable-Baselines3, which is no dependency: pip install stable-baselines3.
 
-python docs/learning/learn_with_sb3.py STEPS
+python docs/learning/learn_with_sb3.py [STEPS]
 """
 
 import sys
@@ -16,6 +16,6 @@ if __name__ == "__main__":  # processes import this file
     envs = make_vec_env("SoftReach-v0", n_envs=2, seed=0, vec_env_cls=SubprocVecEnv)
     model = PPO("MlpPolicy", envs, n_steps=500, batch_size=100, gamma=0.9, seed=0, verbose=1)
     before = evaluate_policy(model, envs, n_eval_episodes=10)
-    model.learn(total_timesteps=int(sys.argv[1]))
+    model.learn(total_timesteps=int(sys.argv[1]) if len(sys.argv) > 1 else 20_000)
     after = evaluate_policy(model, envs, n_eval_episodes=10)
     print(f"mean reward of an episode, of 5 at most: {before[0]:.2f} before, {after[0]:.2f} after")
