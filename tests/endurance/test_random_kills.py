@@ -14,10 +14,12 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from command_line import LISTENING, short
+from identified import BEAM, RELEASED, finger_of, recorded, release, write_motion
 from processes import Process, processes
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.evaluation.report.evaluate import RUNS
 
 pytestmark = pytest.mark.slow
 
@@ -37,8 +39,11 @@ SWEEP = [
     "2",
 ]
 TRIALS = ["grasp-trials", "--scenario", "brief.yaml", "--trials", "6", "--jobs", "2"]
-RUN = ["run", "free_bending", *short()]
 RESUMED = {"sweep": (SWEEP, "sweep.csv"), "grasp-trials": (TRIALS, "trials.csv")}
+RUN = ["run", "free_bending", *short()]
+IDENTIFY = ["identify", "run.csv", "--finger", "guess.urdf", "--free", "youngs_modulus", "--jobs", "2"]
+BEGUN_ANEW = {"run": (RUN, "{}"), "identify": (IDENTIFY, "{}/fitted.urdf")}  # with what goes after --out
+EVALUATE, EVALUATES = ["evaluate", "--jobs", "2"], 60.0  # s, in which its first scenarios end
 
 
 class Place:
@@ -83,6 +88,21 @@ def temporary() -> Iterator[Path]:
         yield Path(folder)
 
 
+def write_recording_of_a_beam(folder: Path) -> None:
+    """run.csv of a beam that is let go, recording.yaml that says what is in it, and guess.urdf."""
+    motion = recorded(finger_of(BEAM, folder), release(0.8))
+    write_motion(folder / "run.csv", motion.time, motion.markers)
+    (folder / "recording.yaml").write_text(RELEASED)
+    (folder / "guess.urdf").write_text(
+        BEAM.replace('material="dragon_skin_10"', 'youngs_modulus="2.75e5" density="1070"')
+    )
+
+
+def whole_files(folder: Path) -> set[str]:
+    """Those that a user sees."""
+    return {name for name in files(folder) if not name.startswith(".")}
+
+
 def files(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
@@ -101,18 +121,34 @@ def test_what_is_resumed_comes_to_the_same(command, tmp_path, temporary):
     assert not files(place.temporary)
 
 
-def test_a_run_leaves_whole_files_or_none(tmp_path, temporary):
+@pytest.mark.parametrize("command", BEGUN_ANEW)
+def test_what_is_killed_leaves_whole_files_or_none(command, tmp_path, temporary):
+    arguments, out = BEGUN_ANEW[command]
     place = Place(tmp_path, temporary)
-    lasts = place.finish(RUN, "whole")
+    write_recording_of_a_beam(tmp_path)
+    lasts = place.finish(arguments, out.format("whole"))
     for i in range(KILLS or 1):
-        out = tmp_path / f"killed_{i}"
-        place.kill_at_random(RUN, out.name, lasts)
-        left = {name for name in files(out) if not name.startswith(".")} if out.exists() else set()
+        folder = tmp_path / f"killed_{i}"
+        place.kill_at_random(arguments, out.format(folder.name), lasts)
+        left = whole_files(folder) if folder.exists() else set()
         assert left <= files(tmp_path / "whole")
         for name in left:
             if name == "recording.nc":
-                assert len(Recording.load(out / name).data["time"]) > 0
-            elif name.endswith(".csv"):
-                assert (out / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
-        place.finish(RUN, out.name)
-        assert files(out) == files(tmp_path / "whole")
+                assert len(Recording.load(folder / name).data["time"]) > 0
+            elif name.endswith((".csv", ".urdf")):
+                assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+        place.finish(arguments, out.format(folder.name))
+        assert files(folder) == files(tmp_path / "whole")
+
+
+def test_an_evaluation_that_is_killed_leaves_whole_scenarios(tmp_path, temporary):
+    place = Place(tmp_path, temporary)
+    for i in range(KILLS or 1):
+        folder = tmp_path / f"killed_{i}"
+        place.kill_at_random(EVALUATE, folder.name, EVALUATES)
+        scenarios = {name.split("/")[0] for name in whole_files(folder)} if folder.exists() else set()
+        assert scenarios <= set(RUNS)
+        for scenario in scenarios:
+            assert {"scenario.yaml", "recording.nc"} <= files(folder / scenario)
+            assert len(Recording.load(folder / scenario / "recording.nc").data["time"]) > 0
+    assert not files(place.temporary)
