@@ -28,16 +28,20 @@ def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[fl
     return tuple(map(float, words))
 
 
-def finite_numbers(where: object, field: str, text: str, *counts: int) -> tuple[float, ...]:
+def finite_numbers(where: object, field: str, text: str, *counts: int, least: float = LEAST) -> tuple[float, ...]:
     """The numbers of a text, as `read_numbers`, but finite and of a size that can be meant.
+
+    `least` is 0 where rounding leaves numbers of any size that stand for 0, as in places, angles and products of
+    inertia.
 
     Raises:
         InputError: if it holds anything else.
     """
     numbers = read_numbers(where, field, text, *counts)
     for number in numbers:
-        if not (number == 0 or LEAST <= abs(number) <= MOST):
-            raise InputError(where, field, text, f"give finite numbers: 0, or {LEAST:g} to {MOST:g} in size")
+        if not (number == 0 or least <= abs(number) <= MOST):
+            sizes = f"0, or {least:g} to {MOST:g}" if least else f"up to {MOST:g}"
+            raise InputError(where, field, text, f"give finite numbers: {sizes} in size")
     return numbers
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_links import DRAKE
-from soft_gripper.xml_numbers import finite_numbers
+from soft_gripper.xml_numbers import LEAST, finite_numbers
 
 _SMALLEST, _LARGEST = 1e-6, 1e6  # m, of a shape
 _NAMED = ("link", "joint", "model")
@@ -49,6 +49,8 @@ _SIZES = {
     f"{shape}.{name}" for shape in ("box", "sphere", "cylinder", "capsule", "ellipsoid") for name in _ATTRIBUTES[shape]
 }
 _SIZES |= {"size", "radius", "length", "radii"}
+_PRODUCTS = ("ixy", "ixz", "iyz")
+_ROUNDED = ("origin.xyz", "origin.rpy", "pose", *_PRODUCTS, *(f"inertia.{product}" for product in _PRODUCTS))
 _NOT_ZERO = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
 
 
@@ -88,7 +90,7 @@ def _of_drake(element: ET.Element) -> _Found:
 
 
 def _check(where: Path | str, field: str, text: str, counts: tuple[int, ...]) -> None:
-    numbers = finite_numbers(where, field, text, *counts)
+    numbers = finite_numbers(where, field, text, *counts, least=0.0 if field in _ROUNDED else LEAST)
     if field in _SIZES and not all(_SMALLEST <= number <= _LARGEST for number in numbers):
         raise InputError(where, field, text, f"give sizes from {_SMALLEST:g} to {_LARGEST:g} m")
     if field in _NOT_ZERO and not any(numbers):

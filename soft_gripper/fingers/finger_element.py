@@ -117,7 +117,7 @@ class _Reader:
     def vector(self, tag: str, attribute: str) -> tuple[float, ...]:
         child = self.element.find(tag)
         value = "0 0 0" if child is None else child.get(attribute, "0 0 0")
-        return finite_numbers(self.where, f"{tag}.{attribute}", value, 3)
+        return finite_numbers(self.where, f"{tag}.{attribute}", value, 3, least=0.0)
 
     def record(self, tag: str, cls: type, **known: float) -> Any:
         """A dataclass whose fields are the attributes of <tag>; those with a default may be left out."""

@@ -26,6 +26,7 @@ URDF = {
     '<axis xyz="0 0 0"/>': "axis.xyz = '0 0 0': .* not 0",
     '<mass value="-1"/>': "mass.value = '-1': give a mass of at least 0, kg",
     '<inertia ixx="nan"/>': "inertia.ixx = 'nan': give a number",
+    '<inertia ixx="1e-40"/>': "inertia.ixx = '1e-40': give finite numbers: 0, or 1e-30 to",
     '<color rgba="1 1 1"/>': "color.rgba = '1 1 1': give four numbers",
     '<limit effort="much"/>': "limit.effort = 'much': give a number",
     '<d:mu_dynamic xmlns:d="http://drake.mit.edu" value="slippery"/>': "drake:mu_dynamic = 'slippery': give a number",
@@ -60,6 +61,12 @@ def test_numbers_of_sdf(inside: str) -> None:
 )
 def test_shipped_models_pass(file: str) -> None:
     check_numbers(file, read_xml(DIRECTORY / file))
+
+
+def test_what_rounding_leaves_of_zero_passes() -> None:
+    noise = '<origin xyz="0 1e-40 0" rpy="-3e-33 0 0"/><inertia ixy="-2.9e-40" ixz="5e-324" iyz="1e-31"/>'
+    check_numbers("a.urdf", parse_xml("a.urdf", f'<robot name="r"><link name="l">{noise}</link></robot>'))
+    check_numbers("a.sdf", parse_xml("a.sdf", "<sdf><pose>0 0 1e-40 0 0 1e-33</pose><ixy>-2.9e-40</ixy></sdf>"))
 
 
 def test_a_pose_may_be_empty() -> None:
