@@ -103,5 +103,7 @@ class Session:
         }
 
     def _values(self) -> Mapping[str, Any]:
+        """Of the signals that are wanted and there: a browser may ask for any."""
         context, diagram = self._simulator.get_context(), self._station.diagram
-        return {name: diagram.GetOutputPort(name).Eval(context) for name in self._feed.wanted}
+        known = self._feed.wanted & self._station.parts.signals.keys()
+        return {name: diagram.GetOutputPort(name).Eval(context) for name in known}

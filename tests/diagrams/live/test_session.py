@@ -70,6 +70,12 @@ def test_pressure_follows_the_slider_in_real_time(shown, play: Play) -> None:
     assert 0.3 < session.factor <= 1.05
 
 
+def test_signals_of_a_page_that_is_left_from_another_scenario_are_passed_over(play: Play, monkeypatch) -> None:
+    monkeypatch.setattr(Watched, "wanted", {PRESSURE, "hand.pressure"})
+    _, sent = play(_2=lambda: None)
+    assert all(PRESSURE in each and "hand.pressure" not in each for each in sent)
+
+
 def test_time_stands_still_in_a_pause(shown, play: Play) -> None:
     pause = lambda: click(shown[1], Button.PAUSE)  # noqa: E731
     _, sent = play(_2=pause, _6=pause, _8=lambda: None)
