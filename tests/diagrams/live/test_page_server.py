@@ -1,6 +1,7 @@
 import json
 import re
 import threading
+import time
 from collections.abc import Iterator
 from http.client import HTTPConnection
 
@@ -65,6 +66,16 @@ def test_signals_come_as_they_are_sent(port: int, feed: SignalFeed) -> None:
     assert json.loads(line.removeprefix("data: ")) == {"status": {"time": 1.0}, "values": {"a": [2.0], "b": [3.0]}}
     feed.close()
     assert b"event: end" in stream.read()
+
+
+def test_a_browser_that_is_gone_is_no_complaint(port: int, feed: SignalFeed, capfd) -> None:
+    get(port, "/live?signal=a").close()
+    deadline = time.monotonic() + 5
+    while feed.wanted and time.monotonic() < deadline:
+        feed.send({}, {"a": [0.0]})
+        time.sleep(0.01)
+    assert feed.wanted == set()
+    assert capfd.readouterr().err == ""
 
 
 def test_no_thread_and_no_port_is_left(meshcat: Meshcat, feed: SignalFeed) -> None:
