@@ -37,7 +37,7 @@ class Episode:
 
     seed: int
     success: bool  # at its end the object was held up
-    peak_force: float  # N, the largest of a finger
+    peak_force: float  # N, the largest of a finger; NaN if the simulation diverged
 
 
 def learner_environment() -> SoftGripperEnv:

@@ -26,13 +26,13 @@ class Generation(NamedTuple):
     episodes: int  # so far
     cost: float  # N, mean of its candidates
     best_cost: float  # N, of the best one
-    peak_force: float  # N, mean over the episodes of all
+    peak_force: float  # N, mean over the episodes of all, but for those that diverged
     success: float  # share of these
 
 
 def cost(episodes: Sequence[Episode]) -> float:
-    """Mean peak force, N, failures counting as much more."""
-    return float(np.mean([min(e.peak_force, LARGEST) + FAILURE * (not e.success) for e in episodes]))
+    """Mean peak force, N, failures counting as much more; of an episode that diverged it is not known, NaN: LARGEST."""
+    return float(np.mean([np.fmin(e.peak_force, LARGEST) + FAILURE * (not e.success) for e in episodes]))
 
 
 def learn(
@@ -56,7 +56,7 @@ def learn(
         costs = [*map(cost, runs)]
         search.tell(factors, costs)
         flat = [episode for run in runs for episode in run]
-        force, share = (float(np.mean([getattr(e, name) for e in flat])) for name in ("peak_force", "success"))
+        force, share = (float(np.nanmean([getattr(e, name) for e in flat])) for name in ("peak_force", "success"))
         so_far = (number + 1) * len(flat)
         found = Generation(number, so_far, float(np.mean(costs)), min(costs), force, share)
         yield GentleParameters.scaled(search.result.xfavorite), found

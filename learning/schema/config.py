@@ -9,7 +9,7 @@ class ActionConfig:
 
     grip: str = "pressure"  # of all fingers, Pa; or "opening" of the gripper, m, held by the scenario's control
     range: list[float] = field(default_factory=lambda: [0.0, 1e5])  # Pa or m, at -1 and at 1
-    rest: float = 0.0  # Pa or m, with which an episode begins
+    rest: float = 0.0  # Pa or m, commanded as an episode begins, until the first action
     joints: dict[str, list[float]] = field(default_factory=dict)  # by name: position at -1 and at 1, m or rad
     settling: float = 0.1  # s, time constant with which a joint goes there: a critically damped second order
 

@@ -1,10 +1,11 @@
 """What an environment file must be, field by field, before anything is built from it."""
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
-from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.schema.scenario import FingerChanges, Scenario
 from soft_gripper.learning.schema.config import EnvironmentConfig, VariationConfig
 
 _GRIPS = ("pressure", "opening")
@@ -33,11 +34,11 @@ def check_environment(where: Path, config: EnvironmentConfig, scenario: Scenario
 def _check_action(where: Path, config: EnvironmentConfig) -> None:
     action = config.action
     require(action.grip in _GRIPS, where, "action.grip", action.grip, f"known: {', '.join(_GRIPS)}")
-    _check_range(where, "action.range", action.range)
+    _check_span(where, "action.range", action.range)
     within = action.range[0] <= action.rest <= action.range[1]
     require(within, where, "action.rest", action.rest, "give a value of the range")
     for name, limits in action.joints.items():
-        _check_range(where, f"action.joints.{name}", limits)
+        _check_span(where, f"action.joints.{name}", limits)
     require(positive(action.settling), where, "action.settling", action.settling, "give a time above 0 s")
 
 
@@ -54,6 +55,17 @@ def _check_variation(where: Path, variation: VariationConfig, scenario: Scenario
     names = [model.name for model in scenario.models]
     known = variation.gripper in names or share == 0
     require(known, where, "variation.gripper", variation.gripper, f"models: {', '.join(names)}")
+    is_given = any(changes.youngs_modulus is not None for changes in _finger_changes(variation, scenario))
+    alone = share == 0 or variation.grippers == 1 or not is_given
+    require(alone, where, "variation.youngs_modulus", share, "give 0, since the scenario gives the fingers another")
+
+
+def _finger_changes(variation: VariationConfig, scenario: Scenario) -> Iterator[FingerChanges]:
+    """What the scenario changes of the fingers that differ, and what is believed of them."""
+    yield scenario.believed
+    for model in scenario.models:
+        if model.name == variation.gripper:
+            yield from model.fingers.values()
 
 
 def _check_task(where: Path, config: EnvironmentConfig, scenario: Scenario) -> None:
@@ -69,6 +81,11 @@ def _check_task(where: Path, config: EnvironmentConfig, scenario: Scenario) -> N
         _check_range(where, "reach.pressure", config.reach.pressure)
         _check_range(where, "reach.period", config.reach.period)
         require(config.reach.period[0] > 0, where, "reach.period", config.reach.period, "give times above 0 s")
+
+
+def _check_span(where: Path, field: str, limits: list[float]) -> None:
+    _check_range(where, field, limits)
+    require(limits[0] < limits[1], where, field, limits, "give two different numbers: an action is a share of the span")
 
 
 def _check_range(where: Path, field: str, limits: list[float]) -> None:

@@ -1,6 +1,7 @@
 """The commands list, show, expand and run: what they print and which files they write."""
 
 import csv
+import json
 import shutil
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
@@ -45,6 +46,11 @@ def test_list_names_every_scenario_with_its_description() -> None:
     for line, name in zip(lines, shipped, strict=True):
         assert load_scenario(name).description
         assert line.endswith(load_scenario(name).description)
+
+
+def test_list_has_a_document_of_the_same() -> None:
+    found = json.loads(soft_gripper("list", "--json").out)["scenarios"]
+    assert soft_gripper("list").out.splitlines() == [f"{name:<{max(map(len, found))}}  {found[name]}" for name in found]
 
 
 def test_show_prints_a_scenario_that_loads_again() -> None:

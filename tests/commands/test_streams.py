@@ -1,9 +1,11 @@
 """Where the output goes, and what comes in: none of it ends in a traceback."""
 
 import errno
+import fcntl
 import io
 import logging
 import os
+import signal
 import subprocess
 import sys
 import warnings
@@ -15,6 +17,8 @@ from command_line import soft_gripper
 from soft_gripper.commands import main
 from soft_gripper.commands.terminal.waiting import wait_for_viewer
 from soft_gripper.diagrams.notes import notes
+from soft_gripper.errors import SimulationDivergedError, WorkerDiedError
+from soft_gripper.folder_claims import claim_folder
 from soft_gripper.models import DIRECTORY
 
 COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())"]
@@ -27,8 +31,16 @@ class Full(io.StringIO):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def test_output_onto_a_full_disk(monkeypatch, capsys) -> None:
-    monkeypatch.setattr(sys, "stdout", Full())
+class Buffered(io.StringIO):
+    """One whose buffer takes everything, until it is to be written."""
+
+    def flush(self) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("stream", [Full, Buffered])
+def test_output_onto_a_full_disk(stream: type[io.StringIO], monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "stdout", stream())
     assert main(["show", "free_bending"]) == 2
     assert capsys.readouterr().err == "soft-gripper: output: No space left on device\n"
 
@@ -99,11 +111,45 @@ def test_a_condition_of_drake_that_fails_is_a_mistake_of_the_input(monkeypatch, 
     assert outcome.err.startswith("soft-gripper: Drake cannot go on: Failure at")
 
 
-@pytest.mark.parametrize("error", [OSError(errno.EIO, "broken", "a.txt"), MemoryError()])
-def test_what_the_machine_does_not_bear(error: Exception, monkeypatch) -> None:
+def test_sigterm_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal(monkeypatch) -> None:
+    def end(*_: object) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", end)
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        with pytest.raises(SystemExit) as caught:
+            soft_gripper("show", "free_bending")
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert caught.value.code == 143
+
+
+def test_a_complaint_repeats_little_of_what_was_written(capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["show", "free_bending", "--" + "x" * 5000 + "\n\n"])
+    said = capsys.readouterr().err
+    assert len(said) < 1000
+    assert "\n\n" not in said
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        OSError(errno.EIO, "broken", "a.txt"),
+        MemoryError(),
+        WorkerDiedError("died"),
+        SimulationDivergedError("diverged"),
+    ],
+)
+def test_what_the_machine_does_not_bear(error: Exception, monkeypatch, tmp_path: Path) -> None:
     def fail(*_: object) -> None:
+        claim_folder(tmp_path)
         raise error
 
     monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", fail)
     outcome = soft_gripper("show", "free_bending")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+    lock = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # what was claimed is free again
+    os.close(lock)

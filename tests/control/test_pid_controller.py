@@ -122,6 +122,19 @@ def test_derivative_is_of_the_measurement_alone():
     np.testing.assert_allclose(step[1:], -2 / 0.05 * 0.8 ** np.arange(60), rtol=1e-12)
 
 
+def test_the_output_follows_its_inputs_within_a_sample():
+    pid = SampledPidController(PidGains(kp=2.0), T, -10, 10, initial_output=1.0)
+    simulator = Simulator(pid)
+    context, given = simulator.get_mutable_context(), []
+    pid.GetInputPort("set_point").FixValue(context, [0.0])
+    pid.GetInputPort("measurement").FixValue(context, [0.0])
+    simulator.AdvanceTo(0.5 * T)
+    for name in ("set_point", "measurement"):
+        pid.GetInputPort(name).FixValue(context, [0.5])
+        given.append(pid.GetOutputPort("output").Eval(context)[0])
+    assert given == [2.0, 1.0]
+
+
 def test_without_a_measurement_the_output_is_held():
     measurements = np.r_[0.0, 0.1, 0.2, [NAN] * 5, 0.2, 0.3]
     gains = PidGains(2.0, 3.0, 0.1)

@@ -54,9 +54,10 @@ def test_one_source_is_a_common_pressure():
     np.testing.assert_allclose(actuation, [0.05, 0.1, 0.15, 0.2], rtol=1e-12)
 
 
+@pytest.mark.parametrize("time_step", [0.0, 0.1 * LAG, 0.5 * LAG])  # s; in steps it is exact, however long they are
 @pytest.mark.parametrize("time", [0.5 * LAG, LAG, 3 * LAG])
-def test_pressure_follows_the_limited_command_as_a_first_order_lag(time):
-    drive = PressureDrive(MAPS, *LIMITS, LAG)
+def test_pressure_follows_the_limited_command_as_a_first_order_lag(time, time_step):
+    drive = PressureDrive(MAPS, *LIMITS, LAG, time_step)
     simulator = Simulator(drive)
     simulator.get_mutable_integrator().set_target_accuracy(1e-6)
     context = simulator.get_mutable_context()

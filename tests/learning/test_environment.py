@@ -71,6 +71,23 @@ def test_without_a_seed_episodes_differ(one_gripper):
     assert first["mass"] != second["mass"]
 
 
+def test_episodes_begin_with_the_resting_action():
+    changes = {"variation.grippers": 1, "action.rest": 60e3}
+    env = SoftGripperEnv("soft_reach", changes | {"observation": [{"signal": "finger.pressure_command", "scale": 1e5}]})
+    assert env.reset(seed=0)[0] == pytest.approx([0.6])
+
+
+def test_episodes_take_each_of_the_grippers_and_another_target():
+    """The target is what is observed last."""
+    env = SoftGripperEnv("soft_reach", {"variation.grippers": 2, "variation.youngs_modulus": 0.1})
+    targets, moduli = [], []
+    for seed in range(10):
+        targets.append(tuple(env.reset(seed=seed)[0][-2:]))
+        moduli.append(env._now.station.parts.fingers[0].finger.base.youngs_modulus)
+    assert len(set(targets)) == 10
+    assert max(moduli) == pytest.approx(1.1 / 0.9 * min(moduli))
+
+
 def test_an_episode_is_truncated_after_its_duration(one_gripper):
     one_gripper.reset(seed=0)
     ends = [one_gripper.step(np.array([-0.7, -1.0], np.float32))[2:4] for _ in range(5)]

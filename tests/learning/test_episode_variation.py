@@ -45,7 +45,10 @@ def test_draws_are_those_of_the_seed_and_within_their_limits():
     drawn = [draw(np.random.default_rng(seed), config) for seed in range(200)]
     assert drawn[3] == draw(np.random.default_rng(3), config)
     assert all(0.02 <= each.mass <= 0.06 and 0.9 <= each.size <= 1.1 and abs(each.offset) <= 0.01 for each in drawn)
+    offsets = [each.offset for each in drawn]
+    assert (min(offsets), max(offsets)) == pytest.approx((-0.01, 0.01), abs=5e-4)
     assert all(each.friction is None for each in drawn)
+    assert len({each.sensor_seed for each in drawn}) == len(drawn)
     assert np.median([each.stiffness for each in drawn]) == pytest.approx(1e4, rel=0.3)  # even in its logarithm
 
 

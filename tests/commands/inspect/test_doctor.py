@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 from command_line import soft_gripper
 
 from soft_gripper.commands.inspect import doctor
@@ -20,6 +21,22 @@ def test_what_works_and_what_is_left_out(monkeypatch):
     assert found["simulation and pictures"]["works"]
     assert found["extra there"]["works"]
     assert found["extra missing"] == {"part": "extra missing", "works": None, "found": "pip install '.[missing]'"}
+
+
+def test_a_picture_of_one_shade_shows_nothing(monkeypatch):
+    class Blank:
+        def __init__(self, *_, height):
+            self.height = height
+
+        def render(self, time):
+            return np.full((self.height, self.height, 3), 255, np.uint8)
+
+    monkeypatch.setattr(doctor, "SceneRenderer", Blank)
+    outcome = soft_gripper("doctor", "--json")
+    assert outcome.code == 1
+    drawn = findings(outcome)["simulation and pictures"]
+    assert not drawn["works"]
+    assert "of one shade" in drawn["found"]
 
 
 def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):

@@ -20,10 +20,15 @@ def completed(script, *words):
 
 
 @pytest.mark.skipif(BASH is None, reason="needs bash")
-def test_bash_completes_commands_scenarios_and_options(capsys):
+def test_bash_completes_commands_scenarios_options_and_files(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("own.yaml", "own_results"):
+        (tmp_path / name).touch()
     with pytest.raises(SystemExit):
         command_parser().parse_args(["--print-completion", "bash"])
     script = capsys.readouterr().out
     assert completed(script, "ev") == {"evaluate"}
     assert "box_grasp" in completed(script, "run", "box")
     assert completed(script, "run", "--mesh") == {"--meshcat"}
+    assert completed(script, "run", "own") == {"own.yaml", "own_results"}
+    assert completed(script, "run", "--out", "own_") == {"own_results"}

@@ -56,8 +56,28 @@ def test_a_click_counts_once(shown) -> None:
     assert panel.pressed() == []
 
 
+def test_keys_move_their_slider_up_and_down(shown) -> None:
+    keys = {}
+
+    class Controls:
+        def AddSlider(self, name, *_, decrement_keycode, increment_keycode) -> None:  # noqa: N802
+            keys[name] = (decrement_keycode, increment_keycode)
+
+        def AddButton(self, name, key) -> None:  # noqa: N802
+            keys[name] = key
+
+        def GetSliderValue(self, _) -> float:  # noqa: N802
+            return 0.0
+
+    ControlPanel(Controls(), shown[0])
+    assert keys[ALL_FINGERS] == ("ArrowDown", "ArrowUp")
+    assert keys["left_finger [kPa]"] == ("KeyA", "KeyQ")
+    assert keys[Button.PAUSE] == "KeyP"
+
+
 def test_a_single_finger_has_no_slider_of_all() -> None:
     station, meshcat = played(
         "free_bending", None, "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]"
     )
     assert [slider.name for slider in ControlPanel(meshcat, station).sliders] == ["f [kPa]"]
+    assert meshcat.GetSliderValue("f [kPa]") == 0

@@ -21,6 +21,14 @@ def test_the_user_chooses_what_commands_the_fingers() -> None:
     assert open_scenario(load_scenario("box_grasp"), "opening").external == ["opening"]
 
 
+def test_a_task_that_does_not_command_the_gripper_closes_no_loop() -> None:
+    scenario = load_scenario("pick_and_place_box")
+    assert scenario.task is not None
+    phases = [replace(phase, opening=None) for phase in scenario.task.phases]
+    moving = replace(scenario, task=replace(scenario.task, phases=phases))
+    assert open_scenario(moving).external == ["pressure", "tool"]
+
+
 def test_a_scenario_that_is_open_stays_so() -> None:
     opened = open_scenario(load_scenario("pick_and_place_box"))
     assert open_scenario(opened) == opened

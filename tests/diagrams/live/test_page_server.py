@@ -1,6 +1,7 @@
 import json
 import re
 import threading
+import time
 from collections.abc import Iterator
 from http.client import HTTPConnection
 
@@ -70,6 +71,16 @@ def test_signals_come_as_they_are_sent(port: int, feed: SignalFeed) -> None:
 def test_a_page_of_something_else_gets_no_signals(port: int, feed: SignalFeed) -> None:
     assert get(port, "/live?signal=a&signal=d").status == 404
     assert feed.wanted == set()
+
+
+def test_a_browser_that_is_gone_is_no_complaint(port: int, feed: SignalFeed, capfd) -> None:
+    get(port, "/live?signal=a").close()
+    deadline = time.monotonic() + 5
+    while feed.wanted and time.monotonic() < deadline:
+        feed.send({}, {"a": [0.0]})
+        time.sleep(0.01)
+    assert feed.wanted == set()
+    assert capfd.readouterr().err == ""
 
 
 def test_no_thread_and_no_port_is_left(meshcat: Meshcat, feed: SignalFeed) -> None:

@@ -39,8 +39,8 @@ def test_a_scalar_is_one_line() -> None:
 
 
 def test_what_would_be_a_thicket_is_no_plot() -> None:
-    size = MOST_LINES + 1
-    assert plots_of({"a.b": port(size, "m", joint=range(size))}, []) == {}
+    sizes = {"a.few": MOST_LINES, "a.many": MOST_LINES + 1}
+    assert list(plots_of({name: port(size, "m", joint=range(size)) for name, size in sizes.items()}, [])) == ["a.few"]
 
 
 def test_the_first_plots_are_there() -> None:

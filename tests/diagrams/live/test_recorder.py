@@ -11,6 +11,7 @@ from soft_gripper.diagrams.live.recorder import Recorder
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import make_simulator
+from soft_gripper.models import DIRECTORY
 
 BEGIN, END = 0.3, 0.6  # s
 
@@ -61,6 +62,18 @@ def test_everything_to_look_at_it_is_there_and_whole(runs) -> None:
     assert is_whole(folder)
     assert "DecompressionStream" in (folder / "replay.html").read_text()
     assert load_scenario(str(folder / "scenario.yaml")).external == ["pressure"]
+
+
+def test_a_scenario_of_ones_own_is_found_again_from_the_recording(tmp_path: Path) -> None:
+    (tmp_path / "own.urdf").write_text((DIRECTORY / "grippers" / "finger.urdf").read_text())
+    (tmp_path / "own.yaml").write_text("models: [{name: only, file: own.urdf}]")
+    station, meshcat = played(str(tmp_path / "own.yaml"))
+    recorder, simulator = Recorder(station, meshcat, tmp_path / "play"), make_simulator(station)
+    station.diagram.GetInputPort("only.pressure_command").FixValue(simulator.get_mutable_context(), [0.0])
+    recorder.begin(simulator)
+    simulator.AdvanceTo(0.02)
+    folder = recorder.end(simulator.get_context())
+    assert "file: ../../own.urdf" in (folder / "scenario.yaml").read_text()
 
 
 def test_nothing_is_kept_of_what_is_not_recorded(tmp_path: Path) -> None:

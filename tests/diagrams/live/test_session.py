@@ -10,12 +10,13 @@ from pydrake.geometry import Meshcat
 
 from soft_gripper.diagrams.live import session as session_module
 from soft_gripper.diagrams.live.control_panel import ALL_FINGERS, Button
+from soft_gripper.diagrams.live.pacer import Pacer
 from soft_gripper.diagrams.live.recorder import Recorder
 from soft_gripper.diagrams.live.session import Session
 from soft_gripper.diagrams.live.signal_feed import SignalFeed
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.errors import InputError, SimulationDivergedError
 
 PRESSURE = "left_finger.pressure"
 Play = Callable[..., tuple[Session, list[dict]]]
@@ -70,11 +71,14 @@ def test_pressure_follows_the_slider_in_real_time(shown, play: Play) -> None:
     assert 0.3 < session.factor <= 1.05
 
 
-def test_time_stands_still_in_a_pause(shown, play: Play) -> None:
+def test_time_stands_still_in_a_pause_and_is_not_made_up_for(shown, play: Play, monkeypatch) -> None:
+    restart, restarted = Pacer.restart, []
+    monkeypatch.setattr(Pacer, "restart", lambda pacer, time: (restarted.append(time), restart(pacer, time)))
     pause = lambda: click(shown[1], Button.PAUSE)  # noqa: E731
     _, sent = play(_2=pause, _6=pause, _8=lambda: None)
     assert [each["paused"] for each in sent] == [False] * 2 + [True] * 4 + [False] * 2
     assert [each["time"] for each in sent] == pytest.approx([0.05, 0.1, 0.1, 0.1, 0.1, 0.1, 0.15, 0.2])
+    assert restarted == pytest.approx([0.0, 0.1, 0.1])
 
 
 def test_reset_begins_again(shown, play: Play) -> None:
@@ -87,12 +91,51 @@ def test_reset_begins_again(shown, play: Play) -> None:
     assert sent[4][PRESSURE] == sent[0][PRESSURE] == 0
 
 
+def test_what_is_played_for_hours_is_not_kept(play: Play, monkeypatch) -> None:
+    forgotten = []
+    monkeypatch.setattr(Recorder, "forget", lambda _, context: forgotten.append(context.get_time()))
+    _, sent = play(_8=lambda: None)
+    assert forgotten == [each["time"] for each in sent]
+
+
+def test_a_recording_in_a_pause_is_of_the_sample_that_is_seen(shown, play: Play, tmp_path: Path) -> None:
+    record = lambda: click(shown[1], Button.RECORD)  # noqa: E731
+    _, sent = play(_1=lambda: click(shown[1], Button.PAUSE), _2=record, _4=record, _6=lambda: None)
+    assert sent[-1]["note"] == f"written: {tmp_path / '1'}"
+    assert Recording.load(tmp_path / "1" / "recording.nc")["time"].values.tolist() == [0.0]
+
+
+@pytest.mark.parametrize("error", [InputError("output", "folder", "a", "give another"), OSError("no space")])
+def test_a_recording_that_cannot_be_written_is_no_end(shown, play: Play, monkeypatch, error: Exception) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(Recorder, "end", fail)
+    record = lambda: click(shown[1], Button.RECORD)  # noqa: E731
+    _, sent = play(_1=record, _2=record, _4=lambda: None)
+    assert [each["note"] for each in sent] == ["", "", *[f"not written: {error}"] * 2]
+
+
 def test_a_recording_goes_from_click_to_click(shown, play: Play, tmp_path: Path) -> None:
     record = lambda: click(shown[1], Button.RECORD)  # noqa: E731
     _, sent = play(_2=record, _6=record, _8=lambda: None)
     assert [each["recording"] for each in sent] == [False] * 2 + [True] * 4 + [False] * 2
     assert sent[-1]["note"] == f"written: {tmp_path / '1'}"
     assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.2)
+
+
+def test_every_recording_has_a_folder_of_its_own(shown, play: Play, tmp_path: Path) -> None:
+    record = lambda: click(shown[1], Button.RECORD)  # noqa: E731
+    _, sent = play(_1=record, _2=record, _3=record, _5=record, _6=lambda: None)
+    assert sent[-1]["note"] == f"written: {tmp_path / '2'}"
+    ends = [Recording.load(tmp_path / number / "recording.nc")["time"][-1] for number in ("1", "2")]
+    assert ends == pytest.approx([0.05, 0.1])
+
+
+def test_reset_ends_a_recording(shown, play: Play, tmp_path: Path) -> None:
+    _, sent = play(_1=lambda: click(shown[1], Button.RECORD), _3=lambda: click(shown[1], Button.RESET), _4=lambda: None)
+    assert [each["recording"] for each in sent] == [False, True, True, False]
+    assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.1)
 
 
 def test_a_recording_is_written_when_the_session_ends(shown, play: Play, tmp_path: Path) -> None:

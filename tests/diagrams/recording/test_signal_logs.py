@@ -1,5 +1,6 @@
 """Logs of any ports: when they are sampled, and how a recording keeps units, meanings and axes."""
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -116,6 +117,14 @@ def test_states_are_named_as_the_cf_conventions_have_it(phases, tmp_path):
         assert attributes["units"] == "1"
         assert np.asarray(attributes["flag_values"]).tolist() == [0, 1, 2]
         assert attributes["flag_meanings"] == "go_there close over"
+
+
+@pytest.mark.parametrize(("count", "named"), [(1, 0), (3, 3), (12, 12), (13, 0)])
+def test_a_plot_tells_a_few_entries_apart(count, named):
+    (axes,) = recorded(a__q=("rad", {"joint": range(count)})).plot("a.q").axes
+    legend = axes.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == [*map(str, range(count))] if named else legend is None
+    assert len({mpl.colors.to_hex(line.get_color()) for line in axes.lines}) == count
 
 
 def test_a_plot_names_the_units_of_its_entries():

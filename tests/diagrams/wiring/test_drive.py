@@ -125,6 +125,16 @@ def test_a_finger_that_creeps_drives_itself_on(tmp_path):
     assert not driven.diagram.HasSubsystemNamed("right_finger.creep")
 
 
+def test_a_model_has_one_drive():
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.004)
+    left, right = add_fingers(Parser(plant), GRIPPER)
+    plant.Finalize()
+    add_pressure_drive(builder, [left])
+    with pytest.raises(InputError, match="give all fingers of a model in one call"):
+        add_pressure_drive(builder, [right])
+
+
 def test_a_step_that_is_too_long_is_refused():
     with pytest.raises(InputError, match=r"time_step = 0\.05: longer than stable_time_step\(\) = 0\.013 s of finger"):
         Driven(GRIPPER, time_step=0.05)

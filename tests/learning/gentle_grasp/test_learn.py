@@ -42,6 +42,15 @@ def test_the_least_force_that_holds_is_found(learned):
     assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
 
 
+def test_a_generation_says_how_its_candidates_fared(learned):
+    """By the formula a force is 0.55 N at first, and costs FAILURE for every object that is not held."""
+    first = learned[0][1]
+    assert first.peak_force == pytest.approx(0.06 / 0.11, rel=0.3)
+    assert 0 < first.success <= 1
+    assert first.cost == pytest.approx(first.peak_force + FAILURE * (1 - first.success))
+    assert first.best_cost <= first.cost
+
+
 def test_the_same_seed_learns_the_same(learned):
     assert [*islice(learn(Objects(), 8, 8, 1), 3)] == learned[:3]
 
@@ -57,6 +66,7 @@ def test_half_of_the_objects_are_hard_ones():
 def test_failures_cost_more_than_any_force():
     assert cost([Episode(0, True, 0.5), Episode(1, True, 0.7)]) == pytest.approx(0.6)
     assert cost([Episode(0, False, 100.0)]) == FAILURE + LARGEST
+    assert cost([Episode(0, False, float("nan"))]) == FAILURE + LARGEST  # one that diverged
 
 
 def test_what_was_learned_is_read_as_it_was_written(learned, tmp_path):

@@ -5,6 +5,18 @@ import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from soft_gripper.diagrams.simulation import solver_config
+from soft_gripper.learning.station import peak_force as module
+from soft_gripper.truth.contact_patches import Patch
+
+
+def test_forces_are_along_normals_of_any_length_and_not_those_of_a_finger_on_itself(monkeypatch):
+    def patch(*shapes, normal=(0.0, 0.0, 1e-4)):  # of a surface it is as long as that is large
+        return Patch(shapes, np.zeros(3), np.array(normal), np.array([0.3, 0.0, -2.0]), np.zeros(3))
+
+    found = [patch("left", "block"), patch("table", "right", normal=(5.0, 0.0, 0.0)), patch("left", "left too")]
+    monkeypatch.setattr(module, "patches", lambda *_: found)
+    forces = module.normal_forces(None, {"left": 0, "left too": 0, "right": 1}, 2)
+    np.testing.assert_allclose(forces, [2.0, 0.3])
 
 
 @pytest.fixture(scope="module")
