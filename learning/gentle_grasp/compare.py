@@ -18,7 +18,7 @@ class Summary(NamedTuple):
 
     def __str__(self) -> str:
         of = {"success": self.success, "peak force [N]": self.peak_force}
-        parts = (f"{name} {i.value:.3f} ({i.low:.3f} to {i.high:.3f})" for name, i in of.items())
+        parts = (f"{name} {interval}" for name, interval in of.items())
         return f"{self.policy}: {', '.join(parts)}"
 
 

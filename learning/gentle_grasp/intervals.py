@@ -17,6 +17,9 @@ class Interval(NamedTuple):
     low: float
     high: float
 
+    def __str__(self) -> str:
+        return f"{self.value:.3f} ({self.low:.3f} to {self.high:.3f})"
+
 
 def share(successes: int, number: int) -> Interval:
     """The share of successes, with the score interval of Wilson (J. Am. Stat. Assoc. 22, 1927, 209-212)."""
