@@ -1,0 +1,87 @@
+"""How far `soft-gripper play` keeps up with real time: `python benchmarks/play.py [SCENARIO ...]`, all by default.
+
+Every scenario is played for TIME: the fingers close and open again, and an arm lowers its tool. Meshcat and the plots
+are sent everything, with no browser to show them. Exit code 1: a scenario stays below BAR.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import logging
+import signal
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from pydrake.geometry import Meshcat
+
+from soft_gripper import load_scenario, make_station
+from soft_gripper.diagrams.live.open_scenario import open_scenario
+from soft_gripper.diagrams.live.recorder import Recorder
+from soft_gripper.diagrams.live.session import Session
+from soft_gripper.diagrams.live.signal_feed import SignalFeed
+from soft_gripper.diagrams.live.sliders import Slider
+from soft_gripper.diagrams.schema.scenario_file import scenario_names
+from soft_gripper.diagrams.view.meshcat_view import PERIOD
+
+TIME, CLOSE, OPEN, LOWER = 12.0, 2.0, 7.0, 4.0  # s, how long, and when what begins
+BAR = 0.98  # of real time
+
+
+class Player(SignalFeed):
+    """Moves sliders as time goes on, and at last presses Ctrl-C."""
+
+    def __init__(self, meshcat: Meshcat):
+        super().__init__(())
+        self.moves: dict[int, tuple[Slider, float]] = {}  # by the frame before which they come
+        self._meshcat, self._frame = meshcat, 0
+
+    def send(self, status: Mapping[str, Any], values: Mapping[str, Any]) -> None:
+        """Counts frames."""
+        self._frame += 1
+        if self._frame in self.moves:
+            slider, value = self.moves[self._frame]
+            self._meshcat.SetSliderValue(slider.name, value)
+        if self._frame * PERIOD >= TIME:
+            signal.raise_signal(signal.SIGINT)
+
+
+def moves(sliders: list[Slider]) -> Iterator[tuple[float, Slider, float]]:
+    """When which slider goes where; the first is that of all fingers."""
+    grip = sliders[0]
+    yield CLOSE, grip, 0.6 * grip.value if "opening" in grip.name else (grip.low + grip.high) / 2
+    yield OPEN, grip, grip.value
+    yield from ((LOWER, slider, slider.value - 50.0) for slider in sliders if slider.name.startswith("tool z"))
+
+
+def factor(name: str, folder: Path) -> float:
+    """Simulated over real time."""
+    meshcat = Meshcat()
+    station = make_station(open_scenario(load_scenario(name)), meshcat)
+    player = Player(meshcat)
+    session = Session(station, meshcat, player, Recorder(station, meshcat, folder))
+    player.moves = {round(time / PERIOD): (slider, value) for time, slider, value in moves(session.sliders)}
+    with suppress(KeyboardInterrupt):
+        session.run()
+    return session.factor
+
+
+def main(names: list[str]) -> int:
+    """Prints a line a scenario."""
+    logging.getLogger("drake").setLevel(logging.WARNING)  # which names the address of every Meshcat
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    slow = 0
+    with TemporaryDirectory() as folder:
+        for name in names or scenario_names():
+            found = factor(name, Path(folder))
+            slow += found < BAR
+            print(f"{name:<26} {found:.2f}{'' if found >= BAR else f'  MISSES {BAR}'}", flush=True)
+    return int(slow > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
