@@ -6,7 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from peers.comparison import Result, chosen
 from peers.simulators import OURS
@@ -76,5 +76,7 @@ def _draw_panel(axes: Axes, task: str, results: list[Result], simulators: list[s
     held = not np.isnan(results[0].creep)
     axes.set(title=task, xscale="log", yscale="log", xlabel="times faster than real time")
     axes.set_ylabel("creep [mm/s]" if held else "error of the tips [mm]")
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))  # a panel may be less than a decade wide
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
