@@ -89,7 +89,8 @@ function listen() {
   events.addEventListener("end", () => { events.close(); say("ended", "halted"); });
   events.onerror = () => {
     say("no connection", "halted");
-    if (events.readyState === EventSource.CLOSED) location.reload(); // something else is played here now
+    // It was refused: if somebody answers, something else is played here now.
+    if (events.readyState === EventSource.CLOSED) fetch("about.json").then(() => location.reload(), () => {});
   };
 }
 
