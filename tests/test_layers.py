@@ -87,13 +87,3 @@ def test_all_folders_are_in_the_layers():
         for path in (ROOT / part).rglob("*.py")
     }
     assert found - {"models/objects"} == set(LAYERS)
-
-
-@pytest.mark.parametrize("layer", LAYERS)
-def test_folders_are_small(layer):
-    assert len([path for path in (ROOT / layer).iterdir() if path.is_file()]) <= 16
-
-
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_files_are_small(path):
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
