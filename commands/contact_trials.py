@@ -13,7 +13,7 @@ from soft_gripper.commands.terminal.executor_options import add_executor_options
 from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, whole_number
 from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
-from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
+from soft_gripper.evaluation.contacts.bench import MOST_FRICTION, PEG_FRICTION
 from soft_gripper.evaluation.contacts.contact_errors import BOTH, ContactErrorRow
 from soft_gripper.evaluation.contacts.contact_scores import ERRORS, FIGURE, SCORES, score_contacts
 from soft_gripper.evaluation.contacts.contact_trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
@@ -50,7 +50,7 @@ def _run(options: argparse.Namespace) -> None:
     number = whole_number(NAME, "--trials", options.trials, 1)
     seed = whole_number(NAME, "--seed", options.seed, 0, MOST_SEED)
     executor = chosen_executor(NAME, options)
-    friction = number_from_zero(NAME, "--friction", options.friction)
+    friction = number_from_zero(NAME, "--friction", options.friction, MOST_FRICTION)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = claim_folder(options.out)
     contacts = _simulate(number, seed, executor, friction, out, options.console) if kept is None else kept

@@ -48,7 +48,14 @@ def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(
-    ("option", "value"), [("--trials", "none"), ("--friction", "-0.1"), ("--friction", "nan"), ("--friction", "rough")]
+    ("option", "value"),
+    [
+        ("--trials", "none"),
+        ("--friction", "-0.1"),
+        ("--friction", "nan"),
+        ("--friction", "1e308"),
+        ("--friction", "rough"),
+    ],
 )
 def test_mistakes_are_found_before_any_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, value: str
