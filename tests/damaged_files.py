@@ -1,5 +1,6 @@
 """Files with every kind of damage, the same from the same seed: of arrays (npz) and of recordings (netCDF)."""
 
+import gzip
 import io
 import warnings
 import zipfile
@@ -112,5 +113,75 @@ def damaged_archives(arrays: dict[str, Any], seed: int) -> Iterator[tuple[str, b
     yield "nothing", b""
     yield "text", b"side,force\ninner,1.0\n"
     yield "a zip in front of which stands text", b"x" * 1000 + content
+    for i in range(60):
+        yield f"bytes {i}", damaged_bytes(content, seed + i)
+
+
+_OF_A_SIGNAL: dict[str, Callable[[Any], Any]] = {
+    "one axis more": lambda signal: signal.expand_dims("more", axis=-1),
+    "one axis less": lambda signal: signal[..., 0],
+    "one number": lambda signal: signal.mean(),
+    "transposed": lambda signal: signal.transpose(*reversed(signal.dims)),
+    "whole numbers": lambda signal: signal.fillna(0).astype("i4"),
+    "text": lambda signal: signal.astype("S3"),
+}
+
+
+def damaged_recordings(data: Any, signals: list[str], seed: int) -> Iterator[tuple[str, bytes]]:
+    """Damaged files of a recording, an xarray Dataset of which `signals` are read: what was done, and the content."""
+
+    def changed(name: str, signal: Any) -> bytes:
+        return saved(data.drop_vars(name).assign({name: signal}))
+
+    def saved(changed: Any) -> bytes:
+        return bytes(changed.to_netcdf(engine="scipy"))
+
+    for name in signals:
+        yield f"without {name}", saved(data.drop_vars(name))
+        for how, change in _OF_A_SIGNAL.items():
+            if data[name].ndim > 1 or how != "one axis less":
+                yield f"{name}: {how}", changed(name, change(data[name]))
+        for number in NUMBERS:
+            spoilt = data[name].copy(deep=True)
+            spoilt.values[len(spoilt) // 2] = number
+            yield f"{name}: {number}", changed(name, spoilt)
+    time, late = data["time"].values, np.arange(data.sizes["time"]) > data.sizes["time"] // 2
+    for how, times in {
+        "backwards": time[::-1],
+        "at a stand": 0 * time,
+        "a gap": time + 1e9 * late,
+        "not from 0 on": time + 5.0,
+        "NaN": np.where(late, np.nan, time),
+        "slow": 1e3 * time,
+        "huge": 1e308 * np.sign(time),
+        "dates": time.astype(int).astype("M8[D]"),
+    }.items():
+        yield f"time: {how}", saved(data.assign_coords(time=("time", times)))
+    yield "without time", saved(data.drop_vars("time"))
+    yield "no samples", saved(data.isel(time=slice(0, 0)))
+    yield "one sample", saved(data.isel(time=slice(0, 1)))
+    yield "half of the samples", saved(data.isel(time=slice(0, len(time) // 2)))
+    for how, text in {
+        "empty": "",
+        "a number": 1.5,
+        "no mapping": "[1, 2]",
+        "not YAML": "a: [",
+        "of nothing": "models: []",
+        "in Latin": b"models: \xe9",
+        "another": "models: [{name: a, file: none.urdf}]",
+    }.items():
+        yield f"scenario: {how}", saved(data.assign_attrs(scenario=text))
+    yield "without a scenario", saved(data.drop_attrs())
+    content = saved(data)
+    yield "nothing", b""
+    yield "text", b"time,strain\n0,1\n"
+    yield "HDF5", b"\x89HDF\r\n\x1a\n" + bytes(1000)
+    yield "gzip", gzip.compress(content)
+    yield "netCDF 5", b"CDF\x05" + content[4:]
+    for length in (3, 4, 8, 12, 100, 1000, len(content) // 2, len(content) - 1):
+        yield f"{length} bytes of it", content[:length]
+    for place in range(4, 120, 4):  # numbers of the header: of samples, lengths of axes, kinds, counts
+        for number in (b"\x7f\xff\xff\xff", b"\0\0\0\0"):
+            yield f"{number.hex()} at {place}", content[:place] + number + content[place + 4 :]
     for i in range(60):
         yield f"bytes {i}", damaged_bytes(content, seed + i)
