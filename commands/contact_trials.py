@@ -1,6 +1,7 @@
 """soft-gripper contact-trials: random single contacts of a finger, and how well they are estimated."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
@@ -57,6 +58,9 @@ def _run(options: argparse.Namespace) -> None:
     with options.console.counter(SCORES, "scores") as bar:
         rows = score_contacts(contacts, out, bar.update)
     _print_errors(rows)
+    lost = sum(row.found_percent == 0 for row in rows)
+    if lost:
+        print(f"note: no contact is found in {lost} of {len(rows)} rows: their errors are NaN", file=sys.stderr)
     written = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
     options.console.table("errors", rows)
     options.console.wrote(*(out / file for file in written))

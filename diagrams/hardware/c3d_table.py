@@ -47,7 +47,7 @@ def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
         InputError: if ezc3d is missing, or the file cannot be read or holds no points.
     """
     data = _read(path)
-    points, (rate, *_) = data["points"], (*data["RATE"], 0.0)
+    points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
     labels = [str(label).strip().rpartition(":")[2] for label in data["LABELS"]][: points.shape[1]]
     require(points.size > 0 and len(labels) > 0, path, "file", path.name, "is empty: it holds no points")
     require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and {_MOST_RATE:g} Hz at most")
@@ -56,7 +56,7 @@ def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
     frames = np.arange(points.shape[2])
     names = [columns.format(marker=label, axis=axis) for label in labels for axis in "xyz"]
     flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * (LENGTH[own] / unit)
-    return Table(path, (time, *names), np.column_stack((frames / float(rate), flat)), frames + 1)
+    return Table(path, (time, *names), np.column_stack((frames / rate, flat)), frames + 1)
 
 
 def _read(path: Path) -> dict[str, Any]:
