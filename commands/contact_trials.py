@@ -1,6 +1,7 @@
 """soft-gripper contact-trials: random single contacts of a finger, and how well they are estimated."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
@@ -13,7 +14,7 @@ from soft_gripper.commands.terminal.executor_options import add_executor_options
 from soft_gripper.commands.terminal.numbers import MOST_SEED, number_from_zero, whole_number
 from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
-from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
+from soft_gripper.evaluation.contacts.bench import MOST_FRICTION, PEG_FRICTION
 from soft_gripper.evaluation.contacts.contact_errors import BOTH, ContactErrorRow
 from soft_gripper.evaluation.contacts.contact_scores import ERRORS, FIGURE, SCORES, score_contacts
 from soft_gripper.evaluation.contacts.contact_trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
@@ -50,13 +51,16 @@ def _run(options: argparse.Namespace) -> None:
     number = whole_number(NAME, "--trials", options.trials, 1)
     seed = whole_number(NAME, "--seed", options.seed, 0, MOST_SEED)
     executor = chosen_executor(NAME, options)
-    friction = number_from_zero(NAME, "--friction", options.friction)
+    friction = number_from_zero(NAME, "--friction", options.friction, MOST_FRICTION)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = claim_folder(options.out)
     contacts = _simulate(number, seed, executor, friction, out, options.console) if kept is None else kept
     with options.console.counter(SCORES, "scores") as bar:
         rows = score_contacts(contacts, out, bar.update)
     _print_errors(rows)
+    lost = sum(row.found_percent == 0 for row in rows)
+    if lost:
+        print(f"note: no contact is found in {lost} of {len(rows)} rows: their errors are NaN", file=sys.stderr)
     written = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
     options.console.table("errors", rows)
     options.console.wrote(*(out / file for file in written))

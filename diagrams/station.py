@@ -14,6 +14,7 @@ from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, name
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_contact_width, add_sensing
+from soft_gripper.errors import InputError
 
 
 def make_station(
@@ -66,8 +67,9 @@ def add_station(
         make_sensor, make_estimator: blocks of the user's in the place of those that the scenario names.
 
     Raises:
-        InputError: if a part of the scenario cannot be built.
+        InputError: if a part of the scenario cannot be built, or the diagram has a plant already.
     """
+    _check_first(builder)
     check_scenario("scenario", scenario)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
@@ -98,3 +100,11 @@ def add_station(
             scenario.task,
         )
     return station
+
+
+def _check_first(builder: DiagramBuilder) -> None:
+    """A diagram holds one station: Drake ends the process over blocks of one name."""
+    for name in ("plant", "scene_graph"):
+        if builder.HasSubsystemNamed(name):
+            expected = "is already in the diagram; put all models into one scenario, or make_station for each diagram"
+            raise InputError("add_station", "builder", name, expected)

@@ -67,20 +67,21 @@ def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
 
 def _samples(file: Path, recording: Recording, scenario: Scenario, layout: SensorLayout) -> FreeBending:
     name = layout.finger.name
-    pressure, strain, X_WB = (
-        read_signal(file, recording, f"{name}.{s}") for s in ("sampled_pressure", "strain", "X_WB")
-    )
+    pressure = read_signal(file, recording, f"{name}.sampled_pressure")
+    strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, gaps=True)
+    X_WB = read_signal(file, recording, f"{name}.X_WB", 3, 4)
     ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
     _check_readings(file, name, ratios)
-    rest = _at_rest(pressure.ravel(), round(_REST / scenario.sensor.period)) & np.isfinite(ratios).all(axis=1)
+    rest = _at_rest(pressure, round(_REST / scenario.sensor.period)) & np.isfinite(ratios).all(axis=1)
     _check_motion(file, name, ratios[rest])
-    if f"{name}.contact" in recording.data and np.any(recording[f"{name}.contact"].values[rest] > 0):
+    contact = f"{name}.contact"
+    if contact in recording.data and np.any(read_signal(file, recording, contact)[rest] > 0):
         expected = "contact was detected; record free bending, and leave the threshold out if that was noise"
-        raise InputError(file, f"{name}.contact", True, expected)
+        raise InputError(file, contact, True, expected)
     chosen = np.flatnonzero(rest)
     chosen = chosen[np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen))).astype(int)]
     gravity = planar_gravity(X_WB[chosen], np.array(scenario.gravity))
-    return FreeBending(pressure.ravel()[chosen], gravity, ratios[chosen])
+    return FreeBending(pressure[chosen], gravity, ratios[chosen])
 
 
 def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:
@@ -118,6 +119,6 @@ def _check_fit(name: str, found: Calibration, moved: float) -> None:
         if not _LEAST_GAIN <= gain <= 1 / _LEAST_GAIN:
             expected = f"no finger differs that much from what is believed of it; {because}"
             raise InputError("calibrate", f"gain or bend ratio of '{name}'", round(float(gain), 4), expected)
-    if found.residual > _RESIDUAL * moved:
+    if not found.residual <= _RESIDUAL * moved:
         expected = f"more than {_RESIDUAL * moved:.2g} is left; {because}"
         raise InputError("calibrate", f"residual of '{name}'", round(found.residual, 6), expected)

@@ -1,4 +1,4 @@
-"""Text files of the user's."""
+"""Files supplied by the user."""
 
 import os
 from pathlib import Path
@@ -6,22 +6,34 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 
 
-def read_text(path: Path) -> str:
-    """The text of a regular file, UTF-8, with or without a mark at its beginning.
+def check_regular(path: Path) -> None:
+    """Looks at a file before it is opened: to read from a pipe would be to wait for it.
 
     Raises:
-        InputError: if the file cannot be read. What is no regular file is not opened: a pipe would be waited for.
+        InputError: if there is none, or it is not a regular file.
     """
     try:
         os.stat(path)  # says what is wrong, as a loop of symlinks
         if not os.path.isfile(path):
-            raise InputError(path, "file", path.name, "cannot be read: it is no regular file")
+            raise InputError(path, "file", path.name, "cannot be read: it is not a regular file")
+    except OSError as error:
+        raise InputError(path, "file", path.name, f"cannot be read: {error.strerror}") from None
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError("file", "name", str(path), f"cannot be read: {error}") from None
+
+
+def read_text(path: Path) -> str:
+    """The text of a regular file, UTF-8, with or without a byte order mark.
+
+    Raises:
+        InputError: if the file cannot be read, or is not a regular file.
+    """
+    check_regular(path)
+    try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(path, "file", path.name, f"cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise InputError(path, "file", path.name, "cannot be read: it is not a text file") from None
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError("file", "name", str(path), f"cannot be read: {error}") from None

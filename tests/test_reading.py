@@ -20,8 +20,8 @@ def test_what_cannot_be_read(tmp_path):
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
     reasons = {
-        "pipe": "no regular file",
-        "folder": "no regular file",
+        "pipe": "not a regular file",
+        "folder": "not a regular file",
         "loop": "symbolic links",
         "binary": "not a text file",
         "none": "No such file",

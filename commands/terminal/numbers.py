@@ -1,6 +1,5 @@
 """Numbers that options give."""
 
-import math
 import os
 from contextlib import suppress
 
@@ -23,16 +22,16 @@ def whole_number(command: str, option: str, text: str, least: int, most: int = 1
     return number
 
 
-def number_from_zero(command: str, option: str, text: str) -> float:
+def number_from_zero(command: str, option: str, text: str, most: float) -> float:
     """The number that an option gives.
 
     Raises:
-        InputError: unless it is finite and at least 0.
+        InputError: unless it is a number from 0 to `most`.
     """
     with suppress(ValueError):
-        if 0 <= (number := float(text)) < math.inf:
+        if 0 <= (number := float(text)) <= most:
             return number
-    raise InputError(command, option, text, "give a number of at least 0")
+    raise InputError(command, option, text, f"give a number from 0 to {most:g}")
 
 
 def number_of_jobs(command: str, text: str | None) -> int:

@@ -9,13 +9,15 @@ from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.errors import InputError
 
 _FEWEST = 2  # samples, of which anything can be said
+_LONGEST_GAP = 60.0  # s, between two rows of one recording
 
 
-def without_repeats(table: Table, time: str) -> tuple[Table, int]:
-    """The samples that have a time of their own, and how many were left out.
+def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
+    """The samples that have a time of their own, and how many were left out; `unit` of the times, s.
 
     Raises:
-        InputError: if time runs backwards, or most of it stands still.
+        InputError: if time runs backwards, most of it stands still, or rows are so far apart that they are of several
+            recordings.
     """
     t = table.columns("time", [time])[:, 0]
     timed = table.kept(np.isfinite(t))
@@ -25,6 +27,11 @@ def without_repeats(table: Table, time: str) -> tuple[Table, int]:
     if len(back):
         row, value = int(timed.rows[back[0] + 1]), float(t[back[0] + 1])
         expected = f"time runs backwards in row {row}, after {t[back[0]]:g}: split the file there, or sort it"
+        raise InputError(table.path, time, value, expected)
+    far = np.flatnonzero(np.diff(t) * unit > _LONGEST_GAP)
+    if len(far):
+        row, value = int(timed.rows[far[0] + 1]), float(t[far[0] + 1])
+        expected = f"a gap of more than {_LONGEST_GAP:g} s before row {row}, after {t[far[0]]:g}: split the file there"
         raise InputError(table.path, time, value, expected)
     own = np.concatenate(([True], np.diff(t) > 0))
     row = int(timed.rows[np.argmin(own)])

@@ -24,7 +24,7 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
     Raises:
         InputError: naming file, column or marker, and row or time, if it cannot be what the description says.
     """
-    table, repeated = without_repeats(_table(path, config), config.time)
+    table, repeated = without_repeats(_table(path, config), config.time, TIME[config.time_unit])
     time = table.columns("time", [config.time])[:, 0] * TIME[config.time_unit]
     reference = time <= time[0] + config.reference
     markers, poses = markers_of(table, config, time), poses_of(table, config)

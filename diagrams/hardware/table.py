@@ -12,16 +12,29 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.errors import InputError
 
+_LARGEST = 1e20  # of a number: a clock that counts nanoseconds since 1970 fits in
+
 
 @dataclass(frozen=True)
 class Table:
-    """Named columns; NaN where a cell is empty."""
+    """Named columns; NaN where a cell is empty.
+
+    Raises:
+        InputError: if a number is infinite, or of a size that nothing measured has.
+    """
 
     path: Path
     names: tuple[str, ...]
     values: Array  # (T, columns)
     rows: NDArray[np.int_]  # (T,) where in the file every sample is: line, or frame, counted from 1
     dropped: tuple[int, ...] = ()  # rows of the file that do not parse
+
+    def __post_init__(self) -> None:
+        wrong = np.argwhere(np.abs(self.values) > _LARGEST)
+        if len(wrong):
+            (row, column), expected = wrong[0], f"give finite numbers, up to {_LARGEST:g} in size"
+            value = float(self.values[row, column])
+            raise InputError(self.path, self.names[column], value, f"in row {self.rows[row]}: {expected}")
 
     def columns(self, field: str, names: list[str]) -> Array:
         """Columns by their names, (T, len(names)).

@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from soft_gripper.diagrams.loading.mesh_cache import converted
+from soft_gripper.diagrams.loading.mesh_cache import check_mesh_file, converted
 from soft_gripper.diagrams.loading.mesh_names import is_known_package, mesh_file
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_links import DRAKE
@@ -34,14 +34,15 @@ def _is_made_for_drake(shape: ET.Element, mesh: ET.Element) -> bool:
 
 def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> None:
     file = mesh_file(mesh.get("filename", ""), path)
-    if file.suffix.lower() not in _DRAKE_READS:
-        try:
-            file = converted(file)
-        except InputError as error:
-            raise error.inside(path) from None
-        if file.with_suffix(".mtl").exists():  # colours of its own, before which Drake sets aside those of the shape
-            for material in shape.findall("material"):
-                shape.remove(material)
+    is_foreign = file.suffix.lower() not in _DRAKE_READS
+    try:
+        check_mesh_file(file)
+        file = converted(file) if is_foreign else file
+    except InputError as error:
+        raise error.inside(path) from None
+    if is_foreign and file.with_suffix(".mtl").exists():
+        for material in shape.findall("material"):  # Drake sets it aside before the colours of the file
+            shape.remove(material)
     mesh.set("filename", f"file://{file}")
 
 

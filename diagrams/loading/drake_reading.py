@@ -1,6 +1,7 @@
 """Models read by Drake: what it would not survive is looked at before, and what it complains of becomes one line."""
 
 import re
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -66,3 +67,30 @@ def _check(path: Path, text: str) -> None:
     root = parse_xml(path, text)
     check_numbers(path, root)
     check_uris(path, root)
+    for model in root.iter("model") if root.tag == "sdf" else (root,):
+        _check_tree(path, model)
+
+
+def _check_tree(path: Path, model: ET.Element) -> None:
+    """Joints must not close a loop of links: Drake simulates trees, and finds out when the plant is finalized."""
+    joined: dict[str, str] = {}  # a link, and another that hangs together with it
+
+    def first(link: str) -> str:
+        while link in joined:
+            link = joined[link]
+        return link
+
+    for joint in model.findall("joint"):
+        parent, child = (_linked(joint, end) for end in ("parent", "child"))
+        if not (parent and child):
+            continue  # Drake says what is missing
+        if first(parent) == first(child):
+            expected = "closes a loop of links; leave it out, since only trees of links are simulated"
+            raise InputError(f"{path}: joint '{joint.get('name')}'", "parent, child", f"{parent}, {child}", expected)
+        joined[first(child)] = first(parent)
+
+
+def _linked(joint: ET.Element, end: str) -> str:
+    """The link at an end of a joint, in URDF an attribute and in SDFormat a text; empty if there is none."""
+    element = joint.find(end)
+    return "" if element is None else (element.get("link") or element.text or "").strip()

@@ -10,24 +10,38 @@ from numpy.typing import NDArray
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import SimpleMaterial
 
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, first_line
 from soft_gripper.files import atomic_file, writable_folder
 
+_LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
 _CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be raised when the same mesh gives another OBJ file
+
+
+def check_mesh_file(path: Path) -> None:
+    """Looks at a mesh file before it is read.
+
+    Raises:
+        InputError: if there is none, or reading it would take minutes and gigabytes.
+    """
+    if not os.path.isfile(path):
+        raise InputError(path, "mesh", path.name, "there is no such file")
+    size = path.stat().st_size
+    if size > _LARGEST:
+        raise InputError(path, "size", size, f"give a mesh of at most {_LARGEST} bytes, with fewer faces")
 
 
 def read_scene(path: Path) -> trimesh.Scene:
     """The meshes in a file, in its units and axes.
 
     Raises:
-        InputError: if the file is missing, cannot be read, or holds no faces.
+        InputError: if the file is missing, too large, cannot be read, or holds no faces.
     """
-    if not os.path.isfile(path):
-        raise InputError(path, "mesh", path.name, "there is no such file")
+    check_mesh_file(path)
     try:
         scene = trimesh.load_scene(path)
     except Exception as error:  # trimesh's readers raise what they like
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        missing = isinstance(error, ImportError)  # which guesses how the text of what is not a mesh is encoded
+        reason = "it is damaged" if missing else first_line(error)
         raise InputError(path, "mesh", path.name, f"cannot be read as a mesh: {reason}") from None
     if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
         raise InputError(path, "mesh", path.name, "is empty; give a mesh with faces")
@@ -42,8 +56,7 @@ def converted(path: Path) -> Path:
     Raises:
         InputError: if the mesh is missing or cannot be read, or the cache not be written to.
     """
-    if not os.path.isfile(path):
-        raise InputError(path, "mesh", path.name, "there is no such file")
+    check_mesh_file(path)
     name = _digest(path.read_bytes() + path.suffix.lower().encode() + _CONVERSION.encode())
     kept = cache_folder() / f"{name}.obj"
     if not kept.is_file():

@@ -26,7 +26,7 @@ def check_uris(path: Path, root: ET.Element) -> None:
     """Looks at the meshes and models that a URDF or SDFormat file names, in packages wherever these lie, or beside it.
 
     Raises:
-        InputError: if one leads out of its package, or is there and no file or folder, but a pipe to be waited for.
+        InputError: if one leads out of its package, or names something, such as a pipe, that is not a file or folder.
     """
     for element in root.iter():
         for text in (element.get("filename", ""), element.text or "" if element.tag == "uri" else ""):
@@ -34,5 +34,5 @@ def check_uris(path: Path, root: ET.Element) -> None:
             if uri.startswith(_SCHEMES):
                 check_inside(path, uri)
             elif uri and os.path.exists(file := os.path.join(path.parent, uri.removeprefix("file://"))):
-                expected = "is no regular file"
+                expected = "is not a regular file"
                 require(os.path.isfile(file) or os.path.isdir(file), path, "file", uri, expected)

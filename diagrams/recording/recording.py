@@ -13,8 +13,14 @@ from matplotlib.figure import Figure
 from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.recording.signal_logs import SignalLogs
+from soft_gripper.diagrams.schema.ranges import require
+from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files import atomic_file
+from soft_gripper.reading import check_regular
 from soft_gripper.signals import Signal
+
+_MAGICS = (b"CDF\x01", b"CDF\x02")  # the first bytes of a netCDF 3 file
+_LARGEST = 8  # times the file, of its arrays in memory: text takes more there
 
 _LEGEND_LINES = 12  # of more there is no legend
 _OWN_COLORS = 10  # in Matplotlib's cycle; more lines take their colours from a scale
@@ -42,9 +48,26 @@ class Recording:
 
     @staticmethod
     def load(path: Path | str) -> "Recording":
-        """Reads a file that `save` wrote."""
-        with xr.open_dataset(path, engine="scipy") as data:
-            return Recording(data.load())
+        """Reads a file that `save` wrote.
+
+        Raises:
+            InputError: if there is no such file, or it is not a netCDF 3 file, or damaged.
+        """
+        file = Path(path)
+        check_regular(file)
+        try:
+            with file.open("rb") as opened:
+                begin = opened.read(len(_MAGICS[0]))
+            require(begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file")
+            with xr.open_dataset(file, engine="scipy") as data:
+                fits = data.nbytes <= _LARGEST * file.stat().st_size
+                require(fits, file, "size", data.nbytes, "is damaged: its arrays are larger than the file")
+                return Recording(data.load())
+        except InputError:
+            raise
+        except Exception as error:  # of parsers that do not list what they raise
+            expected = f"is a damaged netCDF 3 file: {shortened(first_line(error), 100)}"
+            raise InputError(file, "file", file.name, expected) from None
 
     def plot(self, *signals: str) -> Figure:
         """Draws signals against time, one below the other, a line for every entry of a vector."""

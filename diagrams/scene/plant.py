@@ -7,6 +7,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
+from soft_gripper.diagrams.loading.drake_reading import drake_reads
 from soft_gripper.diagrams.scene.arm_home import set_home_posture
 from soft_gripper.diagrams.scene.placing import add_model
 from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig
@@ -50,7 +51,8 @@ def add_plant(
         if model.free and found:
             raise InputError(where, "free", True, "fingers need a base that is welded")
         fingers += found
-    plant.Finalize()
+    with drake_reads("models", "file", [model.file for model in models]):
+        plant.Finalize()
     if arm is not None:
         set_home_posture(plant, arm)
     return Scene(plant, scene_graph, fingers)

@@ -29,7 +29,8 @@ from soft_gripper.fingers.urdf import expand_urdf
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
 PEG_LENGTH, MESH_EDGE = 0.06, 0.001  # m
-PEG_FRICTION = 0.3  # Coulomb, of the peg's surface unless another is asked for
+PEG_FRICTION = 0.3  # Coulomb, of the peg's surface unless another is requested
+MOST_FRICTION = 100.0  # Coulomb; beyond, nothing slides
 PERIOD = 0.01  # s, of the plant
 PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s, s, rad/s: how long it is waited, at most, and for what
 

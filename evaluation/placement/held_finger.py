@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
+from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.held_steps import held_rows, held_samples
 from soft_gripper.evaluation.recorded_run import RecordedRun, read_signal
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -35,26 +36,28 @@ def held_fingers(name: str, run: RecordedRun) -> list[HeldFinger]:
     `name` is that of the scenario or the file.
 
     Raises:
-        InputError: if a signal was not recorded.
+        InputError: if a signal was not recorded, or the recording ends before the scenario does.
     """
+    lasts, duration = float(run.recording["time"][-1]), run.scenario.duration
+    if lasts < duration - 1.5 * run.scenario.sensor.period:
+        raise InputError(name, "time", lasts, f"the recording ends before the steps of its scenario, {duration:g} s")
     touched = [finger for finger in run.fingers if _touches_anything(name, run, finger)]
     return [_held_finger(name, run, finger) for finger in touched or run.fingers]
 
 
 def _touches_anything(name: str, run: RecordedRun, finger: PlantFinger) -> bool:
-    force = read_signal(name, run.recording, f"{finger.name}.link_contact_force")
+    force = read_signal(name, run.recording, f"{finger.name}.link_contact_force", finger.finger.segments + 1)
     return bool(touches(held_samples(run.scenario, run.recording, force).mean(axis=1)).any())
 
 
 def _held_finger(name: str, run: RecordedRun, finger: PlantFinger) -> HeldFinger:
     scenario, recording = run.scenario, run.recording
-    q, pressure, X_WB = (
-        read_signal(name, recording, f"{finger.name}.{signal}")
-        for signal in ("sampled_joint_angles", "sampled_pressure", "X_WB")
-    )
+    q = read_signal(name, recording, f"{finger.name}.sampled_joint_angles", finger.finger.segments)
+    pressure = read_signal(name, recording, f"{finger.name}.sampled_pressure")
+    X_WB = read_signal(name, recording, f"{finger.name}.X_WB", 3, 4)
     steps = held_rows(scenario, recording)
     chosen = np.linspace(0, steps.shape[1] - 1, min(SAMPLES, steps.shape[1])).astype(int)
     held = steps[:, chosen].ravel()
     gravity = planar_gravity(X_WB[held], np.array(scenario.gravity))
     layout = sensor_layout(finger.finger, scenario.sensor)
-    return HeldFinger(layout, scenario.sensor.period, q, held, pressure.ravel(), gravity)
+    return HeldFinger(layout, scenario.sensor.period, q, held, pressure, gravity)

@@ -9,6 +9,7 @@ from soft_gripper.diagrams.hardware.hardware_recording import HardwareRecording
 from soft_gripper.diagrams.schema.ranges import require
 
 PERIOD = 0.02  # s, between samples; rows are held
+MOST_TIME = 3600.0  # s, of a recording
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     read = np.isfinite(np.column_stack([*wires.values(), recording.pressures])).all(axis=1)
     require(bool(read.any()), where, "lengths, pressures", None, "no row has all of them")
     seconds = recording.time[read] - recording.time[read][0]
+    expected = f"lasts longer than {MOST_TIME:g} s, of which {MOST_TIME / PERIOD:g} samples would be made: cut it"
+    require(seconds[-1] <= MOST_TIME, where, "time", float(seconds[-1]), expected)
     time = np.arange(0.0, seconds[-1], PERIOD)
     rows = np.flatnonzero(read)[np.searchsorted(seconds, time + 1e-9, side="right") - 1]
     return ArmRecording(

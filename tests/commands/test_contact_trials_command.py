@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from soft_gripper.commands import contact_trials
 from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.evaluation.contacts import contact_estimates
 from soft_gripper.evaluation.contacts.contact_errors import ContactErrorRow
@@ -48,7 +49,14 @@ def test_kept_contacts_are_scored_again(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(
-    ("option", "value"), [("--trials", "none"), ("--friction", "-0.1"), ("--friction", "nan"), ("--friction", "rough")]
+    ("option", "value"),
+    [
+        ("--trials", "none"),
+        ("--friction", "-0.1"),
+        ("--friction", "nan"),
+        ("--friction", "1e308"),
+        ("--friction", "rough"),
+    ],
 )
 def test_mistakes_are_found_before_any_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str, value: str
@@ -56,6 +64,16 @@ def test_mistakes_are_found_before_any_work(
     assert dispatch(["contact-trials", option, value, "--out", str(tmp_path)]) == 2
     assert option in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_rows_without_a_number_are_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(6 * [float("nan")]))
+    monkeypatch.setattr(contact_trials, "score_contacts", lambda *_: [row])
+    monkeypatch.setattr(contact_trials, "load_contacts", lambda _: None)
+    assert dispatch(["contact-trials", "--contacts", "a.npz", "--out", str(tmp_path)]) == 0
+    assert "1 of 1 rows" in capsys.readouterr().err
 
 
 def test_a_file_without_contacts_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

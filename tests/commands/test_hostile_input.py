@@ -53,7 +53,10 @@ OBJECTS = {
     "secret.sdf": ('<!DOCTYPE r [<!ENTITY a SYSTEM "s.yaml">]><sdf/>', "secret.sdf: DOCTYPE = 'r'"),
     "nan.sdf": (SDF.format("<inertial><inertia><ixx>nan</ixx></inertia></inertial>"), "link 'l': ixx = 'nan'"),
     "latin.sdf": (SDF.format("<!-- \xe9 -->"), "latin.sdf: file = 'latin.sdf': cannot be read: it is not a text file"),
-    "ring.urdf": (f'<robot name="r"><link name="a"/><link name="b"/>{RING}</robot>', "models[1]"),
+    "ring.urdf": (
+        f'<robot name="r"><link name="a"/><link name="b"/>{RING}</robot>',
+        "joint 'ba': parent, child = 'b, a'",
+    ),
 }
 FINGERS = {
     'length="0.12"': ('length="5e-324"', "length = 5e-324: give a number of 1e-09 to 1e+12 in size"),

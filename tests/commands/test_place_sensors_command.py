@@ -129,7 +129,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
         (["--belief", "much"], "--belief = 'much'"),
         (["--belief", "100"], "--belief = 100.0"),
         (["--seed", "-1"], "--seed = '-1'"),
-        (["--recordings", "nowhere.nc"], "nowhere.nc: file = 'nowhere.nc': is no recording"),
+        (["--recordings", "nowhere.nc"], "nowhere.nc: file = 'nowhere.nc': cannot be read"),
         (["--contacts", "nowhere.npz"], "give one of `contact-trials`"),
         (["--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),
     ],

@@ -124,3 +124,16 @@ def test_a_mistake_in_a_users_block_is_no_divergence():
 def test_a_function_must_make_a_system():
     with pytest.raises(sg.InputError, match="a Drake System is needed"):
         sg.make_station(sg.load_scenario("obstructed_inside"), make_sensor=lambda layout, period: ZeroOrderHold)
+
+
+@pytest.mark.parametrize("plants", ["another station", "a plant"])
+def test_a_diagram_holds_one_station(plants):
+    """Drake would end the process when the diagram is built."""
+    builder, scenario = DiagramBuilder(), sg.load_scenario("free_bending")
+    if plants == "a plant":
+        AddMultibodyPlantSceneGraph(builder, 0.005)
+    else:
+        sg.add_station(builder, scenario)
+    with pytest.raises(sg.InputError) as error:
+        sg.add_station(builder, scenario)
+    assert (error.value.field, error.value.value) == ("builder", "plant")

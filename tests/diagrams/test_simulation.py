@@ -5,7 +5,7 @@ import xarray as xr
 from finger_plants import free_bending
 
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
-from soft_gripper.diagrams.simulation import run_station, simulate, solver_config
+from soft_gripper.diagrams.simulation import advance, make_simulator, run_station, simulate, solver_config
 from soft_gripper.diagrams.station import make_station
 
 
@@ -45,3 +45,19 @@ def test_interruption_leaves_the_run_at_once():
 
     with pytest.raises(KeyboardInterrupt):
         simulate(free_bending([0.0, 0.0], 0.1), progress=interrupt)
+
+
+@pytest.mark.parametrize("time_step", [0.01, 0.0])
+def test_to_advance_to_where_it_is_changes_nothing(time_step):
+    """With a continuous plant, Drake would end the process."""
+    station = make_station(free_bending([80e3], 0.1, f"plant_config.time_step={time_step}"))
+    simulator = make_simulator(station)
+    for time in (0.0, 0.0, 0.02, 0.02, 0.03):
+        advance(simulator, station, time)
+        assert simulator.get_context().get_time() == time
+    again = make_simulator(station)
+    advance(again, station, 0.02)
+    advance(again, station, 0.03)
+    xr.testing.assert_identical(
+        station.recording(simulator.get_context()).data, station.recording(again.get_context()).data
+    )

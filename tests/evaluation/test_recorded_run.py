@@ -1,11 +1,23 @@
-"""A recording is read with its scenario and its fingers; what is none is refused."""
+"""A recording is read with its scenario and its fingers; a file that is not one, or is damaged, is refused."""
 
+from dataclasses import astuple
+
+import numpy as np
 import pytest
+import xarray as xr
+from damaged_files import damaged_recordings
 
+from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
+from soft_gripper.evaluation.calibrate_recordings import calibrate_recordings
+from soft_gripper.evaluation.placement.held_finger import held_fingers
 from soft_gripper.evaluation.recorded_run import load_run, read_signal
+
+STEPS = ("pressure.steps.all=[0, 180e3]", "pressure.settle=0.6", "pressure.hold_samples=10", "sensor.sections=2")
+PLACED_BY = ("link_contact_force", "sampled_joint_angles", "sampled_pressure", "X_WB")
+CALIBRATED_BY = ("strain", "sampled_pressure", "X_WB")
 
 
 def test_scenario_and_fingers_come_back(tmp_path):
@@ -14,15 +26,85 @@ def test_scenario_and_fingers_come_back(tmp_path):
     recording, scenario, fingers = load_run(tmp_path / "recording.nc")
     assert [finger.name for finger in fingers] == ["left_finger", "right_finger"]
     assert scenario.sensor.sections == 3
-    assert read_signal("file", recording, "left_finger.sampled_joint_angles").shape == (5, 12)
+    assert read_signal("file", recording, "left_finger.sampled_joint_angles", 12).shape == (5, 12)
     with pytest.raises(InputError, match=r"file: signal = 'left_finger.temperature': is not in the recording"):
         read_signal("file", recording, "left_finger.temperature")
 
 
-@pytest.mark.parametrize("content", [None, b"no netCDF"])
-def test_what_is_no_recording_is_refused(tmp_path, content):
-    file = tmp_path / "recording.nc"
-    if content is not None:
+@pytest.fixture(scope="module")
+def recorded():
+    """What is read of a recording, of one finger."""
+    data = simulate(load_scenario("free_bending", STEPS)).data
+    return data[[name for name in data if name.partition(".")[2] in {*PLACED_BY, *CALIBRATED_BY}]]
+
+
+def placed(file):
+    return [(finger.q, finger.pressure, finger.gravity) for finger in held_fingers("file", load_run(file))]
+
+
+def calibrated(file):
+    found = calibrate_recordings([file]).fingers.values()
+    return [astuple(finger)[4:] for finger in found]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("read", "signals"), [(placed, PLACED_BY), (calibrated, CALIBRATED_BY)])
+def test_a_damaged_recording_is_refused_or_gives_finite_numbers(recorded, tmp_path, recwarn, read, signals):
+    file, kinds, refused = tmp_path / "recording.nc", 0, []
+    for how, content in damaged_recordings(recorded, [f"left_finger.{signal}" for signal in signals], seed=1):
         file.write_bytes(content)
-    with pytest.raises(InputError, match="is no recording of a scenario"):
+        kinds += 1
+        try:
+            numbers = read(file)
+        except InputError as error:
+            refused.append((how, error.field))
+        else:
+            assert all(np.isfinite(part).all() for finger in numbers for part in finger), how
+    assert not recwarn.list
+    assert kinds > 150
+    assert len(refused) > 0.5 * kinds
+    assert {("time: a gap", "time[71]"), ("scenario: a number", "scenario"), ("gzip", "file")} <= set(refused)
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "value"),
+    [
+        (lambda data: data.assign_coords(time=data["time"] + 1e9 * (data["time"] > 1)), "time[101]", 1e9 + 1.01),
+        (lambda data: data.isel(time=slice(None, None, -1)), "time[0]", 1.39),
+        (lambda data: data.rename_dims(time="x"), "time", "float64 ('x',)"),
+        (lambda data: data.assign_attrs(scenario=1.5), "scenario", 1.5),
+        (lambda data: data.isel(time=slice(0, 71)), "time", 0.7),
+        (lambda data: data.isel(joint=slice(0, 11)), "left_finger.sampled_joint_angles", "float64 (140, 11)"),
+        (lambda data: data.drop_vars("left_finger.X_WB"), "signal", "left_finger.X_WB"),
+        (lambda data: data + np.inf, "left_finger.link_contact_force", np.inf),
+    ],
+)
+def test_the_signal_and_its_value_are_named(recorded, tmp_path, change, field, value):
+    with xr.set_options(keep_attrs=True):
+        Recording(change(recorded)).save(tmp_path / "recording.nc")
+    with pytest.raises(InputError) as error:
+        placed(tmp_path / "recording.nc")
+    assert error.value.field == field
+    assert error.value.value == (value if isinstance(value, str) else pytest.approx(value))
+
+
+def test_samples_may_be_missing_only_where_a_sensor_can_drop_out(recorded, tmp_path):
+    recording = Recording(recorded.copy(deep=True))
+    recording["left_finger.strain"][3] = np.nan
+    assert np.isnan(read_signal("file", recording, "left_finger.strain", 2, 2, gaps=True)[3]).all()
+    with pytest.raises(InputError) as error:
+        read_signal("file", recording, "left_finger.strain", 2, 2)
+    assert error.value.field == "left_finger.strain"
+
+
+@pytest.mark.parametrize("kind", ["missing", "folder", "text", "HDF5"])
+def test_a_file_that_is_not_a_recording_is_refused_in_one_sentence(tmp_path, kind):
+    file = tmp_path / "recording.nc"
+    if kind == "folder":
+        file.mkdir()
+    elif kind != "missing":
+        file.write_bytes({"text": b"time,strain\n0,1\n", "HDF5": b"\x89HDF\r\n\x1a\n"}[kind])
+    with pytest.raises(InputError) as error:
         load_run(file)
+    assert error.value.field == "file"
+    assert "\\n" not in str(error.value)

@@ -1,15 +1,18 @@
 """Hostile input of every kind: files, and the command that is to read them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
 import trimesh
 import yaml
+from damaged_files import archive, as_npy, damaged_archives, damaged_bytes, damaged_recordings
 from hostile import NUMBERS, WORDS, documents, elements, texts
 from hypothesis import strategies as st
 from pydrake.common.yaml import yaml_dump
 
+import soft_gripper as sg
 from soft_gripper.models import DIRECTORY
 
 FINGER = (DIRECTORY / "grippers/finger.urdf").read_text()
@@ -177,6 +180,66 @@ def command_lines() -> st.SearchStrategy[Input]:
     return lines.map(lambda arguments: Input(_input("", "empty", SCENARIO, "show").files, arguments))
 
 
+CONTACTS: dict[str, Any] = {
+    "q": np.full((2, 12), 0.05),
+    "pressure": np.array([3e4, 6e4]),
+    "gravity": np.array([9.81 + 0j, -9.81j]),
+    "force": np.array([0.3, -0.6]),
+    "total": np.array([0.31, 0.63]),
+    "arc_length": np.array([0.06, 0.09]),
+    "torque": np.full((2, 12), 0.01),
+    "side": np.array(["inner", "outer"]),
+    "radius": np.array([5e-3, 9e-3]),
+    "friction": np.array([0.45, 0.45]),
+}
+SIGNALS = "strain", "sampled_pressure", "X_WB"
+
+
+def contacts() -> st.SearchStrategy[Input]:
+    """Files of contacts, of which an array or bytes are damaged."""
+    whole = archive([(f"{name}.npy", as_npy(values)) for name, values in CONTACTS.items()])
+    files = _damaged(damaged_archives(CONTACTS, seed=1), whole)
+    return files.map(
+        lambda file: Input({"a.npz": file}, ["contact-trials", "--contacts", "a.npz", "--out", "folder/x"])
+    )
+
+
+def recordings() -> st.SearchStrategy[Input]:
+    """Recordings of a run, of which a signal or bytes are damaged."""
+    steps = "pressure.steps.all=[0, 180e3]", "pressure.settle=0.6", "pressure.hold_samples=10", "sensor.sections=2"
+    data = sg.simulate(sg.load_scenario("free_bending", steps)).data
+    data = data[[name for name in data if str(name).partition(".")[2] in SIGNALS]]
+    damaged = damaged_recordings(data, [f"left_finger.{signal}" for signal in SIGNALS], seed=1)
+    files = _damaged(damaged, bytes(data.to_netcdf(engine="scipy")))
+    return files.map(lambda file: Input({"a.nc": file}, ["calibrate", "a.nc", "--out", "calibration.yaml"]))
+
+
+def _damaged(known: Iterator[tuple[str, bytes]], whole: bytes) -> st.SearchStrategy[bytes]:
+    """One of the kinds of damage that are known, or any bytes of a whole file."""
+    anywhere = st.integers(0, 2**32 - 1).map(lambda seed: damaged_bytes(whole, seed))
+    return st.one_of(st.sampled_from([content for _, content in known]), anywhere)
+
+
+def numbers() -> st.SearchStrategy[Input]:
+    """A number of a scenario, any of them, of any size."""
+    names = "box_grasp", "pick_and_place_box", "tip_distance_steps", "three_finger_grasp"
+    fields = [(name, field) for name in names for field in _numeric(asdict(sg.load_scenario(name)))]
+    return st.builds(
+        lambda place, value: Input({}, ["show", place[0], "--set", f"{place[1]}={value}"]),
+        st.sampled_from(fields),
+        st.sampled_from((*NUMBERS, "1e-308", "1e15", "1e-15", "-1e15")),
+    )
+
+
+def _numeric(value: Any, field: str = "") -> Iterator[str]:
+    """The dotted names of the numbers in plain data."""
+    if isinstance(value, dict | list):
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _numeric(item, f"{field}.{key}" if field else str(key))
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield field
+
+
 KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "scenarios": scenarios,
     "fingers": fingers,
@@ -184,4 +247,7 @@ KINDS: dict[str, Callable[[], st.SearchStrategy[Input]]] = {
     "objects": objects,
     "meshes": meshes,
     "command lines": command_lines,
+    "contacts": contacts,
+    "recordings": recordings,
+    "numbers": numbers,
 }

@@ -23,13 +23,13 @@ def test_no_whole_number_within_them(text):
 
 @pytest.mark.parametrize(("text", "number"), [("0", 0.0), ("1e-3", 1e-3), ("2", 2.0)])
 def test_numbers_from_zero(text, number):
-    assert number_from_zero("run", "--x", text) == number
+    assert number_from_zero("run", "--x", text, 2.0) == number
 
 
-@pytest.mark.parametrize("text", ["-1e-9", "inf", "nan", "1e999", "", "x"])
+@pytest.mark.parametrize("text", ["-1e-9", "-5e-324", "2.1", "1e308", "inf", "nan", "1e999", "", "x"])
 def test_no_number_from_zero(text):
     with pytest.raises(InputError, match="--x"):
-        number_from_zero("run", "--x", text)
+        number_from_zero("run", "--x", text, 2.0)
 
 
 def test_jobs_are_one_a_core_unless_they_are_given():

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from damaged_files import damaged_bytes
 from hardware_files import MARKERS, swinging, write_csv
 
+from soft_gripper.diagrams.hardware import c3d_table
 from soft_gripper.diagrams.hardware.read_recording import read_recording
 from soft_gripper.errors import InputError
 
@@ -49,3 +51,26 @@ def test_what_is_no_c3d_is_refused(tmp_path, describe):
     (tmp_path / "a.c3d").write_text("not one")
     with pytest.raises(InputError, match="cannot be read"):
         read_recording(tmp_path / "a.c3d", describe())
+
+
+@pytest.mark.parametrize("seed", [0, 103, 279, 1, 2, 3])
+def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tmp_path, describe, monkeypatch, seed):
+    """With the version that was tried, seeds 0 and 279 end the process of ezc3d, and 103 keeps it busy."""
+    monkeypatch.setattr(c3d_table, "_PATIENCE", 5.0)
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    path.write_bytes(damaged_bytes(path.read_bytes(), seed))
+    try:
+        recording = read_recording(path, describe())
+    except InputError:
+        return
+    assert np.isfinite(recording.time).all()
+    assert all(np.abs(p[np.isfinite(p)]).max(initial=0) < 1e20 for p in recording.markers.values())
+
+
+def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    monkeypatch.setattr(c3d_table, "_READS", "import os; os.abort()")
+    with pytest.raises(InputError) as error:
+        read_recording(path, describe())
+    assert (error.value.field, error.value.value) == ("file", "a.c3d")
+    assert "-6" in error.value.expected

@@ -152,6 +152,26 @@ def test_what_cannot_be_is_refused(tmp_path, describe, columns, said):
     assert said in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("column", "row", "value", "said"),
+    [
+        ("time_s", 100, 1e9, "before row 102, after 0.99"),
+        ("tip_1_x_mm", 7, 1e308, "in row 9"),
+        ("tip_1_x_mm", 7, -np.inf, "in row 9"),
+        ("time_s", 199, np.inf, "in row 201"),
+    ],
+)
+def test_row_and_value_of_a_number_out_of_range_are_named(tmp_path, describe, column, row, value, said):
+    columns = swinging()
+    columns[column][row] = value
+    if column == "time_s":
+        columns[column][row:] = value + np.arange(200 - row) / 100
+    with pytest.raises(InputError) as error:
+        read_recording(write_csv(tmp_path / "bad.csv", columns), describe())
+    assert (error.value.field, error.value.value) == (column, value)
+    assert said in error.value.expected
+
+
 @pytest.mark.parametrize("text", ["", "time_s,a\n", "time_s,a\nnothing,here\n", "time_s,a\n,\n"])
 def test_empty_files_are_refused(tmp_path, describe, text):
     path = tmp_path / "empty.csv"

@@ -11,7 +11,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from soft_gripper.diagrams.loading import mesh_cache
-from soft_gripper.diagrams.loading.mesh_cache import cache_folder, converted
+from soft_gripper.diagrams.loading.mesh_cache import cache_folder, converted, read_scene
 from soft_gripper.errors import InputError
 
 SIZE = np.array([0.1, 0.2, 0.3])
@@ -159,3 +159,14 @@ def test_what_is_no_mesh(tmp_path, name):
     assert str(caught.value).startswith(f"{tmp_path / name}: mesh = '{name}': ")
     assert "\n" not in str(caught.value)
     assert not cache_folder().exists()
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".stl", ".dae"])
+def test_a_file_that_would_fill_the_memory_is_not_read(tmp_path, suffix):
+    path = tmp_path / f"large{suffix}"
+    with path.open("wb") as file:
+        file.truncate(2**30)
+    for read in (read_scene, converted):
+        with pytest.raises(InputError) as error:
+            read(path)
+        assert (error.value.field, error.value.value) == ("size", 2**30)

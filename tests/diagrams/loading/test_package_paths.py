@@ -51,6 +51,6 @@ def test_names_in_models(line: str) -> None:
 def test_a_pipe_in_the_place_of_a_mesh(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.obj")
     for line in (f"<mesh filename='file://{tmp_path}/a.obj'/>", "<mesh filename='a.obj'/>", "<uri>a.obj</uri>"):
-        with pytest.raises(InputError, match=r"is no regular file"):
+        with pytest.raises(InputError, match=r"is not a regular file"):
             check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", f"<robot>{line}</robot>"))
     check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", "<robot><uri>.</uri><mesh filename='none.obj'/></robot>"))
