@@ -1,10 +1,11 @@
 """Files that are written whole or not at all, and where they may be written."""
 
+import itertools
 import os
 import re
 import shutil
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -169,6 +170,26 @@ def check_file(path: Path) -> None:
         raise InputError("output", "file", str(path), f"cannot be written: {_reason(error)}") from None
     if not special:
         _try_writing("file", path, target.parent, path.name)
+
+
+def keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
+    """Says before any work is done whether an output would take the place of a file that is read.
+
+    Raises:
+        InputError: if one would.
+    """
+    for output, file in itertools.product(outputs, list(inputs)):
+        if _are_same(output, Path(file)):
+            expected = "is an input of this command, and would be lost: name another file"
+            raise InputError("output", "file", str(output), expected)
+
+
+def _are_same(one: Path, other: Path) -> bool:
+    """Whether two paths lead to one file, which may be lost: not a pipe or a device."""
+    try:
+        return one.samefile(other) and not _is_special(one)
+    except (OSError, ValueError):  # there is no such file
+        return False
 
 
 def _require_name(path: Path) -> None:
