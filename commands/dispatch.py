@@ -78,9 +78,9 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
     """Runs one command."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # what a terminal cannot show
-    options = command_parser().parse_args(arguments)
-    options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
     try:
+        options = _parsed(arguments)
+        options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
         with notes():
             with options.console.speaking():
                 code = ExitCode(options.command(options) or ExitCode.DONE)
@@ -95,13 +95,21 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
         _leave_output()
         return _complain(f"{error.filename or 'output'}: {error.strerror or error}")
     except MemoryError:
-        return _complain("the memory is not enough for what is asked")
+        return _complain("out of memory")
     except SystemExit as error:  # one of Drake's conditions that failed, or the way out of a library
         if not isinstance(error.code, str):
             raise
         return _complain(f"Drake cannot go on: {first_line(error)}")
     finally:
         release_folders()
+
+
+def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    try:
+        return command_parser().parse_args(arguments)
+    except SystemExit:  # after --help, whose text may be more than its reader takes
+        sys.stdout.flush()
+        raise
 
 
 class _Parser(argparse.ArgumentParser):
@@ -112,7 +120,8 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _complain(text: str) -> ExitCode:
-    print(f"{PROGRAM}: {in_one_line(text)}", file=sys.stderr)
+    with suppress(OSError):  # the code says it too
+        print(f"{PROGRAM}: {in_one_line(text)}", file=sys.stderr)
     return ExitCode.REFUSED
 
 

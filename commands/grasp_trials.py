@@ -18,7 +18,7 @@ from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.trials.trial import Trial, TrialRow
-from soft_gripper.evaluation.trials.trial_tables import FIGURE, TABLES
+from soft_gripper.evaluation.trials.trial_tables import ABOUT, FIGURE, TABLES
 from soft_gripper.evaluation.trials.trials import (
     SCENARIOS,
     check_scenario_for_trials,
@@ -26,7 +26,7 @@ from soft_gripper.evaluation.trials.trials import (
     record_trial,
     run_trials,
 )
-from soft_gripper.files import atomic_file, writable_folder
+from soft_gripper.files import atomic_file, keep_inputs, writable_folder
 from soft_gripper.folder_claims import claim_folder
 
 
@@ -61,6 +61,7 @@ def _run(options: argparse.Namespace) -> None:
     trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
     for file in files:
         check_scenario_for_trials(file)
+    keep_inputs(files, [options.out / ABOUT])
     out = claim_folder(options.out)
     if trial is not None:
         for file in files:

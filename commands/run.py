@@ -6,12 +6,13 @@ from pathlib import Path
 
 from soft_gripper.commands.terminal.console import Console, add_console_options
 from soft_gripper.commands.terminal.options import add_scenario_options, chosen_station
-from soft_gripper.commands.terminal.output import run_folder
+from soft_gripper.commands.terminal.output import fits, run_folder
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
 from soft_gripper.commands.terminal.waiting import wait_for_viewer
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
@@ -24,7 +25,7 @@ from soft_gripper.evaluation.paper.pose_table import recorded_pose_table
 from soft_gripper.evaluation.phase_table import outcome, phase_table
 from soft_gripper.evaluation.step_table import step_table
 from soft_gripper.evaluation.trials.trial import judged
-from soft_gripper.files import atomic_file, check_file
+from soft_gripper.files import atomic_file, check_file, keep_inputs
 from soft_gripper.folder_claims import claim_folder
 from soft_gripper.manipulation.task_phases import Outcome
 from soft_gripper.pictures.phases_figure import phases_figure
@@ -57,8 +58,9 @@ def _run(options: argparse.Namespace) -> int:
     name, station, console = Path(options.scenario).stem, chosen_station(options), options.console
     scenario = station.scenario
     check_closed(station)
-    _check_files(options)
-    out = claim_folder(run_folder(options.out, name, scenario))
+    out = run_folder(options.out, name, scenario)
+    _check_files(options, out, scenario)
+    claim_folder(out)
     if not options.meshcat:
         logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
     meshcat = open_meshcat() if options.meshcat or options.html else None
@@ -80,8 +82,11 @@ def _run(options: argparse.Namespace) -> int:
     return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
 
 
-def _check_files(options: argparse.Namespace) -> None:
-    """All files that are asked for can be written, or nothing is begun."""
+def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:
+    """All files that are asked for can be written, and none that is read is lost; or nothing is begun."""
+    written = [file for file in (options.video, options.html) if file is not None]
+    written += [] if fits(out, scenario) else [out / "scenario.yaml"]
+    keep_inputs([options.scenario, *(model.file for model in scenario.models)], written)
     if options.video is not None:
         check_video(options.video)
     for file in (options.video, options.html):

@@ -19,7 +19,7 @@ def write_csv(path: Path, rows: Sequence[Any]) -> None:
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(field.name for field in fields(rows[0]))
-        writer.writerows([_text(value) for value in astuple(row)] for row in rows)
+        writer.writerows(map(cells, rows))
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:
@@ -35,10 +35,15 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(path, "file", path.name, f"is no such table as was written: {error!r}") from None
+        raise InputError(path, "file", path.name, f"is not a table as it was written: {error!r}") from None
     if not rows:
         raise InputError(path, "file", path.name, "holds no rows")
     return rows
+
+
+def cells(row: Any) -> list[str]:
+    """The cells of a row as `write_csv` writes them."""
+    return [_text(value) for value in astuple(row)]
 
 
 def _value(text: str, kind: Any) -> Any:

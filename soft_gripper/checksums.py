@@ -12,16 +12,19 @@ def write_checksums(folder: Path) -> None:
 
 
 def is_whole(folder: Path) -> bool:
-    """Whether all files are in a folder that `write_checksums` saw there, and none has changed."""
+    """Whether all files are in a folder that `write_checksums` saw there, and none of them has changed."""
     try:
-        return (folder / SUMS).read_text(encoding="utf-8") == _checksums(folder)
-    except (OSError, UnicodeDecodeError):
+        written = (folder / SUMS).read_text(encoding="utf-8").splitlines()
+        return bool(written) and set(written) <= set(_checksums(folder).splitlines())
+    except (OSError, UnicodeError):
         return False
 
 
 def _checksums(folder: Path) -> str:
     files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != SUMS)
-    sums = (hashlib.sha256(path.read_bytes()).hexdigest() for path in files)
-    return "".join(
-        f"{digest}  {path.relative_to(folder).as_posix()}\n" for digest, path in zip(sums, files, strict=True)
-    )
+    return "".join(f"{_digest(path)}  {path.relative_to(folder).as_posix()}\n" for path in files)
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,22 +1,28 @@
 """Files that are written whole or not at all, and where they may be written."""
 
+import itertools
 import os
+import re
 import shutil
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from soft_gripper.checksums import write_checksums
+from soft_gripper.checksums import SUMS, write_checksums
 from soft_gripper.errors import InputError
+
+_PREFIX = ".soft-gripper-"  # of what is not whole yet; host and process follow, so that nobody else's is removed
+_HOST = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
+_KEPT = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
 
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
     """A name to write to; when the block ends without an error, what was written takes the place of `path`.
 
-    A symlink is followed. What is no regular file, such as a named pipe, stays and is written to.
+    A symlink is followed. What is not a regular file, such as a named pipe, stays and is written to.
     """
     _require_name(path)
     target = Path(os.path.realpath(path))
@@ -29,7 +35,7 @@ def atomic_file(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _replaced(target: Path, name: str) -> Iterator[Path]:
-    partial = target.with_name(f".{os.getpid()}-{name}")
+    partial = _partial(target.with_name(name))
     try:
         yield partial
         os.replace(partial, target)
@@ -48,7 +54,7 @@ def _written_through(target: Path, name: str) -> Iterator[Path]:
 
 
 def _is_special(path: Path) -> bool:
-    """Whether there is something that is no regular file; a folder is not meant."""
+    """Whether there is something that is not a regular file; a folder is not meant."""
     try:
         return not stat.S_ISREG(path.stat().st_mode)
     except FileNotFoundError:
@@ -57,20 +63,36 @@ def _is_special(path: Path) -> bool:
 
 @contextmanager
 def atomic_folder(folder: Path) -> Iterator[Path]:
-    """A folder beside `folder` to fill; it takes the place of `folder` when the block ends without an error.
+    """A folder to fill; when the block ends without an error, it appears as `folder`.
 
-    It then holds the checksums of its files, by which `is_whole` knows it.
+    If `folder` is there already, it keeps its other files: only those of the same names are replaced. It then holds the
+    checksums of the files that were written, by which `is_whole` knows it.
     """
-    remove_partial(folder)
     partial = _partial(folder)
-    partial.mkdir(parents=True)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    for left in filter(_is_left_over, folder.parent.glob(f"{_PREFIX}*")):
+        if left.name.endswith(f"-{folder.name[-_KEPT:]}") and left.is_dir() and not left.is_symlink():
+            shutil.rmtree(left, ignore_errors=True)
+    partial.mkdir()
     try:
         yield partial
         write_checksums(partial)
-        shutil.rmtree(folder, ignore_errors=True)
-        partial.rename(folder)
+        _move(partial, folder)
     finally:
-        remove_partial(folder)
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _move(partial: Path, folder: Path) -> None:
+    """Moves a folder or, file by file, into one that is there; its checksums leave first and come last."""
+    if not folder.is_dir():
+        partial.rename(folder)
+        return
+    (folder / SUMS).unlink(missing_ok=True)
+    files = [path for path in partial.rglob("*") if path.is_file()]
+    for file in sorted(files, key=lambda file: file.name == SUMS):
+        target = folder / file.relative_to(partial)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(file, target)
 
 
 def read_folder(folder: Path) -> dict[str, bytes]:
@@ -92,13 +114,9 @@ def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
         raise InputError("output", "folder", str(folder), f"cannot be written: {_reason(error)}") from None
 
 
-def remove_partial(folder: Path) -> None:
-    """Removes what a killed process left of filling `folder`."""
-    shutil.rmtree(_partial(folder), ignore_errors=True)
-
-
-def _partial(folder: Path) -> Path:
-    return folder.with_name(f".partial-{folder.name}")
+def _partial(path: Path) -> Path:
+    """Where something is written until it takes the place of `path`."""
+    return path.with_name(f"{_PREFIX}{_HOST}-{os.getpid()}-{path.name[-_KEPT:]}")
 
 
 def writable_folder(path: Path) -> Path:
@@ -113,11 +131,19 @@ def writable_folder(path: Path) -> Path:
 
 
 def _remove_left_over(folder: Path) -> None:
-    """Removes what processes that were killed left of writing files, see `atomic_file`."""
-    for file in folder.glob(".*-*"):
-        pid = file.name[1:].partition("-")[0]
-        if pid.isdecimal() and not _is_alive(int(pid)):
-            file.unlink(missing_ok=True)
+    """Removes the files that killed processes of this machine left half written, see `atomic_file`; nothing else."""
+    with os.scandir(folder) as entries:
+        left = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_left_over(Path(entry))]
+    for entry in left:
+        with suppress(OSError):  # another user's
+            os.unlink(entry)
+
+
+def _is_left_over(path: Path) -> bool:
+    """Whether a name is one of `_partial`, of a process of this machine that has ended."""
+    host, _, rest = path.name.removeprefix(_PREFIX).partition("-")
+    pid, _, _ = rest.partition("-")
+    return path.name.startswith(_PREFIX) and host == _HOST and pid.isdecimal() and not _is_alive(int(pid))
 
 
 def _is_alive(pid: int) -> bool:
@@ -146,6 +172,26 @@ def check_file(path: Path) -> None:
         _try_writing("file", path, target.parent, path.name)
 
 
+def keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
+    """Says before any work is done whether an output would take the place of a file that is read.
+
+    Raises:
+        InputError: if one would.
+    """
+    for output, file in itertools.product(outputs, list(inputs)):
+        if _are_same(output, Path(file)):
+            expected = "is an input of this command, and would be lost: name another file"
+            raise InputError("output", "file", str(output), expected)
+
+
+def _are_same(one: Path, other: Path) -> bool:
+    """Whether two paths lead to one file, which may be lost: not a pipe or a device."""
+    try:
+        return one.samefile(other) and not _is_special(one)
+    except (OSError, ValueError):  # there is no such file
+        return False
+
+
 def _require_name(path: Path) -> None:
     if not path.name or os.path.isdir(path):
         raise InputError("output", "file", str(path), "cannot be written: it is a folder; name a file")
@@ -154,7 +200,7 @@ def _require_name(path: Path) -> None:
 def _try_writing(field: str, asked: Path, folder: Path, name: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / f".{os.getpid()}-{name}"
+        probe = _partial(folder / name)
         probe.touch()
         probe.unlink()
     except (OSError, ValueError) as error:

@@ -4,9 +4,11 @@ import os
 import stat
 import subprocess
 import threading
+from pathlib import Path
 
 import pytest
 
+from soft_gripper import files
 from soft_gripper.checksums import is_whole
 from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file, atomic_folder, check_file, read_folder, writable_folder, write_folder
@@ -129,20 +131,102 @@ def test_folder_is_whole_while_nothing_in_it_changes(tmp_path):
     assert not is_whole(tmp_path / "none")
 
 
-def test_what_a_killed_process_left_of_a_file_is_removed_and_nothing_else(tmp_path):
-    with subprocess.Popen(["true"]) as gone:
+@pytest.fixture
+def gone() -> int:
+    """The number of a process that has ended."""
+    with subprocess.Popen(["true"]) as process:
         pass
-    kept = [f".{os.getpid()}-of_one_that_runs.csv", ".hidden", ".git-keep", "1-table.csv"]
-    for name in (f".{gone.pid}-table.csv", *kept):
+    return process.pid
+
+
+def left_by(pid: int, path: Path, host: str = files._HOST) -> Path:
+    """What a process that was killed left of writing `path`."""
+    return path.with_name(f".soft-gripper-{host}-{pid}-{path.name}")
+
+
+def test_the_names_of_what_killed_processes_leave(tmp_path):
+    with atomic_file(tmp_path / "a.csv") as partial:
+        assert partial == left_by(os.getpid(), tmp_path / "a.csv")
+        partial.touch()
+    with atomic_folder(tmp_path / "a") as partial:
+        assert partial == left_by(os.getpid(), tmp_path / "a")
+
+
+def test_what_killed_processes_left_of_files_is_removed_and_nothing_else(tmp_path, gone):
+    table = tmp_path / "table.csv"
+    left_by(gone, table).touch()
+    for name in (f".{gone}-mine.csv", ".hidden", ".git-keep", "1-table.csv", ".soft-gripper-", ".soft-gripper-x.csv"):
         (tmp_path / name).touch()
+    left_by(os.getpid(), table).touch()
+    left_by(gone, table, "elsewhere").touch()
+    left_by(gone, tmp_path / "folder").mkdir()
+    (left_by(gone, tmp_path / "folder") / "file").touch()
+    left_by(gone, tmp_path / "link").symlink_to(tmp_path / "1-table.csv")
+    (tmp_path / f".{gone}-folder").mkdir()
+    before = set(tmp_path.rglob("*"))
     writable_folder(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == set(kept)
+    assert before - set(tmp_path.rglob("*")) == {left_by(gone, table)}
+
+
+def test_what_a_killed_process_left_of_a_folder_is_removed_and_nothing_else(tmp_path, gone):
+    for path in (tmp_path / "a", tmp_path / "b"):
+        left_by(gone, path).mkdir()
+        (left_by(gone, path) / "half").touch()
+    (tmp_path / ".partial-a").mkdir()
+    left_by(gone, tmp_path / "a", "elsewhere").mkdir()
+    before = set(tmp_path.iterdir())
+    write_folder(tmp_path / "a", {"1": b"1"})
+    assert before ^ set(tmp_path.iterdir()) == {left_by(gone, tmp_path / "a"), tmp_path / "a"}
+
+
+def test_a_link_in_the_place_of_what_was_left_of_a_folder(tmp_path, gone):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "file").touch()
+    left_by(gone, tmp_path / "a").symlink_to(tmp_path / "mine")
+    write_folder(tmp_path / "a", {"1": b"1"})
+    assert (tmp_path / "mine" / "file").exists()
+
+
+def test_a_folder_that_is_there_keeps_other_files(tmp_path):
+    write_folder(tmp_path / "a", {"1": b"old", "2": b"old"})
+    (tmp_path / "a" / "below").mkdir()
+    (tmp_path / "a" / "below" / "note").write_text("mine")
+    write_folder(tmp_path / "a", {"1": b"new"})
+    assert (tmp_path / "a" / "below" / "note").read_text() == "mine"
+    assert (tmp_path / "a" / "1").read_text() == "new"
+    assert is_whole(tmp_path / "a")
+
+
+def test_a_folder_that_is_replaced_in_part_is_not_whole(tmp_path):
+    write_folder(tmp_path / "a", {"1": b"old", "2": b"old"})
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "2").mkdir()  # where a file is to be
+    write_folder(tmp_path / "b", {"1": b"old"})
+    with pytest.raises(InputError) as error:
+        write_folder(tmp_path / "b", {"1": b"new", "2": b"new"})
+    assert error.value.value == str(tmp_path / "b")
+    assert not is_whole(tmp_path / "b")
+    assert {path.name for path in tmp_path.iterdir()} == {"a", "b"}
+
+
+@pytest.mark.parametrize(
+    "name", ["x" * 251 + ".csv", "ä" * 120 + ".csv", os.fsdecode(b"\xff" * 251 + b".csv"), "a\nb.csv"]
+)
+def test_every_name_that_a_file_may_have(tmp_path, name):
+    check_file(tmp_path / name)
+    with atomic_file(tmp_path / name) as partial:
+        assert partial.suffix == ".csv"
+        partial.touch()
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_every_name_that_a_folder_may_have(tmp_path):
+    write_folder(tmp_path / ("x" * 255), {"1": b"1"})
+    assert [path.name for path in tmp_path.iterdir()] == ["x" * 255]
 
 
 def test_a_folder_is_read_and_written_whole(tmp_path):
-    files = {"a.txt": b"1", "b.nc": bytes(range(256))}
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "old").touch()
-    write_folder(tmp_path / "out", files)
-    assert {name: read_folder(tmp_path / "out")[name] for name in files} == files
+    contents = {"a.txt": b"1", "b.nc": bytes(range(256))}
+    write_folder(tmp_path / "out", contents)
+    assert {name: read_folder(tmp_path / "out")[name] for name in contents} == contents
     assert [path.name for path in tmp_path.iterdir()] == ["out"]

@@ -8,7 +8,7 @@ from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.loading.calibration_file import save_calibration
 from soft_gripper.evaluation.calibrate_recordings import calibrate_recordings
-from soft_gripper.files import check_file
+from soft_gripper.files import check_file, keep_inputs
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -26,6 +26,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
+    keep_inputs(options.recording, [options.out])
     check_file(options.out)
     calibration = calibrate_recordings(options.recording)
     save_calibration(calibration, options.out)

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from pathlib import Path
 
 from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.executor_options import add_executor_options, chosen_executor
@@ -9,7 +10,7 @@ from soft_gripper.commands.terminal.identify_table import print_identified
 from soft_gripper.commands.terminal.numbers import MOST_SEED, whole_number
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
-from soft_gripper.diagrams.hardware.find_recordings import find_recordings
+from soft_gripper.diagrams.hardware.find_recordings import find_recordings, recording_paths
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import write_csv
@@ -18,7 +19,7 @@ from soft_gripper.evaluation.identify.finger_file import read_finger, with_finge
 from soft_gripper.evaluation.identify.identify import identify
 from soft_gripper.evaluation.identify.identify_figure import identify_figure
 from soft_gripper.evaluation.identify.measured_motion import MeasuredMotion, measured_motion
-from soft_gripper.files import check_file
+from soft_gripper.files import check_file, keep_inputs
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -56,6 +57,8 @@ def _run(options: argparse.Namespace) -> None:
         raise InputError("identify", "--out", str(out), "name a .urdf; the table and the figure get its name")
     fitted = _motions(options.file, options)
     tested = _motions(options.test, options) if options.test else []
+    recordings = recording_paths([*options.file, *options.test], options.described_as, options.data)
+    keep_inputs([file, *recordings], _outputs(out))
     check_file(out)
     with opened as executor:
         found = identify(finger, options.free, fitted, tested, executor, starts, seed, _report)
@@ -66,7 +69,11 @@ def _run(options: argparse.Namespace) -> None:
     write_csv(out.with_suffix(".csv"), found.scores)
     write_finger(out, text)
     options.console.table("scores", found.scores)
-    options.console.wrote(*(out.with_suffix(suffix) for suffix in (".urdf", ".csv", ".png", ".svg")))
+    options.console.wrote(*_outputs(out))
+
+
+def _outputs(out: Path) -> list[Path]:
+    return [out.with_suffix(suffix) for suffix in (".urdf", ".csv", ".png", ".svg")]
 
 
 def _motions(files: list[str], options: argparse.Namespace) -> list[MeasuredMotion]:

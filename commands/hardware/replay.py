@@ -10,7 +10,7 @@ from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.commands.terminal.waiting import wait_for_viewer
-from soft_gripper.diagrams.hardware.find_recordings import find_recordings
+from soft_gripper.diagrams.hardware.find_recordings import find_recordings, recording_paths
 from soft_gripper.diagrams.hardware.hardware_recording import HardwareRecording
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.replay.replay_view import show_replays
@@ -24,7 +24,7 @@ from soft_gripper.evaluation.replay.arm_recording import arm_recording
 from soft_gripper.evaluation.replay.replay_figure import drawn_rows, replay_figure
 from soft_gripper.evaluation.replay.replay_recordings import Replayed, Rows, estimator_rows, replay_recordings
 from soft_gripper.evaluation.replay.replay_table import ReplayRow, replay_table
-from soft_gripper.files import check_file
+from soft_gripper.files import check_file, keep_inputs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.folder_claims import claim_folder
@@ -62,6 +62,9 @@ def _run(options: argparse.Namespace) -> None:
     assert gravity is not None
     arms = [arm_recording(recording) for recording in recordings]
     rows = estimator_rows(options.estimator, len(arms[0].bodies))
+    read = recording_paths([*options.file, *(options.fit or [])], options.described_as, options.data)
+    written = [options.out / name for name in ("replay.csv", *(f"{recording.name}.nc" for recording in recordings))]
+    keep_inputs(read, [*written, *([options.html] if options.html else [])])
     out = claim_folder(options.out)
     if options.html is not None:
         check_file(options.html)

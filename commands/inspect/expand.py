@@ -8,7 +8,7 @@ from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.errors import InputError
-from soft_gripper.files import atomic_file
+from soft_gripper.files import atomic_file, keep_inputs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 
@@ -38,6 +38,7 @@ def _run(options: argparse.Namespace) -> None:
     if options.out is None:
         print(expanded.text, end="")
         return
+    keep_inputs([model_path(options.file)], [options.out])
     with atomic_file(options.out) as partial:
         partial.write_text(expanded.text, encoding="utf-8")
 

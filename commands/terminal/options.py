@@ -1,6 +1,7 @@
 """Options that several commands share."""
 
 import argparse
+import sys
 
 from pydrake.geometry import Meshcat
 
@@ -9,6 +10,8 @@ from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+
+_MANY = 30  # models, of which Drake reads a few a second
 
 
 def add_scenario_options(parser: argparse.ArgumentParser, default: str | None = None) -> None:
@@ -41,6 +44,8 @@ def chosen_station(options: argparse.Namespace) -> Station:
 
 def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
     """The station of a scenario; mistakes that show when it is built name the scenario too."""
+    if len(scenario.models) > _MANY:
+        print(f"note: reading {len(scenario.models)} models, which may take minutes", file=sys.stderr, flush=True)
     try:
         station = make_station(scenario, meshcat)
     except InputError as error:

@@ -16,17 +16,17 @@ def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
     scenario. In one that is asked for, other results are replaced, with a note.
     """
     if asked is not None:
-        if not _fits(asked, scenario):
+        if not fits(asked, scenario):
             print(f"note: {asked} held the results of another scenario or other settings", file=sys.stderr)
         return asked
     base = Path("results") / name
-    found = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if _fits(f, scenario))
+    found = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if fits(f, scenario))
     if found != base:
         print(f"note: {base} holds a run with other settings; the results go to {found}", file=sys.stderr)
     return found
 
 
-def _fits(folder: Path, scenario: Scenario) -> bool:
+def fits(folder: Path, scenario: Scenario) -> bool:
     """Whether a folder holds no run, or one of just this scenario."""
     file = folder / "scenario.yaml"
     if not os.path.isfile(file):

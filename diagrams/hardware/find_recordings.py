@@ -16,7 +16,18 @@ DATA_FOLDER = "SOFT_GRIPPER_DATA"  # environment variable
 def find_recordings(
     files: Sequence[str], described_as: str | None = None, data: Path | None = None
 ) -> list[HardwareRecording]:
-    """Finds and reads recordings.
+    """Finds and reads recordings: the files of `recording_paths`, as they are described.
+
+    Raises:
+        InputError: if a file or description is not found, or wrong.
+    """
+    return [
+        read_recording(path, _description(path, described_as)) for path in recording_paths(files, described_as, data)
+    ]
+
+
+def recording_paths(files: Sequence[str], described_as: str | None = None, data: Path | None = None) -> list[Path]:
+    """Finds recordings.
 
     Args:
         files: each as given, or below `data`, or there in a folder named as the description.
@@ -25,12 +36,11 @@ def find_recordings(
         data: folder of recordings; None: the environment variable SOFT_GRIPPER_DATA.
 
     Raises:
-        InputError: if a file or description is not found, or wrong.
+        InputError: if a file is not found.
     """
     folder = data or (Path(os.environ[DATA_FOLDER]) if os.environ.get(DATA_FOLDER) else None)
     require(len(files) > 0, "recording", "FILE", [], "give at least one file")
-    paths = [_find(file, described_as, folder) for file in files]
-    return [read_recording(path, _description(path, described_as)) for path in paths]
+    return [_find(file, described_as, folder) for file in files]
 
 
 def _find(file: str, described_as: str | None, folder: Path | None) -> Path:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import yaml
-from pydrake.common.yaml import yaml_load_data
 from scipy.stats import qmc
 
+from soft_gripper.diagrams.schema.yaml_text import parse_yaml
 from soft_gripper.errors import InputError
 
+MOST_RUNS = 10_000  # of a sweep: more than anybody waits for
 METHODS = ("grid", "latin", "sobol")
 Variation = dict[str, Any]  # values by dotted keys, see `changed_scenario`
 
@@ -76,12 +76,13 @@ def read_axis(text: str) -> Axis:
     if match := _RANGE.fullmatch(values):
         return _read_range(key, text, *match.groups())
     try:
-        listed = yaml_load_data(f"values: {values}" if values.lstrip().startswith("[") else f"values: [{values}]")
-    except yaml.YAMLError:
+        listed = parse_yaml("sweep", f"values: {values if values.lstrip().startswith('[') else f'[{values}]'}")
+    except InputError:
         raise InputError("sweep", "--vary", text, _EXPECTED) from None
-    if not listed["values"]:
+    found = listed["values"]
+    if not isinstance(found, list) or not found:
         raise InputError("sweep", "--vary", text, _EXPECTED)
-    return Values(key, tuple(listed["values"]))
+    return Values(key, tuple(found))
 
 
 def _read_range(key: str, text: str, least: str, most: str, percent: str, count: str | None) -> Axis:
@@ -90,9 +91,11 @@ def _read_range(key: str, text: str, least: str, most: str, percent: str, count:
         found = Range(key, float(least), float(most), is_whole, bool(percent))
     except ValueError:
         raise InputError("sweep", "--vary", text, _EXPECTED) from None
-    if not found.least < found.most < math.inf or count in ("0", "1"):
-        raise InputError("sweep", "--vary", text, "give the lower end, the higher end, and 2 values or more")
-    return found if count is None else found.spread(int(count))
+    number = None if count is None else float(count)
+    if not -math.inf < found.least < found.most < math.inf or (number is not None and not 2 <= number <= MOST_RUNS):
+        expected = f"give the lower end, the higher end, and 2 values or more, {MOST_RUNS} at most"
+        raise InputError("sweep", "--vary", text, expected)
+    return found if number is None else found.spread(int(number))
 
 
 def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[Variation]:
@@ -106,12 +109,18 @@ def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: in
         seed: of them.
 
     Raises:
-        InputError: if keys repeat, a range has no values on a grid, or the number fits the method not.
+        InputError: if keys repeat, a range has no values on a grid, the number does not suit the method, or there
+            would be more than MOST_RUNS.
     """
     keys = [axis.key for axis in axes]
     for key in keys:
         if keys.count(key) > 1:
             raise InputError("sweep", "--vary", key, "appears more than once")
+    if method == "grid":
+        number = math.prod(len(_listed(axis)) for axis in axes)
+    if number > MOST_RUNS:
+        expected = f"would be {number} runs, of at most {MOST_RUNS}: give fewer values, or a smaller --sample"
+        raise InputError("sweep", "--vary", ", ".join(keys), expected)
     if method == "grid":
         return [dict(zip(keys, values, strict=True)) for values in itertools.product(*map(_listed, axes))]
     if number < 1 or (method == "sobol" and number & (number - 1)):

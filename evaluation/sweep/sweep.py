@@ -19,6 +19,7 @@ from soft_gripper.evaluation.sweep.sweep_table import SweepTable
 from soft_gripper.evaluation.sweep.variation_run import run_again
 from soft_gripper.files import atomic_file
 from soft_gripper.folder_claims import claim_folder
+from soft_gripper.reading import read_text
 
 TABLE, ABOUT = "sweep.csv", "sweep.json"
 _DESCRIBES = ("description",)  # keys that change nothing of a run
@@ -101,7 +102,7 @@ def run_sweep(
 
 def _begin(table: SweepTable, file: Path, about: str, resume: bool) -> None:
     if resume and file.is_file():
-        if file.read_text(encoding="utf-8") != about:
+        if read_text(file) != about:
             expected = "holds another sweep, or one of other versions; give that one, or another --out"
             raise InputError("sweep", "--resume", str(file.parent), expected)
         table.resume()

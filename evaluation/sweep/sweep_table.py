@@ -9,6 +9,8 @@ from typing import Any
 
 from soft_gripper.errors import InputError
 from soft_gripper.files import atomic_file
+from soft_gripper.reading import read_text
+from soft_gripper.row_sums import note_changed, read_sums, row_sum, sums_file, write_sums
 
 NUMBER, ERROR = "run", "error"
 
@@ -35,16 +37,21 @@ class SweepTable:
         self._write([])
 
     def resume(self) -> None:
-        """Reads the rows that are there; a last line that is not whole is cut off.
+        """Reads the rows that are there as they were written; a last line that is not whole is cut off.
 
         Raises:
             InputError: if there is a table of other columns.
         """
-        text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
-        header, *rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1]))) or [[]]
+        text = read_text(self._path) if self._path.exists() else ""
+        try:
+            header, *rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1], newline=""))) or [[]]
+        except csv.Error as error:
+            raise InputError("sweep", "--resume", str(self._path), f"is not a table: {error}") from None
         if header and header != self.header:
             raise InputError("sweep", "--resume", str(self._path), f"has other columns than {', '.join(self.header)}")
-        self.rows = {int(row[0]): row for row in rows if len(row) == len(self.header)}
+        sums = read_sums(self._path)
+        self.rows = {int(row[0]): row for row in rows if row_sum(row) in sums}
+        note_changed(self._path, len(rows) - len(self.rows))
         self._write(list(self.rows.values()))
 
     def add(self, number: int, changes: Mapping[str, Any], results: Mapping[str, Any], error: str = "") -> None:
@@ -56,9 +63,11 @@ class SweepTable:
         varied = [cell(changes[key]) for key in self._varied]
         measured = [cell(results[name]) if results else "" for name in self._measured]
         self.rows[number] = [str(number), *varied, *measured, error]
+        row = self.rows[number]
         try:
-            with self._path.open("ab", buffering=0) as file:
-                self._write_whole(file.fileno(), _line(self.rows[number]).encode())
+            for path, line in ((self._path, _line(row)), (sums_file(self._path), f"{row_sum(row)}\n")):
+                with path.open("ab", buffering=0) as file:
+                    self._write_whole(file.fileno(), line.encode())
         except OSError as failure:
             raise InputError("output", "file", str(self._path), f"cannot be written: {failure.strerror}") from None
 
@@ -74,6 +83,7 @@ class SweepTable:
     def _write(self, rows: Sequence[Sequence[str]]) -> None:
         with atomic_file(self._path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
             file.writelines(map(_line, [self.header, *rows]))
+        write_sums(self._path, map(row_sum, rows))
 
 
 def cell(value: Any) -> str:

@@ -6,10 +6,12 @@ from pathlib import Path
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.csv_table import read_csv, write_csv
+from soft_gripper.evaluation.csv_table import cells, read_csv, write_csv
 from soft_gripper.evaluation.executor.executor import Call
 from soft_gripper.evaluation.trials.trial import DetailRow, Trial, TrialRow
 from soft_gripper.files import atomic_file
+from soft_gripper.reading import read_text
+from soft_gripper.row_sums import note_changed, read_sums, row_sum, sums_file, write_sums
 
 ABOUT = "trials.yaml"
 TABLES = ("trials.csv", "trials_details.csv")
@@ -30,11 +32,11 @@ def begin(out: Path, scenarios: Mapping[str, Scenario], seed: int, resume: bool)
     """
     about = "\n".join([f"seed: {seed}", *(f"# {Path(file).stem}\n{dump_scenario(s)}" for file, s in scenarios.items())])
     if resume and (out / ABOUT).is_file():
-        if (out / ABOUT).read_text(encoding="utf-8") != about:
+        if read_text(out / ABOUT) != about:
             expected = "holds trials of another seed or other scenarios; give those, or another --out"
             raise InputError("grasp-trials", "--resume", str(out), expected)
         return _read(out, {Path(file).stem: file for file in scenarios}, seed)
-    for stale in (ABOUT, *TABLES, f"{FIGURE}.png", f"{FIGURE}.svg"):
+    for stale in (ABOUT, *TABLES, sums_file(out / TABLES[0]).name, f"{FIGURE}.png", f"{FIGURE}.svg"):
         (out / stale).unlink(missing_ok=True)
     with atomic_file(out / ABOUT) as partial:
         partial.write_text(about, encoding="utf-8")
@@ -42,19 +44,24 @@ def begin(out: Path, scenarios: Mapping[str, Scenario], seed: int, resume: bool)
 
 
 def _read(out: Path, files: Mapping[str, str], seed: int) -> dict[Call, Trial]:
-    """The trials that are in both tables, one of which is written first."""
+    """The trials that are in both tables, one of which is written first, and as they were written in both."""
     if not all((out / table).is_file() for table in TABLES):
         return {}
     rows = read_csv(out / TABLES[0], TrialRow)
     details = {(row.scenario, row.trial): row for row in read_csv(out / TABLES[1], DetailRow)}
-    return {
-        (files[row.scenario], seed, row.trial): Trial(row, details[row.scenario, row.trial])
-        for row in rows
-        if (row.scenario, row.trial) in details
-    }
+    found = [Trial(row, details[key]) for row in rows if (key := (row.scenario, row.trial)) in details]
+    sums = read_sums(out / TABLES[0])
+    kept = [trial for trial in found if _sum(trial) in sums]
+    note_changed(out / TABLES[0], len(found) - len(kept))
+    return {(files[trial.row.scenario], seed, trial.row.trial): trial for trial in kept}
 
 
 def write_tables(out: Path, trials: Sequence[Trial]) -> None:
-    """Writes both tables, each whole."""
+    """Writes both tables, each whole, then the checksums of the trials."""
     write_csv(out / TABLES[0], [trial.row for trial in trials])
     write_csv(out / TABLES[1], [trial.details for trial in trials])
+    write_sums(out / TABLES[0], map(_sum, trials))
+
+
+def _sum(trial: Trial) -> str:
+    return row_sum([*cells(trial.row), *cells(trial.details)])

@@ -111,18 +111,80 @@ def test_a_condition_of_drake_that_fails_is_a_mistake_of_the_input(monkeypatch, 
     assert outcome.err.startswith("soft-gripper: Drake cannot go on: Failure at")
 
 
-def test_sigterm_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal(monkeypatch) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal(number, code, monkeypatch) -> None:
     def end(*_: object) -> None:
-        signal.raise_signal(signal.SIGTERM)
+        try:
+            signal.raise_signal(number)
+        finally:
+            if number == signal.SIGHUP:
+                signal.raise_signal(number)  # again, while it cleans up
 
     monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", end)
-    before = signal.getsignal(signal.SIGTERM)
+    before = signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGHUP)
     try:
         with pytest.raises(SystemExit) as caught:
             soft_gripper("show", "free_bending")
     finally:
-        signal.signal(signal.SIGTERM, before)
-    assert caught.value.code == 143
+        signal.signal(signal.SIGTERM, before[0])
+        signal.signal(signal.SIGHUP, before[1])
+    assert caught.value.code == code
+
+
+def test_sighup_is_ignored_below_nohup(monkeypatch) -> None:
+    monkeypatch.setattr(
+        "soft_gripper.commands.terminal.options.make_station",
+        lambda *_: signal.raise_signal(signal.SIGHUP) or sys.exit(3),
+    )
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with pytest.raises(SystemExit) as caught:
+            soft_gripper("show", "free_bending")
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert caught.value.code == 3
+
+
+@pytest.mark.parametrize(
+    ("closed", "code", "says"),
+    [
+        (">&-", 2, b"soft-gripper: output: Bad file descriptor\n"),
+        ("2>&- <&-", 0, b""),
+        (">&- 2>&-", 2, b""),
+        (">/dev/full 2>/dev/full", 2, b""),
+    ],
+)
+def test_standard_streams_that_are_closed_or_full(closed: str, code: int, says: bytes) -> None:
+    command = ["bash", "-c", f'exec "$@" {closed}', "bash", *COMMAND, "list"]
+    found = subprocess.run(command, capture_output=True, check=False)
+    assert (found.returncode, found.stderr) == (code, says)
+
+
+def test_a_file_never_takes_the_place_of_a_closed_stream(tmp_path: Path) -> None:
+    file = tmp_path / "plain.urdf"
+    command = [
+        "bash",
+        "-c",
+        'exec "$@" >&- 2>&- <&-',
+        "bash",
+        *COMMAND,
+        "expand",
+        str(DIRECTORY / "grippers/finger.urdf"),
+    ]
+    assert subprocess.run([*command, "-o", str(file)], check=False).returncode == 0
+    assert file.read_text().rstrip().endswith("</robot>")
+
+
+def test_a_backend_that_matplotlib_does_not_know() -> None:
+    environment = os.environ | {"MPLBACKEND": "nope"}
+    found = subprocess.run([*COMMAND, "list"], capture_output=True, env=environment, check=False)
+    assert (found.returncode, found.stderr) == (0, b"")
+
+
+def test_too_little_memory_to_be_loaded() -> None:
+    command = ["bash", "-c", 'ulimit -v 300000; exec "$@"', "bash", *COMMAND, "list"]
+    found = subprocess.run(command, capture_output=True, check=False)
+    assert (found.returncode, found.stderr.count(b"\n")) == (2, 1)
 
 
 def test_a_complaint_repeats_little_of_what_was_written(capsys) -> None:

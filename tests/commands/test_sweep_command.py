@@ -32,7 +32,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_table_and_figure(whole):
-    assert {path.name for path in whole.iterdir()} == {"sweep.csv", "sweep.json", "sweep.png", "sweep.svg"}
+    assert {path.name for path in whole.iterdir()} == {
+        "sweep.csv",
+        "sweep.csv.sha256",
+        "sweep.json",
+        "sweep.png",
+        "sweep.svg",
+    }
     with (whole / "sweep.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["sensor.seed"] for row in rows] == 2 * ["0", "1", "2", "3"]

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.slow
 
 KILLS = int(os.environ.get("KILLS", "0"))
 RANDOM = random.Random(None if KILLS else 1)
-SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 PARTS = [*short("pressure.settle=0.1"), "--set", "sensor.errors.preset=realistic"]
 SWEEP = [
     "sweep",

@@ -64,7 +64,9 @@ def test_what_is_no_table_is_named(tmp_path, text):
     path = tmp_path / "table.csv"
     if text is not None:
         path.write_text(text, encoding="utf-8", errors="surrogateescape")
-    with pytest.raises(InputError, match=r"table\.csv: file = 'table.csv': (is no such|holds no rows|cannot be read)"):
+    with pytest.raises(
+        InputError, match=r"table\.csv: file = 'table.csv': (is not a table|holds no rows|cannot be read)"
+    ):
         read_csv(path, Number)
 
 

@@ -3,16 +3,23 @@
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.evaluation.csv_table import read_csv, write_csv
+from soft_gripper.evaluation.csv_table import read_csv
 from soft_gripper.evaluation.robustness import maps
-from soft_gripper.evaluation.robustness.maps import CASES, FOLDER, case_file, gather_maps, run_cases, unfinished_cases
+from soft_gripper.evaluation.robustness.maps import (
+    CASES,
+    FOLDER,
+    case_file,
+    gather_maps,
+    run_cases,
+    unfinished_cases,
+    write_case,
+)
 from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
 
 
 def write(out, case, seeds=20) -> None:
-    file = case_file(out, case)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_csv(file, [RobustnessRow(case[0], "arcs", "as simulated", case[1], 1, 1.0, 2.0, 3.0, float("nan"), seeds)])
+    row = RobustnessRow(case[0], "arcs", "as simulated", case[1], 1, 1.0, 2.0, 3.0, float("nan"), seeds)
+    write_case(case_file(out, case), [row])
 
 
 def test_cases_without_rows_of_as_many_seeds_are_unfinished(tmp_path) -> None:
@@ -22,6 +29,15 @@ def test_cases_without_rows_of_as_many_seeds_are_unfinished(tmp_path) -> None:
     write(tmp_path, CASES[2])
     case_file(tmp_path, CASES[2]).write_text("")
     assert unfinished_cases(tmp_path, 20) == list(CASES[1:])
+
+
+def test_a_case_whose_number_was_changed_is_unfinished(tmp_path) -> None:
+    for case in CASES:
+        write(tmp_path, case)
+    assert unfinished_cases(tmp_path, 20) == []
+    file = case_file(tmp_path, CASES[1])
+    file.write_text(file.read_text().replace("2.000000", "2.100000"))
+    assert unfinished_cases(tmp_path, 20) == [CASES[1]]
 
 
 def test_all_rows_are_gathered_by_noise(tmp_path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.sweep.axes import Range, Values, points, read_axis
+from soft_gripper.evaluation.sweep.axes import MOST_RUNS, Range, Values, points, read_axis
 
 
 @pytest.mark.parametrize(
@@ -27,10 +27,52 @@ def test_values_and_ranges(text, axis):
     assert read_axis(text) == axis
 
 
-@pytest.mark.parametrize("text", ["a", "=1", "a=", "a=[1", "a=[]", "a=2..1:3", "a=1..1:3", "a=1..2:1", "a=1.2.3..4"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a",
+        "=1",
+        "a=",
+        "a=[1",
+        "a=[]",
+        "a=2..1:3",
+        "a=1..1:3",
+        "a=1..2:1",
+        "a=1.2.3..4",
+        "a=-1e999..1:2",
+        "a=2020-13-45",
+        "a=[&a [1], *a]",
+        "a=[1]: 2",
+    ],
+)
 def test_what_means_nothing_is_quoted(text):
     with pytest.raises(InputError, match="--vary"):
         read_axis(text)
+
+
+@pytest.mark.parametrize("count", ["1000000000", "9" * 5000, "10001"])
+def test_more_values_than_anybody_waits_for_are_refused_before_they_are_listed(count):
+    with pytest.raises(InputError) as error:
+        read_axis(f"a=1..2:{count}")
+    assert error.value.field == "--vary"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ([Values("a", tuple(range(1000))), Values("b", tuple(range(1000))), Values("c", tuple(range(1000)))],),
+        ([Values("a", tuple(range(101))), Values("b", tuple(range(100)))],),
+        ([Range("a", 0.0, 1.0)], "latin", 10**9),
+    ],
+)
+def test_more_points_than_anybody_waits_for_are_refused_before_they_are_made(arguments):
+    with pytest.raises(InputError) as error:
+        points(*arguments)
+    assert "of at most 10000" in error.value.expected
+
+
+def test_as_many_points_as_may_be():
+    assert len(points([Values("a", tuple(range(100))), Values("b", tuple(range(100)))])) == MOST_RUNS
 
 
 def test_a_grid_has_all_combinations_the_last_key_fastest():

@@ -18,7 +18,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.evaluation.sweep.sweep_table import SweepTable
 table = SweepTable(Path(sys.argv[1]), ["k"], ["m"])
 table.begin()
-resource.setrlimit(resource.RLIMIT_FSIZE, (40, 40))
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 try:
     for i in range(9):
         table.add(i, {"k": i}, {"m": 0.123456789})
@@ -43,8 +43,12 @@ def test_rows_are_there_as_they_come_and_in_order_at_the_end(table, tmp_path):
 
 @pytest.mark.parametrize("length", range(len(WHOLE) + 1))
 def test_a_table_cut_anywhere_comes_to_the_same(table, tmp_path, length):
+    table.begin()
+    for number in sorted(ROWS):
+        table.add(number, *ROWS[number])
     (tmp_path / "sweep.csv").write_text(WHOLE[:length])
     table.resume()
+    assert len(table.rows) == max(WHOLE[:length].count("\n") - 1, 0)
     for number in sorted(set(ROWS) - set(table.rows), reverse=True):
         table.add(number, *ROWS[number])
     table.finish()
@@ -63,7 +67,7 @@ def test_a_full_disk_is_reported_in_a_line_and_the_table_goes_on(table, tmp_path
     assert done.stderr == ""
     table.resume()
     assert table.rows[0] == ["0", "0", "0.123456789", ""]
-    assert resource.getrlimit(resource.RLIMIT_FSIZE) != (40, 40)
+    assert resource.getrlimit(resource.RLIMIT_FSIZE) != (100, 100)
 
 
 @pytest.mark.parametrize(

@@ -110,12 +110,36 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
         run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
 
 
+def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
+    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
+    whole = {table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv")}
+    for table, text in whole.items():
+        lines = text.splitlines(keepends=True)
+        number = 2 if table == "trials.csv" else 3
+        assert ".0" in lines[number]
+        lines[number] = lines[number].replace(".0", ".1", 1)
+        (tmp_path / table).write_text("".join(lines))
+    executor.calls.clear()
+    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
+    assert executor.calls == [(NAMES[1], 1, 0), (NAMES[0], 1, 1)]
+    assert "2 rows" in caplog.text
+    for table, text in whole.items():
+        assert (tmp_path / table).read_text() == text
+
+
+def test_a_description_that_is_not_text_is_not_resumed(executor, tmp_path):
+    (tmp_path / "trials.yaml").write_bytes(b"\xff")
+    with pytest.raises(InputError) as error:
+        run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
+    assert error.value.value == "trials.yaml"
+
+
 def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
     run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    tables = {"trials.yaml", "trials.csv", "trials_details.csv"}
+    tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv"}
     assert {path.name for path in tmp_path.iterdir()} == {*tables, "trials.png", "trials.svg"}
     monkeypatch.setattr(trials, "make_calls", interrupt)
     with pytest.raises(KeyboardInterrupt):

@@ -1,0 +1,66 @@
+"""No command writes over a file that it reads."""
+
+import os
+
+import pytest
+from command_line import soft_gripper
+from identified import BEAM, RELEASED, finger_of, recorded, release, write_motion
+
+from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.errors import InputError
+from soft_gripper.files import keep_inputs
+
+IDENTIFY = ("identify", "run.csv", "--finger", "guess.urdf", "--free", "youngs_modulus", "--out")
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder with inputs of all kinds."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("SOFT_GRIPPER_DATA", raising=False)
+    motion = recorded(finger_of(BEAM, tmp_path), release(0.8))
+    write_motion(tmp_path / "run.csv", motion.time, motion.markers)
+    (tmp_path / "recording.yaml").write_text(RELEASED)
+    (tmp_path / "guess.urdf").write_text(BEAM)
+    (tmp_path / "recording.nc").touch()
+    (tmp_path / "scenario.yaml").write_text("# mine\n" + dump_scenario(load_scenario("free_bending")))
+    (tmp_path / "trials.yaml").write_text("# mine\n" + dump_scenario(load_scenario("pick_and_place_box")))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("lost", "arguments"),
+    [
+        ("guess.urdf", ("expand", "guess.urdf", "-o", "./guess.urdf")),
+        ("recording.nc", ("calibrate", "recording.nc", "--out", "recording.nc")),
+        ("guess.urdf", (*IDENTIFY, "guess.urdf")),
+        ("run.csv", (*IDENTIFY, "run.urdf")),
+        ("scenario.yaml", ("run", "scenario.yaml", "--out", ".")),
+        ("scenario.yaml", ("run", "scenario.yaml", "--html", "scenario.yaml")),
+        ("trials.yaml", ("grasp-trials", "--scenario", "trials.yaml", "--out", ".")),
+    ],
+)
+def test_an_output_that_is_an_input_is_refused(lost, arguments, place):
+    before = {path: path.read_bytes() for path in place.iterdir()}
+    outcome = soft_gripper(*arguments)
+    assert outcome.code == 2
+    assert f"{lost}': is an input of this command" in outcome.err
+    assert {path: path.read_bytes() for path in place.iterdir() if path.is_file()} == before
+
+
+def test_inputs_by_other_names(tmp_path):
+    (tmp_path / "in").touch()
+    os.link(tmp_path / "in", tmp_path / "hard")
+    (tmp_path / "soft").symlink_to("in")
+    for name in ("in", "hard", "soft"):
+        with pytest.raises(InputError) as error:
+            keep_inputs([tmp_path / "other", tmp_path / "in"], [tmp_path / "new", tmp_path / name])
+        assert error.value.value == str(tmp_path / name)
+
+
+def test_what_is_not_lost(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "in").touch()
+    keep_inputs(
+        [tmp_path / "in", "a\0b", tmp_path / "pipe"], [tmp_path / "pipe", tmp_path / "new", tmp_path / "in.csv"]
+    )
