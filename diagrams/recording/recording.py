@@ -28,7 +28,8 @@ class Recording:
     Every variable and every coordinate has the attribute `units`, "1" for none, as the CF conventions have it; where
     entries differ, the units of those along the last axis, "m, m, rad", which are in the coordinate `{axis}_units` too.
     A signal that counts states names them in `flag_meanings`. A value at time t is what a reader of the port finds at
-    t: a sampled signal still shows the sample before the one that is taken at t. The attributes of the whole say what was run, see `provenance`.
+    t: a sampled signal still shows the sample before the one that is taken at t. The
+    attributes of the whole say what was run, see `provenance`.
     """
 
     data: xr.Dataset
