@@ -66,6 +66,11 @@ wheel: $(READY)
 	rm -rf dist build/lib
 	$(BIN)/python -m build --wheel
 
+# The wheel in an empty environment of every Python from 3.11 to 3.14 that is found.
+.PHONY: wheel-everywhere
+wheel-everywhere: wheel
+	.ci/wheel_everywhere
+
 bench: $(READY)
 	$(BIN)/python benchmarks/bench.py
 

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from soft_gripper.arrays import Array
+from soft_gripper.cached import Cached, weakly
 from soft_gripper.signals import describe
 
 
@@ -37,6 +38,7 @@ class ArrayBlock(LeafSystem):
     def __init__(self) -> None:
         super().__init__()
         self._steps: dict[str, _Step] = {}
+        self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
         self._outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
 
     def take(self, name: str, size: int) -> InputPort:
@@ -57,11 +59,15 @@ class ArrayBlock(LeafSystem):
         self._keep(name, step, tickets)
 
     def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
-        """Declares a step, and an output that holds it, of what is no array; at all samples it is a list."""
+        """Declares a step, and an output that holds it, of what is not an array; at all samples it is a list.
+
+        `function` is a method of the block.
+        """
+        calc = weakly(function)
         port = self.DeclareAbstractOutputPort(
             name,
             lambda: AbstractValue.Make(object()),
-            lambda context, value: value.set_value(function(context)),
+            lambda context, value: value.set_value(calc(context)),
             tickets,
         )
         self._steps[name] = _Step(port.Eval, tickets, is_logged=True)
@@ -156,13 +162,13 @@ class ArrayBlock(LeafSystem):
 
     def _keep(self, name: str, step: _Step, tickets: set[Any]) -> None:
         """Adds a step, with a cache entry for it."""
+        calc = weakly(self._calc_step)
+        self._calcs[name] = step.read
+        cached = Cached(self, name, lambda context: calc(name, context), tickets)
+        self._steps[name] = step._replace(read=cached.Eval, tickets={cached.ticket})
 
-        def calc(context: Context, value: AbstractValue) -> None:
-            value.set_value(step.read(context))
-
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
-        entry = self.DeclareCacheEntry(name, producer, tickets)
-        self._steps[name] = step._replace(read=entry.Eval, tickets={self.cache_entry_ticket(entry.cache_index())})
+    def _calc_step(self, name: str, context: Context) -> Any:
+        return self._calcs[name](context)
 
     @staticmethod
     def _read_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:

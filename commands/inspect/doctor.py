@@ -24,7 +24,13 @@ from soft_gripper.files import writable_folder
 from soft_gripper.pictures.rendering import SceneRenderer
 
 PACKAGES = ("drake", "numpy", "scipy", "matplotlib", "xarray")
-EXTRAS = {"notebooks": "pygraphviz", "video": "imageio_ffmpeg", "c3d": "ezc3d", "cluster": "distributed"}
+EXTRAS = {
+    "notebooks": "pygraphviz",
+    "video": "imageio_ffmpeg",
+    "c3d": "ezc3d",
+    "cluster": "distributed",
+    "learning": "gymnasium",
+}
 SHORT = ["pressure.steps.all=[10e3]", "pressure.settle=0.05", "pressure.hold_samples=1"]
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 

@@ -15,9 +15,12 @@ from soft_gripper.arrays import Array
 
 
 class Logged(NamedTuple):
-    """A port that has a log."""
+    """A port that has a log, by its place among `SignalSources.ports`.
 
-    port: OutputPort
+    Logs keep it after the diagram is built; a port that was kept would keep the diagram alive.
+    """
+
+    number: int
 
 
 @dataclass(eq=False)
@@ -71,16 +74,25 @@ class _Level(NamedTuple):
 
 
 class SignalSources:
-    """Finds what signals of a diagram follow from, at samples `period` s apart. Ask before the diagram is built."""
+    """Finds what signals of a diagram follow from, at samples `period` s apart. Ask before the diagram is built.
+
+    `ports` are those that a log may be needed of.
+    """
 
     def __init__(self, builder: DiagramBuilder, period: float):
+        self.ports: list[OutputPort] = []
         self._root, self._period = _Level(builder.connection_map()), period
         self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
         self._outputs: dict[tuple[System, str], Output | None] = {}
 
     def find(self, port: OutputPort) -> Source:
         """What gives a port of the builder's systems."""
-        return self._trace(port, self._root) or Logged(port)
+        return self._trace(port, self._root) or self._logged(port)
+
+    def _logged(self, port: OutputPort) -> Logged:
+        if port not in self.ports:
+            self.ports.append(port)
+        return Logged(self.ports.index(port))
 
     def _trace(self, port: OutputPort, level: _Level) -> Source | None:
         """The same anywhere; None if it follows from what no port of the whole shows."""
@@ -93,7 +105,7 @@ class SignalSources:
             if output is not None:
                 return output
         shown = level.exported(port)
-        return None if shown is None else Logged(shown)
+        return None if shown is None else self._logged(shown)
 
     def _follow(self, system: ArrayBlock, name: str, level: _Level) -> Output | None:
         """An output of a block, if all that it follows from is known; None too while that is looked for, in a loop."""
@@ -113,22 +125,22 @@ class SignalSources:
             fed = level.source(system.GetInputPort(name))
             return None if fed is None else self._trace(*fed)
         shown = level.exported(system.GetOutputPort(name))
-        return None if shown is None else Logged(shown)
+        return None if shown is None else self._logged(shown)
 
 
-def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[OutputPort, Any]) -> dict[str, Array]:
+def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]) -> dict[str, Array]:
     """Signals at all samples, (T, size) each, by their names.
 
     Args:
         sources: of the signals.
         time: of the samples, s, (T,).
-        logged: what the logs hold, (T, size) each or lists of T, by their ports.
+        logged: what the logs hold, (T, size) each or lists of T, by the numbers of their ports.
     """
     known: dict[Derived, dict[str, Array]] = {}
 
     def values(source: Source) -> Any:
         if isinstance(source, Logged):
-            return logged[source.port]
+            return logged[source.number]
         block = source.of
         if block not in known:
             leaves = {name: values(each) for name, each in block.leaves.items()}

@@ -1,6 +1,6 @@
 """Recording: every named signal of a run against time, as labelled arrays with units."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ _MAGICS = (b"CDF\x01", b"CDF\x02")  # the first bytes of a netCDF 3 file
 _LARGEST = 8  # times the file, of its arrays in memory: text takes more there
 
 _LEGEND_LINES = 12  # of more there is no legend
+_NO_UNIT = {"units": "1"}
 _OWN_COLORS = 10  # in Matplotlib's cycle; more lines take their colours from a scale
 
 
@@ -30,10 +31,11 @@ _OWN_COLORS = 10  # in Matplotlib's cycle; more lines take their colours from a 
 class Recording:
     """One variable per named signal, such as `left_finger.strain`, over a common `time` (s).
 
-    Each variable has its unit as the attribute `units`, or, where the entries differ, the units of the entries along
-    its last axis in the coordinate `{axis}_units`. A signal that counts states names them in `flag_meanings`, as the
-    CF conventions have it. A value at time t is what a reader of the port finds at t: a sampled signal still shows the
-    sample before the one that is taken at t. The attributes of the whole say what was run, see `provenance`.
+    Every variable and every coordinate has the attribute `units`, "1" for none, as the CF conventions have it; where
+    entries differ, the units of those along the last axis, "m, m, rad", which are in the coordinate `{axis}_units` too.
+    A signal that counts states names them in `flag_meanings`. A value at time t is what a reader of the port finds at
+    t: a sampled signal still shows the sample before the one that is taken at t. The
+    attributes of the whole say what was run, see `provenance`.
     """
 
     data: xr.Dataset
@@ -90,15 +92,8 @@ def _draw(axes: Axes, signal: xr.DataArray) -> None:
     if 1 < count <= _LEGEND_LINES:
         axes.legend(title=", ".join(others), fontsize="x-small", ncols=3)
     axes.set_title(str(signal.name), loc="left", fontsize="medium")
-    axes.set_ylabel(f"[{_unit(signal, others)}]")
+    axes.set_ylabel(f"[{', '.join(dict.fromkeys(signal.attrs.get('units', '1').split(', ')))}]")
     axes.grid(alpha=0.3)
-
-
-def _unit(signal: xr.DataArray, others: Sequence[str]) -> str:
-    if "units" in signal.attrs:
-        return str(signal.attrs["units"])
-    units = signal.coords[f"{others[-1]}_units"].values if others else []
-    return ", ".join(dict.fromkeys(map(str, units)))
 
 
 def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] | None = None) -> Recording:
@@ -116,10 +111,10 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
         labels = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
         values = samples[name].reshape(-1, *map(len, labels.values()))
         variables[name] = (["time", *labels], values, _attributes(signal))
-        coords |= {axis: (axis, np.array(entries)) for axis, entries in labels.items()}
+        coords |= {axis: (axis, np.array(entries), _NO_UNIT) for axis, entries in labels.items()}
         if not isinstance(signal.unit, str):
             last = list(labels)[-1]
-            coords[f"{last}_units"] = (last, np.array(signal.unit))
+            coords[f"{last}_units"] = (last, np.array(signal.unit), _NO_UNIT)
     coords["time"] = ("time", time, {"units": "s"})
     return Recording(xr.Dataset(variables, coords, dict(about or {})))
 
@@ -152,7 +147,7 @@ def _kind(signal: Signal, axis: str) -> tuple[Any, ...]:
 
 
 def _attributes(signal: Signal) -> dict[str, Any]:
-    unit = {"units": signal.unit} if isinstance(signal.unit, str) else {}
+    unit = {"units": signal.unit if isinstance(signal.unit, str) else ", ".join(signal.unit)}
     if not signal.meanings:
         return unit
     meanings = " ".join(meaning.replace(" ", "_") for meaning in signal.meanings)

@@ -1,6 +1,6 @@
 """SignalLogs: every named signal at the sensors' rate, by logs of what the signals follow from."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, PortDataType
@@ -18,37 +18,37 @@ class SignalLogs(Diagram):
     Vectors go into one log side by side: every system more in a diagram costs at every step.
     """
 
-    def __init__(self, signals: Mapping[str, OutputPort], sources: Mapping[str, Source], period: float):
+    def __init__(self, signals: Mapping[str, OutputPort], sources: SignalSources, period: float):
         """`signals` are vector ports by the names that a recording gives them; what they carry is read from them."""
         super().__init__()
         builder = DiagramBuilder()
         self.signals: dict[str, Signal] = {name: signal_of(port) for name, port in signals.items()}
-        self._sources = dict(sources)
-        logged = _logged_ports(sources)
-        self._vectors = {port: name for port, name in logged.items() if _is_vector(port)}
-        self._values: dict[OutputPort, ValueLog] = {}
-        together = builder.AddNamedSystem("vectors", Multiplexer([port.size() for port in self._vectors]))
+        self._sources = {name: sources.find(port) for name, port in signals.items()}
+        names = _logged_ports(self._sources, sources.ports)
+        self._sizes = {i: sources.ports[i].size() for i in names if _is_vector(sources.ports[i])}
+        self._values: dict[int, ValueLog] = {}
+        together = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
         self._sink = builder.AddNamedSystem("log", VectorLogSink(together.get_output_port().size(), period))
         builder.Connect(together.get_output_port(), self._sink.get_input_port())
-        for i, name in enumerate(self._vectors.values()):
-            builder.ExportInput(together.get_input_port(i), name)
-        for port, name in logged.items():
-            if port not in self._vectors:
-                self._values[port] = builder.AddNamedSystem(name, ValueLog(period))
-                builder.ExportInput(self._values[port].get_input_port(), name)
+        for i, number in enumerate(self._sizes):
+            builder.ExportInput(together.get_input_port(i), names[number])
+        for number, name in names.items():
+            if number not in self._sizes:
+                self._values[number] = builder.AddNamedSystem(name, ValueLog(period))
+                builder.ExportInput(self._values[number].get_input_port(), name)
         builder.BuildInto(self)
 
     @property
-    def logged(self) -> list[OutputPort]:
-        """The ports that have a log, in the order of the inputs."""
-        return [*self._vectors, *self._values]
+    def logged(self) -> list[int]:
+        """The ports that have a log, in the order of the inputs, by their places among those of the sources."""
+        return [*self._sizes, *self._values]
 
     def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
         """Times, (T,) s, and all signals, (T, size) each, in the context of the whole diagram."""
         log = self._sink.FindLog(root_context)
-        ends = np.cumsum([port.size() for port in self._vectors])
-        vectors = dict(zip(self._vectors, np.split(log.data().T, ends[:-1], axis=1), strict=True))
-        values = {port: sink.values(root_context) for port, sink in self._values.items()}
+        ends = np.cumsum([*self._sizes.values()])
+        vectors = dict(zip(self._sizes, np.split(log.data().T, ends[:-1], axis=1), strict=True))
+        values = {number: sink.values(root_context) for number, sink in self._values.items()}
         time: Array = log.sample_times()
         return time, derive(self._sources, time, vectors | values)
 
@@ -70,21 +70,22 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
         period: between the samples, s.
     """
     sources = SignalSources(builder, period)
-    logs = SignalLogs(signals, {name: sources.find(port) for name, port in signals.items()}, period)
+    logs = SignalLogs(signals, sources, period)
     builder.AddNamedSystem("logs", logs)
-    for i, port in enumerate(logs.logged):
-        builder.Connect(port, logs.get_input_port(i))
+    for i, number in enumerate(logs.logged):
+        builder.Connect(sources.ports[number], logs.get_input_port(i))
     return logs
 
 
-def _logged_ports(sources: Mapping[str, Source]) -> dict[OutputPort, str]:
+def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort]) -> dict[int, str]:
     """The ports that need a log, and its name: that of the signal, if the port is one."""
-    found = {source.port: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
+    found = {source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
     blocks = [source.of for source in sources.values() if not isinstance(source, Logged)]
     while blocks:
         for source in blocks.pop().leaves.values():
             if isinstance(source, Logged):
-                found.setdefault(source.port, f"{source.port.get_system().get_name()}.{source.port.get_name()}")
+                port = ports[source.number]
+                found.setdefault(source.number, f"{port.get_system().get_name()}.{port.get_name()}")
             else:
                 blocks.append(source.of)
     return found

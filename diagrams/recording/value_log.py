@@ -3,7 +3,9 @@
 from typing import Any
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, EventStatus, LeafSystem, ValueProducer
+from pydrake.systems.framework import Context, EventStatus, LeafSystem
+
+from soft_gripper.cached import Cached
 
 
 class ValueLog(LeafSystem):
@@ -18,8 +20,7 @@ class ValueLog(LeafSystem):
         """Takes a value every `period` s."""
         super().__init__()
         self._value = self.DeclareAbstractInputPort("value", AbstractValue.Make(object()))
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=lambda _, log: log.set_value([]))
-        self._log = self.DeclareCacheEntry("log", producer, {self.nothing_ticket()})
+        self._log = Cached(self, "log", lambda _: [], {self.nothing_ticket()})
         self.DeclarePeriodicPublishEvent(period, 0.0, self._keep)
         self.DeclareForcedPublishEvent(self._keep)
 

@@ -16,7 +16,7 @@ from soft_gripper.evaluation.executor.executor import Call, make_calls
 from soft_gripper.evaluation.sweep.axes import Variation
 from soft_gripper.evaluation.sweep.measures import kind_of
 from soft_gripper.evaluation.sweep.sweep_table import SweepTable
-from soft_gripper.evaluation.sweep.variation_run import run_again
+from soft_gripper.evaluation.sweep.variation_run import run_variation
 from soft_gripper.files import atomic_file
 from soft_gripper.folder_claims import claim_folder
 from soft_gripper.reading import read_text
@@ -95,7 +95,7 @@ def run_sweep(
     left = [number for number in range(len(variations)) if number not in table.rows]
     calls = [(scenario, fixed | variations[number]) for number in left]
     numbers = {id(call): number for call, number in zip(calls, left, strict=True)}
-    make_calls(executor, run_again, calls, ended)
+    make_calls(executor, run_variation, calls, ended)
     table.finish()
     return table
 

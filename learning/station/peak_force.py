@@ -5,7 +5,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, DiscreteValues, LeafSystem
 
@@ -16,7 +15,7 @@ from soft_gripper.truth.contact_patches import patches
 PERIOD = 0.02  # s: what presses through a finger takes several times as long to rise and fall
 
 
-def normal_forces(results: ContactResults, finger_of: Mapping[GeometryId, int], fingers: int) -> Array:
+def normal_forces(results: ContactResults, finger_of: Mapping[int, int], fingers: int) -> Array:
     """What presses on each finger along the normals of its contacts with all but itself, (fingers) N."""
     forces = np.zeros(fingers)
     for patch in patches(results, finger_of):
@@ -38,8 +37,8 @@ class PeakForce(LeafSystem):
                              +-----------+
     """
 
-    def __init__(self, finger_of: Mapping[GeometryId, int], fingers: int):
-        """`finger_of` says whose a shape is."""
+    def __init__(self, finger_of: Mapping[int, int], fingers: int):
+        """`finger_of` says whose a shape is, by the value of its GeometryId."""
         super().__init__()
         self._finger_of, self._fingers = dict(finger_of), fingers
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
@@ -61,7 +60,7 @@ def add_peak_force(builder: DiagramBuilder, station: StationParts) -> PeakForce:
     """Adds `peak_force` for the fingers of a station."""
     plant = station.plant
     finger_of = {
-        shape: number
+        shape.get_value(): number
         for number, finger in enumerate(station.fingers)
         for link in finger.links
         for shape in plant.GetCollisionGeometriesForBody(link)

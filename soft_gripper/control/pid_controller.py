@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from math import isfinite, isnan, nan
 from typing import NamedTuple
 
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from soft_gripper.cached import Cached, weakly
 
 
 class Step(NamedTuple):
@@ -62,10 +63,8 @@ class SampledPidController(LeafSystem):
         self.DeclareDiscreteState([0.0, 0.0, nan, initial_output])  # I, d, y, u
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         followed = {self._set_point.ticket(), self._measurement.ticket(), self.xd_ticket()}
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc_step)
-        self._step = self.DeclareCacheEntry("step", producer, followed)
-        stepped = {self.cache_entry_ticket(self._step.cache_index())}
-        self.DeclareVectorOutputPort("output", 1, self._calc_output, stepped)
+        self._step = Cached(self, "step", weakly(self._calc_step), followed)
+        self.DeclareVectorOutputPort("output", 1, self._calc_output, {self._step.ticket})
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         memory, unlimited = self._step.Eval(context)
@@ -82,13 +81,12 @@ class SampledPidController(LeafSystem):
         measurement = float(self._measurement.Eval(context)[0])
         return measurement, float(self._set_point.Eval(context)[0]) - measurement
 
-    def _calc_step(self, context: Context, value: AbstractValue) -> None:
+    def _calc_step(self, context: Context) -> Step:
         memory = context.get_discrete_state_vector().value().tolist()
         integral, derivative, last, held = memory
         measurement, error = self._read(context)
         if not isfinite(error):
-            value.set_value(Step(memory, nan))
-            return
+            return Step(memory, nan)
         gains, period = self._gains, self._period
         if isnan(last):  # the first measurement
             integral, last = held - gains.kp * error, measurement
@@ -96,4 +94,4 @@ class SampledPidController(LeafSystem):
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
         unlimited = gains.kp * error + integral - derivative
         given = min(max(unlimited, self._limits[0]), self._limits[1])
-        value.set_value(Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited))
+        return Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited)

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from soft_gripper.cached import Cached, weakly
 from soft_gripper.signals import describe
 
 THRESHOLD = 2.5e-3  # N m
@@ -46,11 +46,8 @@ class ContactDetector(LeafSystem):
         self._torque = self.DeclareVectorInputPort("external_torque", joints)
         self._tolerance = self.DeclareVectorInputPort("torque_tolerance", joints)
         self.DeclareDiscreteState([0.0, np.nan, 0.0])  # contact, since, time of the present sample
-        self._touch = self.DeclareCacheEntry(
-            "touch",
-            ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc_touch),
-            {self.all_input_ports_ticket(), self.xd_ticket()},
-        )
+        followed = {self.all_input_ports_ticket(), self.xd_ticket()}
+        self._touch = Cached(self, "touch", weakly(self._calc_touch), followed)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
         self._declare("contact", "contact", "1")
         self._declare("contact_residual", "residual", "N m")
@@ -60,8 +57,7 @@ class ContactDetector(LeafSystem):
         def calc(context: Context, output: BasicVector) -> None:
             output.SetAtIndex(0, getattr(self._touch.Eval(context), field))
 
-        touch = {self.cache_entry_ticket(self._touch.cache_index())}
-        describe(self.DeclareVectorOutputPort(name, 1, calc, touch), unit)
+        describe(self.DeclareVectorOutputPort(name, 1, calc, {self._touch.ticket}), unit)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         """Keeps what the sample of a period ago said; at time 0 there is none."""
@@ -69,7 +65,7 @@ class ContactDetector(LeafSystem):
             touch = self._touch.Eval(context)
             values.set_value([touch.contact, touch.since, context.get_time()])
 
-    def _calc_touch(self, context: Context, value: AbstractValue) -> None:
+    def _calc_touch(self, context: Context) -> Touch:
         contact, since, now = context.get_discrete_state_vector().value()
         torque, tolerance = (
             float(port.Eval(context)[: self._base_joints].sum()) / self._base_joints
@@ -79,4 +75,4 @@ class ContactDetector(LeafSystem):
             contact, since = 1.0, now
         elif abs(torque) + tolerance < _RELEASE * self._threshold:
             contact = 0.0
-        value.set_value(Touch(torque, contact, since))
+        return Touch(torque, contact, since)

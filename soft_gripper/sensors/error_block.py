@@ -4,10 +4,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from pydrake.common import RandomDistribution
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.arrays import Array
+from soft_gripper.cached import Cached, weakly
 
 
 class ErrorModel(Protocol):
@@ -57,10 +57,8 @@ class ErrorBlock(LeafSystem):
         self._draws = self.DeclareDiscreteState(self._each * readings)
         self.DeclareInitializationDiscreteUpdateEvent(self._begin)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=self._calc)
-        self._sample = self.DeclareCacheEntry("sample", producer, {self._ideal.ticket(), self.xd_ticket()})
-        calculated = {self.cache_entry_ticket(self._sample.cache_index())}
-        self.DeclareVectorOutputPort(disturbed, readings, self._calc_read, calculated)
+        self._sample = Cached(self, "sample", weakly(self._calc), {self._ideal.ticket(), self.xd_ticket()})
+        self.DeclareVectorOutputPort(disturbed, readings, self._calc_read, {self._sample.ticket})
 
     def _begin(self, context: Context, values: DiscreteValues) -> None:
         run, each = np.split(self._normal.Eval(context).reshape(-1, self._readings), [self._run])
@@ -77,12 +75,12 @@ class ErrorBlock(LeafSystem):
             values.set_value(self._memory, self._sample.Eval(context).memory.ravel())
             values.set_value(self._draws, self._normal.Eval(context)[self._run * self._readings :])
 
-    def _calc(self, context: Context, value: AbstractValue) -> None:
+    def _calc(self, context: Context) -> Sample:
         memory, draws = (
             context.get_discrete_state(index).value().reshape(-1, self._readings)
             for index in (self._memory, self._draws)
         )
-        value.set_value(Sample(*self._model.step(memory, self._ideal.Eval(context), draws)))
+        return Sample(*self._model.step(memory, self._ideal.Eval(context), draws))
 
     def _calc_read(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._sample.Eval(context).read)

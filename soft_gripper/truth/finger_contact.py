@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import GeometryId
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 
@@ -31,17 +30,18 @@ class TouchedLinks:
     """The links of a finger as contact results know them, from the base to the tip."""
 
     bodies: Sequence[BodyIndex]
-    shapes: Sequence[Collection[GeometryId]]  # collision shapes of each
+    shapes: Sequence[Collection[int]]  # collision shapes of each, values of their GeometryIds
     begins: Sequence[float]  # m, arc lengths at their frames
 
     @classmethod
     def of(cls, finger: PlantFinger) -> "TouchedLinks":
         """Those of a finger in a finalized plant."""
-        shapes = [finger.plant.GetCollisionGeometriesForBody(link) for link in finger.links]
+        ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
+        shapes = [[shape.get_value() for shape in of_link] for of_link in ids]
         return cls([link.index() for link in finger.links], shapes, finger.finger.link_ends[:-1].tolist())
 
     @cached_property
-    def link_of(self) -> dict[GeometryId, int]:
+    def link_of(self) -> dict[int, int]:
         """The numbers of the links, by their shapes."""
         return {shape: link for link, shapes in enumerate(self.shapes) for shape in shapes}
 
@@ -55,7 +55,7 @@ class OwnLink(NamedTuple):
     body: BodyIndex
 
 
-def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[GeometryId, OwnLink]:
+def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
     """The links of fingers by their shapes."""
     return {
         shape: OwnLink(number, link, finger.begins[link], finger.bodies[link])
@@ -64,7 +64,7 @@ def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[GeometryId, OwnLink]
     }
 
 
-def patch_table(found: Iterable[Patch], links: Mapping[GeometryId, OwnLink], X_WB: Sequence[RigidTransform]) -> Array:
+def patch_table(found: Iterable[Patch], links: Mapping[int, OwnLink], X_WB: Sequence[RigidTransform]) -> Array:
     """What touches fingers from outside, as it is, in numbers, (P, 28): to be made sense of by `finger_contacts`.
 
     Args:

@@ -17,7 +17,7 @@ from soft_gripper.truth.finger_contact import (
     patch_table,
 )
 
-ONE, TWO, OTHER, THING = (GeometryId.get_new_id() for _ in range(4))
+ONE, TWO, OTHER, THING = (GeometryId.get_new_id().get_value() for _ in range(4))
 FINGER = TouchedLinks([BodyIndex(2), BodyIndex(0)], [[ONE], [TWO]], [0.0, 0.05])
 NEIGHBOUR = TouchedLinks([BodyIndex(1)], [[OTHER]], [0.0])
 TURNED = RigidTransform(RollPitchYaw(0.4, -0.5, 1.1), [1, 2, 3])

@@ -45,7 +45,7 @@ class World:
             use_sampled_output_ports=False,
         )
         self.builder, self.R_WA = DiagramBuilder(), R_WA
-        self.body_of: dict[GeometryId, RigidBody] = {}
+        self.body_of: dict[int, RigidBody] = {}
         self.plant, _ = AddMultibodyPlant(config, self.builder)
         self.plant.mutable_gravity_field().set_gravity_vector(R_WA @ [0, 0, -G])
         self.friction = CoulombFriction(friction, friction)
@@ -72,7 +72,7 @@ class World:
         place = self.plant.AddFrame(FixedOffsetFrame(f"{name}_place", self.plant.world_frame(), X_WB))
         return self.plant.AddRigidBody(name, inertia), place
 
-    def shape(self, body: RigidBody, shape: Shape, is_soft: bool, p_BS: Sequence[float] = (0, 0, 0)) -> GeometryId:
+    def shape(self, body: RigidBody, shape: Shape, is_soft: bool, p_BS: Sequence[float] = (0, 0, 0)) -> int:
         properties = ProximityProperties()
         AddContactMaterial(dissipation=5.0, point_stiffness=1e5, friction=self.friction, properties=properties)
         if is_soft:
@@ -80,11 +80,11 @@ class World:
         else:
             AddRigidHydroelasticProperties(EDGE, properties)
         name = f"{body.name()}_{p_BS}"
-        found = self.plant.RegisterCollisionGeometry(body, RigidTransform(p_BS), shape, name, properties)
+        found = self.plant.RegisterCollisionGeometry(body, RigidTransform(p_BS), shape, name, properties).get_value()
         self.body_of[found] = body
         return found
 
-    def settle(self, **fingers: set[GeometryId]) -> dict[str, Array]:
+    def settle(self, **fingers: set[int]) -> dict[str, Array]:
         """What is put out after a second, centres in A; every shape of a finger counts as a link that begins at 0."""
         self.plant.Finalize()
         links = {
@@ -206,7 +206,7 @@ def test_shapes_of_a_finger_count_together():
     np.testing.assert_allclose(center, [0, 0, -EDGE / 2 * np.cos(angle)], atol=2e-4)
 
 
-LINK = TouchedLinks([BodyIndex(0)], [[GeometryId.get_new_id()]], [0.0])
+LINK = TouchedLinks([BodyIndex(0)], [[GeometryId.get_new_id().get_value()]], [0.0])
 
 
 def test_ports():

@@ -7,6 +7,7 @@ from finger_plants import free_bending
 from scipy.io import netcdf_file
 
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
@@ -45,8 +46,9 @@ def test_every_signal_has_a_unit_and_the_time_of_the_samples(run):
     np.testing.assert_allclose(recording["time"], np.arange(81) * 0.01, atol=1e-12)
     for name in station.logs.signals:
         signal = recording[name]
-        units = signal.attrs["units"] if "units" in signal.attrs else signal.coords[f"{signal.dims[-1]}_units"].values
+        units = signal.attrs["units"].split(", ")
         assert all(units)
+        assert len(units) in (1, signal.sizes[signal.dims[-1]])
         assert signal.dims[0] == "time"
         assert signal[0].size == station.diagram.GetOutputPort(name).size()
 
@@ -153,3 +155,25 @@ def test_plot_has_a_panel_for_every_signal(run):
     assert [len(axes.lines) for axes in figure.axes] == lines
     assert figure.axes[-1].get_xlabel() == "time [s]"
     np.testing.assert_array_equal(figure.axes[1].lines[2].get_ydata(), recording["left_finger.theta"][:, 2])
+
+
+EVERYTHING = [
+    *("task.time_limit=0.1", "sensor.errors.preset=realistic", "estimator.contact_threshold=2.5e-3"),
+    *("estimator.type=recursive", "estimator.beside=[spline, contact, gaussian]"),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides"), [("pick_and_place_box", EVERYTHING), ("tip_distance_steps", ["control.hold=0.1"])]
+)
+def test_every_variable_and_coordinate_has_units_in_the_file_too(tmp_path, name, overrides):
+    """One for all entries, or one for each along the last axis, as the coordinate of units has them."""
+    recording = run_station(make_station(load_scenario(name, overrides)))
+    recording.save(tmp_path / "recording.nc")
+    for data in (recording.data, Recording.load(tmp_path / "recording.nc").data):
+        assert [name for name, variable in data.variables.items() if not variable.attrs.get("units")] == []
+        for signal in data.data_vars.values():
+            each = signal.coords.get(f"{signal.dims[-1]}_units")
+            assert each is None or signal.attrs["units"] == ", ".join(each.values.tolist())
+    with netcdf_file(tmp_path / "recording.nc", mmap=False) as file:
+        assert [name for name, variable in file.variables.items() if not getattr(variable, "units", b"")] == []

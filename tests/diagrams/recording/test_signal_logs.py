@@ -51,7 +51,7 @@ def test_a_vector_is_folded_along_its_axes():
 
 def test_units_of_each_entry():
     data = recorded(a__pose=(["m", "rad"], {"joint": range(2), "part": ("x", "heading")}))["a.pose"]
-    assert "units" not in data.attrs
+    assert data.attrs["units"] == "m, rad"
     assert data["part_units"].dims == ("part",)
     assert data["part_units"].values.tolist() == ["m", "rad"]
 

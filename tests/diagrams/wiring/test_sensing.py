@@ -83,7 +83,7 @@ def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch)
         expected = [shape for body in bodies for shape in plant.GetCollisionGeometriesForBody(body)]
         assert len(bodies) == 13
         assert len(expected) >= 13
-        assert links.link_of.keys() == set(expected)
+        assert links.link_of.keys() == {shape.get_value() for shape in expected}
         assert [plant.get_body(index).name() for index in links.bodies] == [link_name(finger, i) for i in range(13)]
 
 

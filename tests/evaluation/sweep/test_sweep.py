@@ -34,7 +34,7 @@ def executor(monkeypatch):
             raise SimulationDivergedError("the simulation\ndiverged")
         return MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}
 
-    monkeypatch.setattr(sweep, "run_again", run)
+    monkeypatch.setattr(sweep, "run_variation", run)
     monkeypatch.setattr(sweep, "check_closed", lambda station: None)
     monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
     return HereExecutor()

@@ -1,4 +1,4 @@
-"""One run of a sweep: what is measured, and that a station that is used again changes nothing."""
+"""One run of a sweep: what is measured."""
 
 import pytest
 
@@ -7,8 +7,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.pose_table import recorded_pose_table
-from soft_gripper.evaluation.sweep import variation_run
-from soft_gripper.evaluation.sweep.variation_run import run_again, run_variation
+from soft_gripper.evaluation.sweep.variation_run import run_variation
 
 SHORT = {"pressure.steps": {"all": [0.0, 60e3]}, "pressure.settle": 0.2, "pressure.hold_samples": 5}
 NOISY = {**SHORT, "sensor.errors.preset": "realistic"}
@@ -23,21 +22,6 @@ def test_measures_are_those_of_the_tables():
     assert found["mean_tip_error_mm"] == pytest.approx(sum(row.tip_error_mm for row in rows) / len(rows))
     assert found["largest_bend_deg"] == max(abs(row.bend_angle_deg) for row in rows)
     assert found["peak_contact_force_n"] > 0
-
-
-def test_a_station_is_used_again_where_only_seeds_and_the_solver_change(monkeypatch):
-    built = []
-    monkeypatch.setattr(variation_run, "make_station", lambda scenario: built.append(1) or make_station(scenario))
-    monkeypatch.setattr(variation_run, "_last", None)
-    seeds = [{**NOISY, "sensor.seed": seed} for seed in (1, 2, 1)]
-    again = [run_again("free_bending", changes) for changes in seeds]
-    run_again("free_bending", {**NOISY, "sensor.seed": 2, "simulator_config.accuracy": 1e-2})
-    assert len(built) == 1
-    assert again[0] == again[2] != again[1]
-    assert again[1] == run_variation("free_bending", seeds[1])
-    run_again("free_bending", {**NOISY, "sensor.sections": 2})
-    run_again("box_grasp", {**NOISY, "sensor.sections": 2})
-    assert len(built) == 1 + 1 + 2
 
 
 def test_tasks_and_closed_loops_have_measures_of_their_own():

@@ -1,0 +1,43 @@
+"""Cached: what a block computes once for its inputs and state. weakly: methods that do not keep their block alive.
+
+Drake holds the function behind a cache entry or an abstract output port where Python's garbage collector cannot see it.
+A function that leads back to its block, and a cache entry that the block keeps, would therefore keep the block and the
+whole diagram for as long as the process runs. So would whatever belongs to a plant (ports, bodies, ids of shapes).
+"""
+
+from collections.abc import Callable
+from typing import Any
+from weakref import WeakMethod
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, ValueProducer
+
+
+def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of a block as a function that does not keep the block alive."""
+    weak = WeakMethod(method)
+
+    def call(*arguments: Any) -> Any:
+        alive = weak()
+        assert alive is not None  # Drake calls it for the diagram that holds the block
+        return alive(*arguments)
+
+    return call
+
+
+class Cached:
+    """A value of any kind in the cache of a block's context."""
+
+    def __init__(self, block: LeafSystem, name: str, calc: Callable[[Context], Any], tickets: set[Any]):
+        """`calc` follows from what has the `tickets`; give a function that does not keep the block, see `weakly`."""
+        producer = ValueProducer(
+            allocate=lambda: AbstractValue.Make(object()),
+            calc=lambda context, value: value.set_value(calc(context)),
+        )
+        self._block = block
+        self._index = block.DeclareCacheEntry(name, producer, tickets).cache_index()
+        self.ticket = block.cache_entry_ticket(self._index)
+
+    def Eval(self, context: Context) -> Any:  # noqa: N802, named as that of ports
+        """The value for the context of the block."""
+        return self._block.get_cache_entry(self._index).Eval(context)

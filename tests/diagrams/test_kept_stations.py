@@ -1,0 +1,116 @@
+"""Stations that are used again: runs are the same to the bit, and nothing that has changed is missed."""
+
+import os
+import shutil
+from dataclasses import replace
+
+import pytest
+import xarray as xr
+from finger_plants import free_bending
+
+from soft_gripper.diagrams import kept_stations
+from soft_gripper.diagrams.kept_stations import MOST, kept_station
+from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.simulation import run_station, simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.models import DIRECTORY
+from soft_gripper.sensors.strain_sensor import StrainSensor
+
+SHORT = ["pressure.steps.all=[60e3]", "pressure.settle=0.1", "pressure.hold_samples=2"]
+NOISY = [*SHORT, "sensor.errors.preset=realistic", "sensor.errors.dropout=0.1"]
+
+
+@pytest.fixture
+def built(monkeypatch):
+    """The scenarios of the stations that are built, of none at first."""
+    scenarios = []
+    monkeypatch.setattr(kept_stations, "_kept", type(kept_stations._kept)())
+    monkeypatch.setattr(kept_stations, "make_station", lambda s: scenarios.append(s) or make_station(s))
+    return scenarios
+
+
+def anew(scenario):
+    return run_station(make_station(scenario)).data
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides"),
+    [
+        ("box_grasp", [*NOISY, "estimator.type=recursive", "estimator.contact_threshold=2.5e-3"]),
+        ("tip_distance_steps", ["control.hold=0.1", "sensor.errors.preset=realistic"]),
+        ("pick_and_place_box", ["task.time_limit=0.6"]),
+    ],
+)
+def test_a_run_is_the_same_to_the_bit(built, name, overrides):
+    """Between two of one seed lies one of another, and of another solver."""
+    one, other = (load_scenario(name, [*overrides, f"sensor.seed={seed}"]) for seed in (1, 2))
+    other.simulator_config.accuracy = 1e-2
+    first, between, again = simulate(one), simulate(other), simulate(one)
+    assert len(built) == 1
+    xr.testing.assert_identical(first.data, again.data)
+    xr.testing.assert_identical(again.data, anew(one))
+    xr.testing.assert_identical(between.data, anew(other))
+
+
+def test_a_scenario_that_is_changed_after_its_run_changes_no_station(built):
+    scenario = load_scenario("tip_distance_steps", ["control.hold=0.1"])
+    before = load_scenario("tip_distance_steps", ["control.hold=0.1"])
+    simulate(scenario)
+    scenario.control.gains.kp *= 2
+    changed = simulate(scenario)
+    xr.testing.assert_identical(simulate(before).data, anew(before))
+    xr.testing.assert_identical(changed.data, anew(scenario))
+    assert len(built) == 2
+
+
+def test_a_file_that_has_changed_is_read_again(built, tmp_path):
+    """Even within the resolution of its date, and where it has the same size."""
+    file = tmp_path / "finger.urdf"
+    shutil.copy(DIRECTORY / "grippers" / "finger.urdf", file)
+    scenario = free_bending([50e3], 0.1, f"models.0.file={file}")
+    first, _ = simulate(scenario), simulate(scenario)
+    assert len(built) == 1
+    times = file.stat().st_atime_ns, file.stat().st_mtime_ns
+    file.write_text(file.read_text().replace('length="0.12"', 'length="0.13"'))
+    os.utime(file, ns=times)
+    longer = simulate(scenario)
+    assert len(built) == 2
+    assert not longer.data.equals(first.data)
+
+
+def test_a_model_of_several_files_is_read_for_every_run(built, tmp_path):
+    file = tmp_path / "finger.urdf"
+    text = (DIRECTORY / "grippers" / "finger.urdf").read_text()
+    file.write_text(text.replace("</robot>", "<!-- <mesh/> --></robot>"))
+    scenario = free_bending([50e3], 0.1, f"models.0.file={file}")
+    kept_station(scenario)
+    assert len(kept_stations._kept) == 0
+
+
+class Tired(StrainSensor):
+    """A sensor that remembers on itself how often it has been read."""
+
+    read = 0
+
+    def _sample(self, context, values):
+        super()._sample(context, values)
+        self.read += 1
+        values.set_value(1, values.value(1) + 1e-3 * self.read)
+
+
+def test_blocks_of_the_users_are_built_for_every_run():
+    """They may remember a run."""
+    scenario = load_scenario("free_bending", [*SHORT, f"sensor.type={__name__}:Tired"])
+    xr.testing.assert_identical(simulate(scenario).data, simulate(scenario).data)
+
+
+def test_the_last_few_are_kept(built):
+    scenarios = [load_scenario("free_bending", [*SHORT, f"sensor.sections={n}"]) for n in range(1, MOST + 2)]
+    for scenario in scenarios:
+        kept_station(scenario)
+    assert len(kept_stations._kept) == MOST
+    for scenario in scenarios[1:]:
+        kept_station(replace(scenario))
+    assert len(built) == MOST + 1
+    kept_station(scenarios[0])
+    assert len(built) == MOST + 2
