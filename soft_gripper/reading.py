@@ -6,6 +6,17 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 
 
+def name_of(name_or_path: object) -> str:
+    """The name of something shipped, or a path, as text.
+
+    Raises:
+        InputError: if it is neither.
+    """
+    if not isinstance(name_or_path, str | Path):
+        raise InputError("file", "name", name_or_path, "give a name or a path, as text")
+    return str(name_or_path)
+
+
 def read_text(path: Path) -> str:
     """The text of a regular file, UTF-8, with or without a mark at its beginning.
 

@@ -42,6 +42,12 @@ class FingerChanges:
     relaxation_time: str | None = None  # s
     sensor_spacing: str | None = None  # m
 
+    def __post_init__(self) -> None:
+        """Numbers are meant as their text."""
+        for name, value in vars(self).items():
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                setattr(self, name, str(value))
+
 
 @dataclass
 class FingerConfig(FingerChanges):
