@@ -58,4 +58,4 @@ def _made(kind: type, parts: Mapping[str, Any]) -> Any:
 
 
 for _kind in (Transform, Rotation, Rotation.Identity, Rotation.Rpy, MultibodyPlantConfig, SimulatorConfig):
-    copyreg.pickle(_kind, lambda config: (_made, (type(config), _parts(config))))  # type: ignore[arg-type]
+    copyreg.pickle(_kind, lambda config: (_made, (type(config), _parts(config))))
