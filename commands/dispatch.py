@@ -4,6 +4,7 @@ import argparse
 import io
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib.metadata import version
@@ -87,7 +88,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
             sys.stdout.flush()
         return code
     except (InputError, SimulationDivergedError, WorkerDiedError) as error:
-        return _complain(str(error))
+        return _complain(f"{error}{_traceback(error, options)}")
     except BrokenPipeError:
         _leave_output()
         return ExitCode.READER_GONE
@@ -117,6 +118,16 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         super().error(in_one_line(shortened(message)))
+
+
+def _traceback(error: Exception, options: argparse.Namespace) -> str:
+    """Prints where a user's own code failed, or says how to see it."""
+    if not isinstance(error, InputError) or error.__cause__ is None or not hasattr(options, "traceback"):
+        return ""
+    if not options.traceback:
+        return " (--traceback shows where)"
+    traceback.print_exception(error.__cause__)
+    return ""
 
 
 def _complain(text: str) -> ExitCode:

@@ -122,7 +122,7 @@ def _station(name: str) -> Station:
     try:
         station = make_station(load_scenario(name))
     except InputError as error:
-        raise error.inside(name) from None
+        raise error.inside(name) from error.__cause__
     if not station.fingers:
         raise InputError(name, "models", [m.file for m in station.scenario.models], "there is no <finger> in them")
     return station

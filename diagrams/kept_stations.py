@@ -12,6 +12,7 @@ from hashlib import sha256
 from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.schema.scenario import Scenario, default_simulator_config
+from soft_gripper.diagrams.schema.scenario_checks import plain_scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
@@ -37,6 +38,7 @@ def kept_station(scenario: Scenario) -> Station:
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
+    scenario = plain_scenario("scenario", scenario)
     key = _built_of(scenario)
     if key is None:
         return make_station(scenario)

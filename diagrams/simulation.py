@@ -11,6 +11,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.kept_stations import kept_station
+from soft_gripper.diagrams.own_blocks import blamed, check_values, note_missing, own_blocks
 from soft_gripper.diagrams.random_seed import seed_random_sources
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
@@ -37,7 +38,8 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
         progress: called with the simulated time, s, after every step, and now and then in a task.
 
     Raises:
-        InputError: if the scenario cannot be built, or leaves commands open.
+        InputError: if the scenario cannot be built, or leaves commands open, or one of the user's own blocks fails or
+            puts out what is no number.
         SimulationDivergedError: if the state leaves the finite numbers.
     """
     station = kept_station(scenario) if meshcat is None else make_station(scenario, meshcat)
@@ -60,7 +62,18 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
             break
     if meshcat is not None:
         meshcat.PublishRecording()
-    return station.recording(simulator.get_context())
+    return _recording(station, simulator.get_context())
+
+
+def _recording(station: Station, context: Context) -> Recording:
+    """What was logged, if a user's own blocks have put out numbers."""
+    try:
+        recording = station.recording(context)
+    except (Exception, SystemExit) as failure:  # of functions that are called for all samples at once
+        raise blamed(station, context, failure) or failure from failure
+    check_values(own_blocks(station), recording)
+    note_missing(recording)
+    return recording
 
 
 def check_closed(station: Station) -> None:
@@ -98,14 +111,15 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
     """Advances to a time, s; where it already is, nothing happens.
 
     Raises:
+        InputError: if one of the user's own blocks fails.
         SimulationDivergedError: if the state leaves the finite numbers.
     """
     if time == simulator.get_context().get_time():
         return  # cenic ends the process over a step of no length
-    failure = None
+    failure: BaseException | None = None
     try:
         simulator.AdvanceTo(time)
-    except RuntimeError as error:
+    except (Exception, SystemExit) as error:
         failure = error
     context = simulator.get_context()
     plant_context = station.plant.GetMyContextFromRoot(context)
@@ -113,6 +127,9 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
     bad = np.flatnonzero(~np.isfinite(state))
     if failure is None and not len(bad):
         return
+    _blame(station, context, failure, has_diverged=len(bad) > 0)
+    if failure is not None and not isinstance(failure, RuntimeError):
+        raise failure
     if failure is not None and _is_from_python(failure) and not len(bad) and _has_contact(station.plant, plant_context):
         raise failure
     reason = str(failure).strip().splitlines()[0] if failure is not None else ""
@@ -123,6 +140,20 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
         f"the simulation diverged before t = {context.get_time():.4g} s in state {worst}; likely cause:"
         f" a time step too long, or a contact or spring too stiff for the solver{drake}"
     ) from failure
+
+
+def _blame(station: Station, context: Context, failure: BaseException | None, has_diverged: bool) -> None:
+    """Raises an InputError if a user's own block has failed, or has led the state out of the finite numbers."""
+    if failure is not None and not has_diverged and (error := blamed(station, context, failure)):
+        raise error from failure
+    blocks = own_blocks(station)
+    if not blocks:
+        return
+    try:
+        recording = station.recording(context)
+    except (Exception, SystemExit):  # of a function that takes NaN badly
+        return
+    check_values(blocks, recording)
 
 
 def _is_from_python(failure: RuntimeError) -> bool:

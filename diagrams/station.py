@@ -7,7 +7,7 @@ from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
 from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.scene.plant import add_plant
 from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_checks import check_finger_names, check_scenario
+from soft_gripper.diagrams.schema.scenario_checks import check_finger_names, check_scenario, plain_scenario
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, name_of
@@ -31,7 +31,7 @@ def make_station(
     """
     builder = DiagramBuilder()
     station = add_station(builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator)
-    logs = add_logs(builder, station.signals, scenario.sensor.period)
+    logs = add_logs(builder, station.signals, station.scenario.sensor.period)
     for name, command in station.inputs.items():
         builder.ExportInput(command, name)
     for name, signal in station.signals.items():
@@ -70,6 +70,7 @@ def add_station(
         InputError: if a part of the scenario cannot be built, or the diagram has a plant already.
     """
     _check_first(builder)
+    scenario = plain_scenario("scenario", scenario)
     check_scenario("scenario", scenario)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))

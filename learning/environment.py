@@ -105,11 +105,13 @@ class SoftGripperEnv(DrakeGymEnv):
         """Applies an action for a time step.
 
         Raises:
-            InputError: if the action is not finite.
+            InputError: if the action is not finite, or has another shape than `action_space`.
         """
-        if not np.isfinite(action).all():
-            raise InputError("step", "action", action, "give finite numbers, from -1 to 1")
-        reason = self._advance(np.clip(np.asarray(action, dtype=float), -1.0, 1.0))
+        shape = self.action_space.shape
+        numbers = _as_numbers(action)
+        if numbers is None or numbers.shape != shape or not np.isfinite(numbers).all():
+            raise InputError("step", "action", action, f"give finite numbers of shape {shape}, from -1 to 1")
+        reason = self._advance(np.clip(numbers, -1.0, 1.0))
         if reason:
             return self._observed, 0.0, False, True, {"diverged": reason}
         return self._observed, self._judgement.reward, self._judgement.terminated, self._is_late(), self._judgement.info
@@ -167,6 +169,13 @@ class SoftGripperEnv(DrakeGymEnv):
     def _info(self, _: Simulator) -> dict[str, Any]:
         """What is true as an episode begins: the draw."""
         return asdict(self._drawn)
+
+
+def _as_numbers(action: Any) -> NDArray[np.float64] | None:
+    try:
+        return np.asarray(action, dtype=float)
+    except (TypeError, ValueError):
+        return None
 
 
 def make_task(station: LearningStation, config: EnvironmentConfig) -> Task:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +20,17 @@ class PiecewiseLinear:
 
     x: Array
     y: Array
+
+    def __post_init__(self) -> None:
+        """
+        Raises:
+            InputError: if there are not two points, as many numbers of both kinds, and `x` increasing.
+        """
+        x, y = np.asarray(self.x), np.asarray(self.y)
+        fits = x.dtype.kind in "fi" and y.dtype.kind in "fi" and x.shape == y.shape and x.ndim in (1, 2)
+        if not fits or x.shape[-1] < 2 or not (np.diff(x) > 0).all():
+            expected = "give x and y of one shape, with two or more points, and x that increases strictly"
+            raise InputError("curve", "points", (self.x, self.y), expected)
 
     @cached_property
     def slopes(self) -> Array:

@@ -6,6 +6,17 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 
 
+def name_of(name_or_path: object) -> str:
+    """The name of something shipped, or a path, as text.
+
+    Raises:
+        InputError: if it is neither.
+    """
+    if not isinstance(name_or_path, str | Path):
+        raise InputError("file", "name", name_or_path, "give a name or a path, as text")
+    return str(name_or_path)
+
+
 def check_regular(path: Path) -> None:
     """Looks at a file before it is opened: to read from a pipe would be to wait for it.
 

@@ -68,6 +68,8 @@ def add_console_options(parser: argparse.ArgumentParser) -> None:
     """How much is said."""
     parser.add_argument("-q", "--quiet", action="store_true", help="print errors alone")
     parser.add_argument("--json", action="store_true", help="print tables and files as one JSON document, no text")
+    help_ = "where a sensor or an estimator of your own fails, print the traceback of its code as well"
+    parser.add_argument("--traceback", action="store_true", help=help_)
 
 
 def _plain(value: Any) -> Any:

@@ -49,7 +49,7 @@ def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None) ->
     try:
         station = make_station(scenario, meshcat)
     except InputError as error:
-        raise error.inside(name) from None
+        raise error.inside(name) from error.__cause__
     if not station.fingers:
         raise InputError(name, "models", [m.file for m in scenario.models], "there is no <finger> in them")
     return station

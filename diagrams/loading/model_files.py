@@ -21,6 +21,7 @@ from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
+from soft_gripper.reading import name_of
 
 
 def load_model(
@@ -122,12 +123,13 @@ def find_fingers(
     return found
 
 
-def model_path(file: str) -> Path:
+def model_path(file: str | Path) -> Path:
     """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path.
 
     Raises:
         InputError: if there is no such package, or the URI leads out of it.
     """
+    file = name_of(file)
     if not file.startswith("package://"):
         return Path(file)
     check_inside("model", file)

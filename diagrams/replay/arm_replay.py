@@ -15,7 +15,7 @@ from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.replay.log_source import LogSource
 from soft_gripper.diagrams.replay.stretched_arm_block import StretchedArm
 from soft_gripper.diagrams.replay.wire_strain import PATHS, WireStrain
-from soft_gripper.diagrams.wiring.choices import find_estimator
+from soft_gripper.diagrams.wiring.choices import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -85,7 +85,7 @@ class ArmEstimation(Diagram):
         identity = np.append(np.eye(3).ravel(), np.zeros(3))
         wires.add("base", ConstantVectorSource(identity), {"y0": "X_WB"})  # gravity is given in B
         make = find_estimator(estimator, arm.uncertainty, "--estimator")
-        wires.add("estimator", make(layout, arm.gravity, period))
+        wires.add("estimator", make_block("--estimator", estimator, make, layout, arm.gravity, period))
         as_arcs = layout if estimator == "arcs" else None
         kept = {ANGLES, DRIVING_TORQUE, "strain", "section_lengths"}
         for name in wires.outputs.keys() - kept:

@@ -17,8 +17,8 @@ _LEAST, _MOST = 1e-15, 1e15  # of the size of a number that is not 0; beyond, wh
 _MOST_WHOLE = 2**32 - 1  # of Drake's seeds
 
 
-def check_document(where: Path, value: Any, schema: Any, field: str = "") -> None:
-    """Compares the plain data of a YAML file with a schema of dataclasses and Drake's configs.
+def check_document(where: Path | str, value: Any, schema: Any, field: str = "") -> None:
+    """Compares the data of a YAML file, plain or as objects, with a schema of dataclasses and Drake's configs.
 
     Raises:
         InputError: for an unknown key, with the nearest known one, or a value of the wrong type.
@@ -40,19 +40,22 @@ def check_document(where: Path, value: Any, schema: Any, field: str = "") -> Non
         for key, item in _mapping(where, value, field).items():
             require(key != _TAG, where, field, value, "give a mapping without a tag")
             check_document(where, item, get_args(schema)[1], f"{field}.{key}")
+    elif schema is Transform and isinstance(value, Transform):
+        pass  # which Drake has checked, where it was made
     elif fields := _fields(schema):
-        for key, item in _mapping(where, value, field).items():
+        document = _attributes(value) if isinstance(value, schema) else _mapping(where, value, field)
+        for key, item in document.items():
             name = f"{field}.{key}" if field else str(key)
             if key not in fields:
                 near = difflib.get_close_matches(str(key), fields, n=1)
                 hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
                 raise InputError(where, name, item, f"no such key; {hint}")
             check_document(where, item, fields[key], name)
-        if schema is Transform:
+        if schema is Transform and isinstance(value, dict):
             _check_transform(where, value, field)
 
 
-def _check_range(where: Path, value: Any, schema: type, field: str) -> None:
+def _check_range(where: Path | str, value: Any, schema: type, field: str) -> None:
     size = abs(float(value)) if schema in (float, int) else 0.0
     if schema is float:
         expected = f"give a finite number: 0, or {_LEAST:g} to {_MOST:g} in size"
@@ -60,7 +63,7 @@ def _check_range(where: Path, value: Any, schema: type, field: str) -> None:
     require(schema is not int or size <= _MOST_WHOLE, where, field, value, f"give a number up to {_MOST_WHOLE}")
 
 
-def _check_transform(where: Path, value: dict[str, Any], field: str) -> None:
+def _check_transform(where: Path | str, value: dict[str, Any], field: str) -> None:
     """Poses are known: no random ones, and none in a frame that Drake would leave aside here."""
     base = value.get("base_frame")
     require(base is None, where, f"{field}.base_frame", base, "leave it out; `parent` of a model names a frame")
@@ -73,17 +76,21 @@ def _check_transform(where: Path, value: dict[str, Any], field: str) -> None:
         _check_three(where, rotation["deg"], f"{field}.rotation.deg", expected)
 
 
-def _check_three(where: Path, value: Any, field: str, expected: str) -> None:
+def _check_three(where: Path | str, value: Any, field: str, expected: str) -> None:
     fits = isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
     require(fits, where, field, value, expected)
     for i, number in enumerate(value):
         _check_range(where, number, float, f"{field}[{i}]")
 
 
-def _mapping(where: Path, value: Any, field: str) -> dict[str, Any]:
+def _mapping(where: Path | str, value: Any, field: str) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise InputError(where, field, value, "give a mapping of keys to values")
     return value
+
+
+def _attributes(config: Any) -> dict[str, Any]:
+    return {name: getattr(config, name) for name in _fields(type(config))}
 
 
 def _fields(schema: Any) -> dict[str, Any]:

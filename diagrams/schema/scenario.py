@@ -11,6 +11,7 @@ from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 
 from soft_gripper.control.pid_controller import PidGains
+from soft_gripper.diagrams.schema.drake_values import ByValue
 from soft_gripper.shape.uncertainty import Uncertainty
 
 
@@ -41,6 +42,12 @@ class FingerChanges:
     relaxation_time: str | None = None  # s
     sensor_spacing: str | None = None  # m
 
+    def __post_init__(self) -> None:
+        """Numbers are meant as their text."""
+        for name, value in vars(self).items():
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                setattr(self, name, str(value))
+
 
 @dataclass
 class FingerConfig(FingerChanges):
@@ -52,8 +59,8 @@ class FingerConfig(FingerChanges):
     dissipation: str | None = None  # s/m
 
 
-@dataclass
-class ModelConfig:
+@dataclass(eq=False)
+class ModelConfig(ByValue):
     """A model and where it stands."""
 
     name: str = ""  # of the model; a model with a single finger gives the finger its name
@@ -145,8 +152,8 @@ class TrialsConfig:
     yaw_error: float = math.radians(3)  # rad, of the reported pose about the vertical
 
 
-@dataclass
-class TaskConfig:
+@dataclass(eq=False)
+class TaskConfig(ByValue):
     """What the arm does, phase after phase; where a phase gives an opening, the gripper too, in closed loop."""
 
     object: str | None = None  # name of the free model that is handled; only where it is reported to begin is known
@@ -257,8 +264,8 @@ def default_simulator_config() -> SimulatorConfig:
     return SimulatorConfig(integration_scheme="cenic", max_step_size=0.02, accuracy=1e-3)
 
 
-@dataclass
-class Scenario:
+@dataclass(eq=False)
+class Scenario(ByValue):
     """What is simulated, how it is driven, sensed and estimated, and by which solver."""
 
     description: str = ""

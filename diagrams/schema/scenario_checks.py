@@ -10,6 +10,8 @@ from pydrake.systems.analysis import GetIntegrationSchemes
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.schema.cost_check import check_cost
+from soft_gripper.diagrams.schema.document_check import check_document
+from soft_gripper.diagrams.schema.drake_values import without_numpy
 from soft_gripper.diagrams.schema.ranges import not_negative, positive, require
 from soft_gripper.diagrams.schema.scenario import MeshConfig, Scenario
 from soft_gripper.diagrams.schema.sensor_presets import pressure_errors, strain_errors
@@ -44,6 +46,18 @@ def check_scenario(where: Path | str, scenario: Scenario) -> None:
     _check_external(where, scenario)
     _check_solver(where, scenario)
     check_cost(where, scenario)
+
+
+def plain_scenario(where: Path | str, scenario: Scenario) -> Scenario:
+    """A copy of a scenario that was made in Python, with Python's own numbers, of the types that the schema gives.
+
+    Raises:
+        InputError: for the first value of another type.
+    """
+    require(isinstance(scenario, Scenario), where, "scenario", scenario, "give a Scenario, such as load_scenario reads")
+    plain: Scenario = without_numpy(scenario)
+    check_document(where, plain, Scenario)
+    return plain
 
 
 def check_finger_names(where: Path | str, names: Iterable[str]) -> None:

@@ -9,10 +9,13 @@ from typing import Any
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
 
 from soft_gripper.diagrams.schema.document_check import check_document
+from soft_gripper.diagrams.schema.drake_values import without_numpy
+from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_checks import check_scenario
+from soft_gripper.diagrams.schema.scenario_checks import check_scenario, plain_scenario
 from soft_gripper.diagrams.schema.yaml_text import parse_yaml, read_yaml
 from soft_gripper.errors import InputError
+from soft_gripper.reading import name_of
 
 SHIPPED = Path(__file__).parents[1] / "scenarios"
 _DEEPEST = 20  # names in the key of an override
@@ -23,7 +26,7 @@ def scenario_names() -> list[str]:
     return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
 
 
-def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
+def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     """Reads a shipped scenario by its name, or any scenario file by its path.
 
     Args:
@@ -33,10 +36,12 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
+    listed = not isinstance(overrides, str) and isinstance(overrides, Sequence)
+    require(listed, "load_scenario", "overrides", overrides, 'give a list of "dotted.key=value"')
     return _load("--set", name_or_path, dict(map(read_override, overrides)))
 
 
-def changed_scenario(name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
+def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
     """Reads a scenario with plain data in the place of what the file says.
 
     Args:
@@ -50,13 +55,14 @@ def changed_scenario(name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
     return _load("change", name_or_path, changes)
 
 
-def _load(where: str, name_or_path: str, changes: Mapping[str, Any]) -> Scenario:
+def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
     """Reads a scenario with changes, which come from `where`."""
-    path = _find(name_or_path)
+    path = _find(name_of(name_or_path))
+    require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
     document = _mapping(path, read_yaml(path))
     for key, value in changes.items():
         try:
-            change_document(document, key, copy.deepcopy(value))
+            change_document(document, key, copy.deepcopy(without_numpy(value)))
         except LookupError as error:
             raise InputError(where, "key", key, str(error.args[0])) from None
     return _checked(path, document)
@@ -109,7 +115,7 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
 
     Paths are relative to `folder`, where the text is to be kept; absolute without one.
     """
-    scenario = copy.deepcopy(scenario)
+    scenario = plain_scenario("scenario", copy.deepcopy(scenario))
     if folder is not None:
         for part, field in _files(scenario):
             setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))
@@ -136,6 +142,7 @@ def _mapping(path: Path, document: Any) -> dict[str, Any]:
 
 def read_override(override: str) -> tuple[str, Any]:
     """Key and value of "a.b=c"."""
+    require(isinstance(override, str), "--set", "argument", override, "give text, such as sensor.sections=3")
     key, equals, text = override.partition("=")
     if not equals or not key:
         raise InputError("--set", "argument", override, "write key=value, such as sensor.sections=3")
@@ -147,6 +154,8 @@ def read_override(override: str) -> tuple[str, Any]:
 
 def change_document(document: dict[str, Any], key: str, value: Any) -> None:
     """Puts a value into the document; raises a LookupError if there is no place for it."""
+    if not isinstance(key, str):
+        raise LookupError("give names with dots between them, as text")
     *parents, last = key.split(".")
     if len(parents) >= _DEEPEST:
         raise LookupError(f"give no more than {_DEEPEST} names")

@@ -7,7 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario import EstimatorConfig
-from soft_gripper.diagrams.wiring.choices import find_estimator, make_block
+from soft_gripper.diagrams.wiring.choices import find_estimator, make_block, seen_from
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
 from soft_gripper.diagrams.wiring.named_wires import Ports, connect_known, vector_outputs
 from soft_gripper.fingers.finger import Finger
@@ -68,10 +68,11 @@ def add_beside(
     signals: Ports = {}
     for kind in config.beside:
         make = find_estimator(kind, config.uncertainty, "estimator.beside")
-        estimator = make_block("estimator.beside", make, layout, gravity, period)
-        estimation = ShapeBeside(estimator, layout.finger, period)
-        builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", estimation)
-        connect_known(builder, estimation, estimation_inputs(known), "estimator")
+        estimator = make_block("estimator.beside", kind, make, layout, gravity, period)
+        with seen_from("estimator.beside", kind):
+            estimation = ShapeBeside(estimator, layout.finger, period)
+            builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", estimation)
+            connect_known(builder, estimation, estimation_inputs(known), "estimator")
         scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger))
         found = vector_outputs(estimation)
         connect_known(builder, scoring, {**known, **found}, "score")

@@ -16,14 +16,15 @@ from sensors and finger as they are believed to be, gravity in the world, m/s^2 
 
 import importlib
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from pydrake.systems.framework import System
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.recursive_estimator import RecursiveEstimator
 from soft_gripper.estimators.recursive_shape import RecursiveShape
@@ -36,6 +37,7 @@ from soft_gripper.shape.uncertainty import Uncertainty
 MakeSensor = Callable[[SensorLayout, float], System]
 MakeEstimator = Callable[[SensorLayout, Array, float], System]
 
+_IN_USE = "_soft_gripper_in_use"  # attribute of a block that is part of a diagram
 SENSORS: dict[str, MakeSensor] = {"strain": StrainSensor}
 
 
@@ -78,22 +80,47 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
     return make
 
 
-def make_block(field: str, make: Callable[..., System], *arguments: Any) -> System:
-    """What a function makes of its arguments.
+def make_block(field: str, name: str, make: Callable[..., System], *arguments: Any) -> System:
+    """The block that a function makes of its arguments.
+
+    Args:
+        field: of a scenario, or option, that names the function.
+        name: of a block of this project, or a user's "module:function", see `name_of`.
+        make: the function.
+        arguments: of it.
 
     Raises:
-        InputError: if it fails, or makes no system; `field` is what names it.
+        InputError: if it fails, or makes no system, or a block that it has made before.
     """
-    name = name_of(make, "")
-    try:
-        block = make(*arguments)
-    except InputError:
-        raise
-    except Exception as error:  # whatever a user's function may raise
-        raise InputError("scenario", field, name, f"failed: {type(error).__name__}: {_first_line(error)}") from error
+    with seen_from(field, name):
+        try:
+            block = make(*arguments)
+        except InputError:
+            raise
+        except (Exception, SystemExit) as error:  # whatever a user's function may raise
+            raise InputError("scenario", field, name, f"failed: {described(error)}") from error
     if not isinstance(block, System):
         raise InputError("scenario", field, name, f"made a {type(block).__name__}; a Drake System is needed")
+    if hasattr(block, _IN_USE):
+        raise InputError("scenario", field, name, "returned the same block twice; make a new one for every finger")
+    setattr(block, _IN_USE, True)
     return block
+
+
+@contextmanager
+def seen_from(field: str, name: str) -> Iterator[None]:
+    """Where something is wrong with a user's own block, the InputError names the function that made it."""
+    try:
+        yield
+    except InputError as error:
+        if not is_own(name):
+            raise
+        raise error.inside(f"{field} = {name}") from error.__cause__
+
+
+def is_own(name: str) -> bool:
+    """Whether a name is that of a user's function."""
+    return ":" in name
 
 
 def name_of(make: Callable[..., System] | None, type_name: str) -> str:
@@ -109,17 +136,12 @@ def _find(field: str, name: str, known: Mapping[str, Any]) -> Any:
         raise InputError("scenario", field, name, f'known: {", ".join(known)}; or give "module:function" of your own')
     try:
         made = getattr(_import(module), function)
-    except Exception as error:  # whatever a user's module may raise
+    except (Exception, SystemExit) as error:  # whatever a user's module may raise
         where = f"looked where Python looks, and in {Path.cwd()}"
-        reason = f"{type(error).__name__}: {_first_line(error)}"
-        raise InputError("scenario", field, name, f"cannot be imported: {reason}; {where}") from error
+        raise InputError("scenario", field, name, f"cannot be imported: {described(error)}; {where}") from error
     if not callable(made):
-        raise InputError("scenario", field, name, "is no function")
+        raise InputError("scenario", field, name, "is not callable")
     return made
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).strip().splitlines() or [""])[0]
 
 
 def _import(module: str) -> Any:

@@ -7,7 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.schema.scenario import EstimatorConfig
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block
+from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block, name_of, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
 from soft_gripper.errors import InputError
@@ -133,10 +133,12 @@ def add_estimation(
     """
     make = make_estimator or find_estimator(config.type, config.uncertainty)
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
-    estimator = make_block("estimator.type", make, layout, compensated, period)
-    estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold)
-    builder.AddNamedSystem(f"{name}.estimation", estimation)
-    connect_known(builder, estimation, estimation_inputs(measured), "estimator")
+    made_by = ("estimator.type", name_of(make_estimator, config.type))
+    estimator = make_block(*made_by, make, layout, compensated, period)
+    with seen_from(*made_by):
+        estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold)
+        builder.AddNamedSystem(f"{name}.estimation", estimation)
+        connect_known(builder, estimation, estimation_inputs(measured), "estimator")
     return vector_outputs(estimation)
 
 

@@ -5,7 +5,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import MatrixGain, RandomSource, ZeroOrderHold
 
 from soft_gripper.diagrams.schema.scenario import SensorConfig
-from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block
+from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block, name_of, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.diagrams.wiring.sensor_errors import IDEAL, pressure_error_block, strain_error_block
 from soft_gripper.errors import InputError
@@ -119,7 +119,20 @@ def add_sensors(
         InputError: if the sensor asks for what there is not, or reads nothing.
     """
     make, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
-    sensor = make_block("sensor.type", make, layout, config.period)
+    made_by = ("sensor.type", name_of(make_sensor, config.type))
+    sensor = make_block(*made_by, make, layout, config.period)
+    with seen_from(*made_by):
+        return _add_sensor(builder, finger, config, pressure, layout, sensor)
+
+
+def _add_sensor(
+    builder: DiagramBuilder,
+    finger: PlantFinger,
+    config: SensorConfig,
+    pressure: OutputPort,
+    layout: SensorLayout,
+    sensor: System,
+) -> Ports:
     reserved = {"joint_angles", "pressure", "sampled_pressure", "X_WB"}
     taken = {name for name in vector_outputs(sensor) if name in reserved or name.startswith(IDEAL)}
     if taken:

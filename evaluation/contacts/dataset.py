@@ -155,7 +155,7 @@ def _read_array(path: Path | str, name: str, content: bytes) -> NDArray[Any]:
         )
     if math.prod(shape) * dtype.itemsize != len(content) - file.tell():
         raise InputError(path, name, shape, f"does not fit the {len(content) - file.tell()} bytes of the array")
-    values = np.asarray(npy.read_array(BytesIO(content), allow_pickle=False), kind.type)
+    values: Array = np.asarray(npy.read_array(BytesIO(content), allow_pickle=False), kind.type)
     wrong = values[~kind.can_be(values)]
     if len(wrong):
         raise InputError(path, name, wrong[0].item(), f"give {kind.range}")

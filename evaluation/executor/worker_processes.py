@@ -8,12 +8,14 @@ import logging
 import os
 import reprlib
 import signal
+import sys
 import tempfile
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import forkserver, get_context
+from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any
 
@@ -26,8 +28,19 @@ ATTEMPTS = 2  # at a call whose process dies
 # second; xarray loads dask.array when it is first used, if it is there.
 _PRELOADED = ("soft_gripper.evaluation.sweep.variation_run", "dask.array")
 _CONTEXT = get_context("forkserver")
+_PATIENCE = 5.0  # s, for a process that has died to be gone
 _LONGEST = 70  # bytes of the temporary folder, in which processes talk by sockets whose paths have 107 at most
+_UNGUARDED = 79  # exit code of a process that runs a script which opens an executor when it is imported
 _LOGGER = logging.getLogger(__name__)
+
+
+class UnguardedScriptError(InputError):
+    """Every process imports the script that it belongs to, and the script opens an executor as it is imported."""
+
+    def __init__(self) -> None:
+        script = getattr(sys.modules["__main__"], "__file__", None)
+        expected = 'every process imports it: put what it does below `if __name__ == "__main__":`'
+        super().__init__("script", "__main__", script, expected)
 
 
 class WorkerProcesses(Executor):
@@ -118,8 +131,15 @@ class _Worker:
         self.has_grown = False
 
     def call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-        """Raises BrokenProcessPool if the process dies."""
-        made = self._pool.submit(make, work, arguments).result()
+        """Raises BrokenProcessPool if the process dies, UnguardedScriptError if it was to run the script anew."""
+        future = self._pool.submit(make, work, arguments)
+        processes = list(self._pool._processes.values())
+        try:
+            made = future.result()
+        except BrokenProcessPool:
+            if any(_exit_code(process) == _UNGUARDED for process in processes):
+                raise UnguardedScriptError from None
+            raise
         self._memory = made.memory if self._memory is None else self._memory
         self.has_grown = made.memory > (1 + GROWTH) * self._memory
         return made.result
@@ -139,11 +159,18 @@ def name_of(work: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
     return f"{getattr(work, '__name__', work)}({', '.join(map(reprlib.repr, arguments))})"
 
 
+def _exit_code(process: BaseProcess) -> int | None:
+    process.join(_PATIENCE)
+    return process.exitcode
+
+
 def _start_server() -> None:
     """Starts the server that processes are forked from; what it is told to ignore, they ignore too: Ctrl-C."""
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         forkserver.ensure_running()
+    except RuntimeError:  # of a process that has not yet begun to work
+        os._exit(_UNGUARDED)
     finally:
         signal.signal(signal.SIGINT, handler)

@@ -64,7 +64,7 @@ def check_scenario_for_recognition(file: str) -> None:
         station = make_station(with_object(scenario, next(iter(SHAPES)), draw(0, SETS[0], 0, next(iter(SHAPES)))))
         find_gripper(station.fingers, "recognition")
     except InputError as error:
-        raise error.inside(file) from None
+        raise error.inside(file) from error.__cause__
 
 
 def run_grasps(

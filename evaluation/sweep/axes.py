@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ Variation = dict[str, Any]  # values by dotted keys, see `changed_scenario`
 
 _NUMBER = r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)"
 _RANGE = re.compile(rf"\s*{_NUMBER}\s*\.\.\s*{_NUMBER}\s*(%?)\s*(?::\s*([0-9]+))?\s*")
+_ENDS = "give the lower end, the higher end, and 2 values or more"
 _EXPECTED = "write KEY=1,2,3 or KEY=0.5..0.9:5 (five values) or, with --sample, KEY=0.5..0.9"
 
 
@@ -28,6 +30,11 @@ class Values:
 
     key: str
     values: tuple[Any, ...]
+
+    def __post_init__(self) -> None:
+        listed = isinstance(self.values, Sequence | np.ndarray) and not isinstance(self.values, str)
+        if not listed or not len(self.values):
+            raise InputError("sweep", self.key, self.values, "give at least one value, in a tuple")
 
     def at(self, share: float) -> Any:
         """The value that lies so far along them, 0 to 1."""
@@ -44,6 +51,11 @@ class Range:
     is_whole: bool = False
     is_relative: bool = False
 
+    def __post_init__(self) -> None:
+        fine = isinstance(self.least, Real) and isinstance(self.most, Real)
+        if not fine or not -math.inf < self.least < self.most < math.inf:
+            raise InputError("sweep", self.key, [self.least, self.most], "give the lower end, and then the higher end")
+
     def at(self, share: float) -> Any:
         """The value that lies so far along it, 0 to 1."""
         if self.is_whole:
@@ -52,8 +64,10 @@ class Range:
         return f"{value:+.9g} %" if self.is_relative else float(f"{value:.12g}")
 
     def spread(self, count: int) -> Values:
-        """So many values, as far from each other, from end to end."""
-        shares = [i / max(count - 1, 1) for i in range(count)]
+        """So many values, two at least, as far from each other, from end to end."""
+        if not isinstance(count, Integral) or count < 2:
+            raise InputError("sweep", self.key, count, "give a whole number of values, 2 or more")
+        shares = [i / (count - 1) for i in range(count)]
         exact = [self.least + share * (self.most - self.least) for share in shares]
         if self.is_whole and all(value.is_integer() for value in map(float, exact)):
             return Values(self.key, tuple(int(value) for value in exact))
@@ -86,16 +100,18 @@ def read_axis(text: str) -> Axis:
 
 
 def _read_range(key: str, text: str, least: str, most: str, percent: str, count: str | None) -> Axis:
+    if count in ("0", "1"):
+        raise InputError("sweep", "--vary", text, _ENDS)
     try:
         is_whole = not percent and all(end.lstrip("+-").isdecimal() for end in (least, most))
-        found = Range(key, float(least), float(most), is_whole, bool(percent))
+        ends = float(least), float(most)
     except ValueError:
         raise InputError("sweep", "--vary", text, _EXPECTED) from None
-    number = None if count is None else float(count)
-    if not -math.inf < found.least < found.most < math.inf or (number is not None and not 2 <= number <= MOST_RUNS):
-        expected = f"give the lower end, the higher end, and 2 values or more, {MOST_RUNS} at most"
-        raise InputError("sweep", "--vary", text, expected)
-    return found if number is None else found.spread(int(number))
+    number = 2.0 if count is None else float(count)
+    if not -math.inf < ends[0] < ends[1] < math.inf or number > MOST_RUNS:
+        raise InputError("sweep", "--vary", text, f"{_ENDS}, {MOST_RUNS} at most")
+    found = Range(key, *ends, is_whole, bool(percent))
+    return found if count is None else found.spread(int(number))
 
 
 def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[Variation]:
@@ -112,6 +128,13 @@ def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: in
         InputError: if keys repeat, a range has no values on a grid, the number does not suit the method, or there
             would be more than MOST_RUNS.
     """
+    if not isinstance(axes, Sequence) or not axes or not all(isinstance(axis, Axis) for axis in axes):
+        raise InputError("sweep", "axes", axes, "give a list of Values and Ranges, one at least")
+    if method not in METHODS:
+        raise InputError("sweep", "method", method, f"known: {', '.join(METHODS)}")
+    for name, value in (("number", number), ("seed", seed)):
+        if not isinstance(value, Integral) or value < 0:
+            raise InputError("sweep", name, value, "give a whole number, 0 or more")
     keys = [axis.key for axis in axes]
     for key in keys:
         if keys.count(key) > 1:

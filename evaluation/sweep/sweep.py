@@ -35,7 +35,7 @@ def check_keys(scenario: str, fixed: Mapping[str, Any], variations: Sequence[Var
     try:
         check_closed(make_station(base))
     except InputError as error:
-        raise error.inside(scenario) from None
+        raise error.inside(scenario) from error.__cause__
     for key in variations[0]:
         if key in _DESCRIBES:
             raise InputError("sweep", "--vary", key, "cannot be varied: it changes nothing of a run")
@@ -43,7 +43,7 @@ def check_keys(scenario: str, fixed: Mapping[str, Any], variations: Sequence[Var
             try:
                 changed = changed_scenario(scenario, {**fixed, key: variation[key]})
             except InputError as error:
-                raise error.inside(f"sweep: --vary {key}") from None
+                raise error.inside(f"sweep: --vary {key}") from error.__cause__
             if kind_of(changed) is not kind_of(base):
                 raise InputError("sweep", "--vary", key, "cannot be varied: a run of another kind has other results")
 

@@ -43,7 +43,7 @@ def check_scenario_for_trials(file: str) -> None:
         make_station(scenario)
         vary(scenario, random_numbers(0, file, 0))
     except InputError as error:
-        raise error.inside(file) from None
+        raise error.inside(file) from error.__cause__
 
 
 def run_trials(

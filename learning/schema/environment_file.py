@@ -9,12 +9,14 @@ from typing import Any
 from pydrake.common.yaml import yaml_dump, yaml_load_typed
 
 from soft_gripper.diagrams.schema.document_check import check_document
+from soft_gripper.diagrams.schema.drake_values import without_numpy
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import change_document, changed_scenario
 from soft_gripper.diagrams.schema.yaml_text import read_yaml
 from soft_gripper.errors import InputError
 from soft_gripper.learning.schema.config import EnvironmentConfig
 from soft_gripper.learning.schema.environment_checks import check_environment
+from soft_gripper.reading import name_of
 
 SHIPPED = Path(__file__).parents[1] / "environments"
 _OF_SCENARIO = "scenario."
@@ -59,6 +61,7 @@ def load_environment(name_or_path: str, changes: Mapping[str, Any] | None = None
 
 
 def _find(name_or_path: str) -> Path:
+    name_or_path = name_of(name_or_path)
     if name_or_path.endswith((".yaml", ".yml")):
         return Path(name_or_path)
     if name_or_path not in environment_names():
@@ -71,7 +74,7 @@ def _read(path: Path, changes: Mapping[str, Any]) -> EnvironmentConfig:
     document = read_yaml(path)
     for key, value in changes.items():
         try:
-            change_document(document, key, copy.deepcopy(value))
+            change_document(document, key, copy.deepcopy(without_numpy(value)))
         except LookupError as error:
             raise InputError("change", "key", key, str(error.args[0])) from None
     check_document(path, document, EnvironmentConfig)

@@ -1,12 +1,15 @@
 """SampledPidController: a PID for sampled signals, with limits."""
 
 from dataclasses import dataclass
-from math import isfinite, isnan, nan
+from math import inf, isfinite, isnan, nan
+from numbers import Real
 from typing import NamedTuple
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.cached import Cached, weakly
+from soft_gripper.errors import InputError
+from soft_gripper.numbers_check import check_numbers
 
 
 class Step(NamedTuple):
@@ -54,8 +57,13 @@ class SampledPidController(LeafSystem):
     """
 
     def __init__(self, gains: PidGains, period: float, minimum: float, maximum: float, initial_output: float = 0.0):
-        """Limits and `initial_output` in units of the output; `period` of the samples in s."""
+        """Limits and `initial_output` in units of the output; `period` of the samples in s.
+
+        Raises:
+            InputError: if a gain is not a finite number, the period not above 0, or the limits run backwards.
+        """
         super().__init__()
+        _check(gains, period, minimum, maximum)
         self._gains, self._period, self._limits = gains, period, (minimum, maximum)
         self._set_point = self.DeclareVectorInputPort("set_point", 1)
         self._measurement = self.DeclareVectorInputPort("measurement", 1)
@@ -95,3 +103,23 @@ class SampledPidController(LeafSystem):
         unlimited = gains.kp * error + integral - derivative
         given = min(max(unlimited, self._limits[0]), self._limits[1])
         return Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited)
+
+
+def _check(gains: PidGains, period: float, minimum: float, maximum: float) -> None:
+    check_numbers("gains", gains)
+    for name, value in vars(gains).items():
+        if not isfinite(value):
+            raise InputError("gains", name, value, "give a finite number")
+    are_limits = _is_number(minimum) and _is_number(maximum) and minimum <= maximum
+    for name, value, is_fine, expected in (
+        ("tracking_time", gains.tracking_time, gains.tracking_time > 0, "a time above 0 s"),
+        ("derivative_filter", gains.derivative_filter, gains.derivative_filter >= 0, "a time of 0 s or more"),
+        ("period", period, _is_number(period) and 0 < period < inf, "a time above 0 s"),
+        ("limits", (minimum, maximum), are_limits, "the least, and then the greatest output"),
+    ):
+        if not is_fine:
+            raise InputError("controller", name, value, f"give {expected}")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)

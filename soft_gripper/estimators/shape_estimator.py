@@ -6,6 +6,7 @@ import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.shape.bending_plane import bending_plane
@@ -35,7 +36,11 @@ class ShapeEstimator(ArrayBlock):
     """
 
     def __init__(self, function: ShapeFunction, layout: SensorLayout, gravity: Array):
-        """Sensors and finger as they are believed to be; `gravity` in the world, (3,) m/s^2, zero for none."""
+        """Sensors and finger as they are believed to be; `gravity` in the world, (3,) m/s^2, zero for none.
+
+        Raises:
+            InputError: if the function does not estimate the joint angles of one sample and of several.
+        """
         super().__init__()
         self.take("strain", layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
@@ -46,7 +51,7 @@ class ShapeEstimator(ArrayBlock):
     def _derive_shape(self, function: ShapeFunction, layout: SensorLayout) -> ShapeEstimate:
         """Declares the step "shape", a ShapeEstimate; returns one, of a straight finger."""
         self.derive("shape", function, "strain", DRIVING_TORQUE, "gravity")
-        return function(layout.response.reading(np.ones(layout.readings)), np.zeros(layout.finger.segments), 0j)
+        return straight_shape(function, layout)
 
     def _put_out_shape(self, finger: Finger, found: ShapeEstimate) -> None:
         joints = range(finger.segments)
@@ -66,6 +71,30 @@ class ShapeEstimator(ArrayBlock):
         if found.contact is not None:
             for field in ContactForce._fields:
                 self.put_out(f"contact_{field}", _contact_field(field), "shape", unit=CONTACT_UNITS[field])
+
+
+def straight_shape(function: ShapeFunction, layout: SensorLayout) -> ShapeEstimate:
+    """What a function makes of a straight finger at rest.
+
+    Raises:
+        InputError: if that is no shape of this finger, or one sample and two do not give one shape and two.
+    """
+    readings, driving = layout.response.reading(np.ones(layout.readings)), np.zeros(layout.finger.segments)
+    found = function(readings, driving, 0j)
+    _check_shape(function, found, driving.shape)
+    twice = np.zeros((2, 1))
+    _check_shape(function, function(readings + twice, driving + twice, np.zeros(2, dtype=complex)), (2, driving.size))
+    return found
+
+
+def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...]) -> None:
+    name = getattr(function, "__qualname__", type(function).__name__)
+    expected = f"return a ShapeEstimate whose q has the shape {shape}"
+    if not isinstance(found, ShapeEstimate):
+        raise InputError("ShapeEstimator", "function", name, f"returned a {type(found).__name__}; {expected}, rad")
+    if np.shape(found.q) != shape:
+        given = f"q has the shape {np.shape(found.q)} where driving has {shape}"
+        raise InputError("ShapeEstimator", "function", name, f"{given}; {expected}, rad")
 
 
 def _contact_field(field: str) -> Callable[[ShapeEstimate], Array]:

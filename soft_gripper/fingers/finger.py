@@ -21,6 +21,7 @@ from soft_gripper.fingers.finger_parts import (
     out_of_range,
 )
 from soft_gripper.names import NAME_RULE, is_name
+from soft_gripper.numbers_check import mistyped
 from soft_gripper.piecewise_linear import PiecewiseLinear
 
 _ROUNDING = 1e-9  # m
@@ -60,9 +61,12 @@ class Finger:
         if not isinstance(self.segments, int | np.integer) or not 1 <= self.segments <= _MOST_SEGMENTS:
             self._reject("segments", self.segments, f"give a whole number of at least 1, {_MOST_SEGMENTS} at most")
         for label, part in self._parts():
-            for name in (of_part.name for of_part in fields(part)):
-                value = getattr(part, name)
-                if isinstance(value, int | float) and (expected := out_of_range(name, value)):
+            for of_part in fields(part):
+                name, value = of_part.name, getattr(part, of_part.name)
+                expected = mistyped(of_part.type, value)
+                if expected is None and isinstance(value, int | float):
+                    expected = out_of_range(name, value)
+                if expected is not None:
                     self._reject(label + name, value, expected)
         for end, section in (("base", self.base), ("tip", self.tip)):
             for name, value, expected in misfits(section):
@@ -94,7 +98,8 @@ class Finger:
     def _check_curve(self, name: str, law: ElasticLaw | PressureLaw | None) -> None:
         columns = [] if law is None else [(column.name, getattr(law, column.name)) for column in fields(law)]
         for column, values in columns:
-            increasing = np.isfinite(values).all() and np.all(np.diff(values) > 0)
+            numbers = all(mistyped(float, value) is None for value in values)
+            increasing = numbers and np.isfinite(values).all() and np.all(np.diff(values) > 0)
             if len(values) < 2 or len(values) != len(columns[0][1]) or not increasing:
                 self._reject(f"{name}.{column}", values, "give as many increasing numbers in each list")
 
@@ -247,7 +252,7 @@ class Finger:
         Raises:
             InputError: if there are fewer than 1 or more sections than segments.
         """
-        if not 1 <= sections <= self.segments:
+        if not isinstance(sections, int | np.integer) or not 1 <= sections <= self.segments:
             self._reject("sections", sections, f"give 1 to {self.segments} (the number of segments)")
         return np.round(np.arange(sections + 1) * self.segments / sections).astype(int)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.numbers_check import check_numbers
 from soft_gripper.sensors.delay_line import pass_delay_line
 
 
@@ -28,6 +29,7 @@ class PressureErrors:
     draws = (2, 1)
 
     def __post_init__(self) -> None:
+        check_numbers("sensor.pressure_errors", self)
         for name in ("gain_error", "offset", "noise"):
             value = getattr(self, name)
             if not 0 <= value < math.inf:

@@ -29,7 +29,7 @@ class ResponseCurve:
     def __post_init__(self) -> None:
         try:
             columns = np.array(self.points, dtype=float)
-        except ValueError:
+        except (TypeError, ValueError):
             columns = np.empty((0, 2))
         pairs = columns.shape[1:] == (2,) and len(columns) >= 2
         if not pairs or not np.isfinite(columns).all() or not np.all(np.diff(columns, axis=0) >= _LEAST_STEP):

@@ -4,6 +4,7 @@ Everything here is pure and takes arrays whose leading axes are free, so that a 
 sample and an evaluation calls it once for a whole recording.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,6 +15,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
+from soft_gripper.numbers_check import mistyped
 from soft_gripper.sensors.calibrated_response import CalibratedResponse
 from soft_gripper.sensors.response_curve import ResponseCurve
 
@@ -77,7 +79,8 @@ class SensorLayout:
         equal = self.finger.section_ends(self.sections)
         if self.borders is None:
             return equal
-        if not np.isfinite(self.borders).all():
+        listed = isinstance(self.borders, Sequence) and all(mistyped(float, border) is None for border in self.borders)
+        if not listed or not np.isfinite(self.borders).all():
             raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
         return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.numbers_check import check_numbers
 from soft_gripper.sensors.delay_line import pass_delay_line
 from soft_gripper.sensors.play_operators import PLAYS, lagging_strain, moved_plays
 
@@ -47,6 +48,7 @@ class StrainErrors:
     dead: tuple[int, ...] = ()  # readings that are always NaN
 
     def __post_init__(self) -> None:
+        check_numbers("sensor.errors", self)
         for name in ("gain_error", "offset", "drift", "low_frequency_noise", "noise"):
             self._require(name, 0 <= getattr(self, name) < math.inf, "give 0 or more")
         for name in ("creep", "dropout"):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from soft_gripper.errors import InputError
+from soft_gripper.numbers_check import check_numbers
 
 MINUTE = 60.0  # s
 
@@ -28,6 +29,7 @@ class Uncertainty:
     load_pressure: float = 1.5e5  # Pa, whose torque at the base is that of a usual load
 
     def __post_init__(self) -> None:
+        check_numbers("uncertainty", self)
         for field in fields(self):
             value = getattr(self, field.name)
             never_zero = field.name in ("reading", "load_pressure")

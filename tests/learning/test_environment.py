@@ -159,3 +159,12 @@ def test_a_picture_is_taken():
 def test_unknown_modes_are_refused():
     with pytest.raises(InputError, match="rgb_array"):
         SoftGripperEnv("soft_reach", render_mode="paper")
+
+
+@pytest.mark.parametrize("action", [np.zeros(7), np.zeros((2, 2)), 0.0, None, "text", [0.0, "a"]])
+def test_an_action_has_the_shape_of_its_space(action):
+    env = gymnasium.make(**REACH)
+    env.reset(seed=1)
+    with pytest.raises(InputError) as caught:
+        env.unwrapped.step(action)
+    assert caught.value.field == "action"

@@ -3,6 +3,7 @@
 import sys
 
 import pytest
+from pydrake.systems.primitives import ZeroOrderHold
 
 from soft_gripper.diagrams.wiring.choices import SENSORS, find_estimator, find_sensor, make_block
 from soft_gripper.errors import InputError
@@ -46,7 +47,7 @@ def test_what_is_installed_comes_before_the_current_folder(monkeypatch, tmp_path
         ("own_blocks:nosuch", "cannot be imported: AttributeError: module 'own_blocks' has no attribute 'nosuch'"),
         ("nosuch_module:make", "cannot be imported: ModuleNotFoundError: No module named 'nosuch_module'"),
         ("broken_module:make", "cannot be imported: "),
-        ("own_blocks:NOT_CALLABLE", "is no function"),
+        ("own_blocks:NOT_CALLABLE", "is not callable"),
     ],
 )
 def test_what_is_not_there(monkeypatch, tmp_path, name, complaint):
@@ -58,23 +59,52 @@ def test_what_is_not_there(monkeypatch, tmp_path, name, complaint):
     assert "\n" not in str(caught.value)
 
 
-def test_a_function_that_fails_is_named(shipped_finger):
-    def broken(layout, period):
-        raise KeyError("nothing")
-
-    for make, complaint in ((broken, "failed: KeyError: 'nothing'"), (lambda *_: 3, "made a int; a Drake System is")):
-        with pytest.raises(InputError, match=complaint) as caught:
-            make_block("sensor.type", make, SensorLayout(shipped_finger, 3), 0.01)
-        assert str(caught.value).startswith("scenario: sensor.type = ")
+def broken(layout, period):
+    raise KeyError("nothing")
 
 
-def test_what_a_users_function_refuses_is_passed_on_as_it_is():
+def leaving(layout, period):
+    sys.exit(0)
+
+
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (broken, "failed: KeyError: 'nothing'"),
+        (leaving, r"failed: sys.exit\(0\) was called"),
+        (lambda *_: 3, "made a int; a Drake System is"),
+        (lambda *_: None, "made a NoneType; a Drake System is"),
+    ],
+)
+def test_a_function_that_fails_is_named(shipped_finger, make, complaint):
+    with pytest.raises(InputError, match=complaint) as caught:
+        make_block("sensor.type", "own:make", make, SensorLayout(shipped_finger, 3), 0.01)
+    assert (caught.value.field, caught.value.value) == ("sensor.type", "own:make")
+
+
+def test_a_module_that_ends_python(monkeypatch, tmp_path):
+    (tmp_path / "script_without_guard.py").write_text("import sys\nsys.exit(0)\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"cannot be imported: sys.exit\(0\) was called"):
+        find_sensor("script_without_guard:make")
+
+
+def test_a_block_is_part_of_one_finger():
+    block = ZeroOrderHold(0.1, 1)
+    make_block("sensor.type", "own:make", lambda: block)
+    with pytest.raises(InputError, match="the same block twice") as caught:
+        make_block("sensor.type", "own:make", lambda: block)
+    assert caught.value.value == "own:make"
+
+
+@pytest.mark.parametrize(("name", "where"), [("own:make", "sensor.type = own:make: own"), ("strain", "own")])
+def test_what_a_function_refuses_names_the_function_if_it_is_the_users(name, where):
     def refuse():
         raise InputError("own", "field", 1, "own words")
 
     with pytest.raises(InputError) as caught:
-        make_block("sensor.type", refuse)
-    assert str(caught.value) == "own: field = 1: own words"
+        make_block("sensor.type", name, refuse)
+    assert (caught.value.where, caught.value.field, caught.value.value) == (where, "field", 1)
 
 
 def test_the_field_is_that_of_the_estimator():

@@ -12,6 +12,7 @@ import pytest
 
 from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.evaluation.executor import worker_processes
+from soft_gripper.evaluation.executor.executor import open_executor
 from soft_gripper.evaluation.executor.worker_processes import WorkerProcesses, name_of
 
 PARENT = """
@@ -157,3 +158,34 @@ def is_alive(process: int) -> bool:
 def test_calls_have_short_names():
     assert name_of(die_at, ("x" * 99, 3)).startswith("die_at('xxx")
     assert len(name_of(die_at, ("x" * 99, 3))) < 50
+
+
+UNGUARDED = """
+import sys
+sys.path.insert(0, {tests!r})
+from evaluation.executor.test_worker_processes import pid
+from soft_gripper.evaluation.executor.executor import make_calls, open_executor
+print("begins", flush=True)
+with open_executor(1) as executor:
+    make_calls(executor, pid, [(i,) for i in range(20)], lambda call, future: None)
+"""
+
+
+def test_a_script_without_a_guard_is_told_so(tmp_path):
+    """And the calls that are left are not tried."""
+    script = tmp_path / "own_script.py"
+    script.write_text(UNGUARDED.format(tests=str(Path(__file__).parents[2])))
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
+    assert ended.returncode == 1
+    said = ended.stderr.strip().splitlines()[-1]
+    assert str(script) in said
+    assert '__name__ == "__main__"' in said
+    assert "out of memory" not in ended.stderr
+    assert ended.stdout.count("begins") <= 4
+
+
+@pytest.mark.parametrize("jobs", [0, -1, "two", 1.5])
+def test_a_number_of_processes(jobs):
+    with pytest.raises(InputError) as caught, open_executor(jobs):
+        pass
+    assert caught.value.field == "jobs"

@@ -109,3 +109,40 @@ def test_a_relative_range_gives_changes():
 def test_what_cannot_be_sampled_is_refused(axes, arguments, complaint):
     with pytest.raises(InputError, match=complaint):
         points(axes, *arguments)
+
+
+@pytest.mark.parametrize("ends", [(2.0, 1.0), (1.0, 1.0), (None, 1.0), ("a", "b"), (float("nan"), 1.0)])
+def test_a_range_has_a_lower_and_a_higher_end(ends):
+    with pytest.raises(InputError) as caught:
+        Range("a.b", *ends)
+    assert caught.value.field == "a.b"
+
+
+@pytest.mark.parametrize("values", [(), [], None, 3, "text"])
+def test_a_key_takes_one_value_at_least(values):
+    with pytest.raises(InputError) as caught:
+        Values("a.b", values)
+    assert caught.value.field == "a.b"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        (([],), "axes"),
+        ((None,), "axes"),
+        (([None],), "axes"),
+        (([Values("a", (1,))], "random"), "method"),
+        (([Values("a", (1,))], "latin", 2.5), "number"),
+        (([Values("a", (1,))], "latin", 2, -1), "seed"),
+    ],
+)
+def test_points_of_what_is_none(arguments, field):
+    with pytest.raises(InputError) as caught:
+        points(*arguments)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("count", [1, -1, 2.5, None])
+def test_a_range_is_spread_over_two_values_at_least(count):
+    with pytest.raises(InputError):
+        Range("a", 0.0, 1.0).spread(count)

@@ -1,0 +1,139 @@
+"""What a user's own blocks do wrong in a run, as one line: which function made the block, which port, and when."""
+
+import logging
+from collections.abc import Iterable, Iterator
+from types import FrameType
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import Context, Diagram, System
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.choices import is_own
+from soft_gripper.diagrams.wiring.named_wires import vector_outputs
+from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
+from soft_gripper.errors import InputError, described
+from soft_gripper.shape.finger_shape import ANGLES
+
+STRAIN = "strain"
+_LOGGER = logging.getLogger(__name__)
+
+
+class OwnBlock(NamedTuple):
+    """A block that a user's function made."""
+
+    field: str  # of the scenario, that names the function
+    name: str  # of the function, "module:function"
+    place: str  # the finger, or what else its signals begin with
+    block: System
+    port: str  # what it must put out
+
+    def error(self, port: str, expected: str) -> InputError:
+        """A mistake at one of its ports."""
+        output = self.block.GetOutputPort(port)
+        unit = " rad" if port == ANGLES else ""
+        expected = f"{self.place}: output port '{port}', ({output.size()}){unit}, {expected}"
+        return InputError("scenario", self.field, self.name, expected)
+
+
+def own_blocks(station: Station) -> list[OwnBlock]:
+    """The user's own blocks of a station; what they read comes first."""
+    found, parts = [], station.parts
+    for finger in (finger.name for finger in station.fingers):
+        if is_own(parts.sensor):
+            block = _inside(station.diagram, f"{finger}.sensors", "sensor")
+            found.append(OwnBlock("sensor.type", parts.sensor, finger, block, STRAIN))
+        if is_own(parts.estimator):
+            block = _inside(station.diagram, f"{finger}.estimation", "estimator")
+            found.append(OwnBlock("estimator.type", parts.estimator, finger, block, ANGLES))
+        for kind in filter(is_own, station.scenario.estimator.beside):
+            block = _inside(station.diagram, f"{finger}.{kind}.estimation", "estimator")
+            found.append(OwnBlock("estimator.beside", kind, f"{finger}.{kind}", block, ANGLES))
+    return found
+
+
+def _inside(diagram: Diagram, part: str, name: str) -> System:
+    within = diagram.GetSubsystemByName(part)
+    assert isinstance(within, Diagram)
+    return within.GetSubsystemByName(name)
+
+
+def blamed(station: Station, context: Context, failure: BaseException) -> InputError | None:
+    """A failure of a run, or of reading its logs, as that of a user's own block; None if it is of none.
+
+    Args:
+        station: that failed.
+        context: of its diagram, at the time of the failure.
+        failure: as it came out of Drake or of a block.
+    """
+    blocks, when = own_blocks(station), f"failed at t = {context.get_time():.6g} s"
+    for own in blocks:
+        for port in vector_outputs(own.block):
+            again = _failure_of(own, port, context)
+            if again is not None and type(again) is type(failure):
+                return own.error(port, f"{when}: {described(failure)}")
+    frames = list(_frames(failure))
+    of_block = (own for own in blocks if any(frame.f_locals.get("self") is own.block for frame in frames))
+    modules = {str(frame.f_globals.get("__name__")) for frame in frames}
+    of_module = (own for own in blocks if own.name.partition(":")[0] in modules)
+    at_fault = next(of_block, None) or next(of_module, None)  # in an update: no port is to blame
+    return None if at_fault is None else at_fault.error(at_fault.port, f"{when}: {described(failure)}")
+
+
+def _failure_of(own: OwnBlock, port: str, context: Context) -> BaseException | None:
+    """What a port raises in the present state."""
+    try:
+        own.block.GetOutputPort(port).Eval(own.block.GetMyContextFromRoot(context))
+    except (Exception, SystemExit) as error:
+        return error
+    return None
+
+
+def _frames(failure: BaseException) -> Iterator[FrameType]:
+    """The functions that a failure went through."""
+    traceback = failure.__traceback__
+    while traceback is not None:
+        yield traceback.tb_frame
+        traceback = traceback.tb_next
+
+
+def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
+    """Looks at all that a user's own blocks have put out in a run.
+
+    An estimator may answer with NaN where a reading is NaN.
+
+    Raises:
+        InputError: if a reading or a joint angle is not finite; it names the first time.
+    """
+    for own in blocks:
+        name = f"{own.place}.{own.port}"
+        readings = recording[f"{own.place.partition('.')[0]}.{STRAIN}"]
+        if own.port == STRAIN:
+            ideal = f"{own.place}.{IDEAL}{STRAIN}"
+            name = ideal if ideal in recording.data else name
+            is_excused = np.zeros(len(readings), dtype=bool)
+        else:
+            is_excused = np.asarray(np.isnan(_flat(readings.values)).any(axis=1))
+        values = _flat(recording[name].values)
+        wrong = ~np.isfinite(values) & ~(np.isnan(values) & is_excused[:, None])
+        if wrong.any():
+            sample, entry = np.argwhere(wrong)[0]
+            time = float(recording["time"].values[sample])
+            raise own.error(
+                own.port, f"is {values[sample, entry]} in entry {entry} at t = {time:.6g} s; give finite numbers"
+            )
+
+
+def note_missing(recording: Recording) -> None:
+    """Says, in the log, whether an estimator has left shapes out, as without readings."""
+    for name in filter(lambda name: str(name).endswith(f".{ANGLES}"), recording.data):
+        is_missing = np.asarray(~np.isfinite(_flat(recording.data[name].values)).all(axis=1))
+        if is_missing.any():
+            first, share = float(recording["time"].values[is_missing][0]), f"{is_missing.sum()} of {len(is_missing)}"
+            _LOGGER.warning("%s: NaN in %s samples, first at t = %g s", name, share, first)
+
+
+def _flat(values: Array) -> Array:
+    return values.reshape(len(values), -1)

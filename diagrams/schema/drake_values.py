@@ -1,0 +1,61 @@
+"""Drake's configs as values: dataclasses that hold them can be pickled and compared."""
+
+import copyreg
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+from pydrake.common.schema import Rotation, Transform
+from pydrake.multibody.plant import MultibodyPlantConfig
+from pydrake.systems.analysis import SimulatorConfig
+
+
+class ByValue:
+    """What compares equal if all that it holds does; Drake's configs themselves are equal to nothing else."""
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and _plain(self) == _plain(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _plain(value: Any) -> Any:
+    """A value in lists and mappings, which compare."""
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if hasattr(value, "__fields__"):
+        return type(value), {name: _plain(part) for name, part in _parts(value).items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def without_numpy(value: Any) -> Any:
+    """A value, or a copy with Python's own numbers and lists in the place of numpy's."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple | list):
+        return [without_numpy(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: without_numpy(item) for key, item in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{field.name: without_numpy(getattr(value, field.name)) for field in fields(value)})
+    return value
+
+
+def _parts(config: Any) -> dict[str, Any]:
+    return {field.name: getattr(config, field.name) for field in config.__fields__}
+
+
+def _made(kind: type, parts: Mapping[str, Any]) -> Any:
+    config = kind()
+    for name, part in parts.items():
+        setattr(config, name, part)
+    return config
+
+
+for _kind in (Transform, Rotation, Rotation.Identity, Rotation.Rpy, MultibodyPlantConfig, SimulatorConfig):
+    copyreg.pickle(_kind, lambda config: (_made, (type(config), _parts(config))))
