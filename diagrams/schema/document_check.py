@@ -23,7 +23,8 @@ def check_document(where: Path | str, value: Any, schema: Any, field: str = "") 
     Raises:
         InputError: for an unknown key, with the nearest known one, or a value of the wrong type.
     """
-    if get_origin(schema) is UnionType:  # X | None
+    # X | None; from Python 3.14 on the unions of Drake's configs are of that type too.
+    if get_origin(schema) is UnionType and NoneType in get_args(schema) and len(get_args(schema)) == 2:
         if value is not None:
             (inner,) = (part for part in get_args(schema) if part is not NoneType)
             check_document(where, value, inner, field)
