@@ -72,6 +72,25 @@ def test_shapes_of_one_mean_are_recognized_by_how_they_scatter():
     assert (np.array(model.shapes)[found] == labels[200:]).mean() > 0.95
 
 
+def test_covariances_are_shrunk_by_a_tenth_toward_that_of_all():
+    """Those of each shape as NumPy finds them about its own mean; as many grasps of each, so all have their mean."""
+    labels, angles, torques = synthetic(20, 10)
+    model = train_shape_model(labels, angles, torques, [1e3, 2e3, 3e3], 2)
+    parts = (grasp_features(angles, torques) - model.center) @ model.components.T
+    own = np.array([np.cov(parts[np.array(labels) == shape].T, bias=True) for shape in SHAPES])
+    expected = 0.9 * own + 0.1 * own.mean(axis=0) + 1e-6 * np.eye(parts.shape[1])
+    np.testing.assert_allclose(model.covariances, expected, atol=1e-12)
+
+
+def test_few_grasps_do_not_make_a_shape_certain():
+    """Four grasps of each span three directions of 24: in all others a shape is as wide as all are, times a tenth."""
+    model = train_shape_model(*synthetic(4, 11), [1e3, 2e3, 3e3], 2)
+    assert (np.linalg.eigvalsh(model.covariances)[:, 6] > 1e-3).all()
+    labels, angles, torques = synthetic(100, 12)
+    right = np.array(SHAPES)[model.probabilities(angles, torques).argmax(axis=-1)] == labels
+    assert right.mean() > 0.8
+
+
 def test_components_of_the_training_grasps_are_not_correlated_and_vary_by_one():
     features = np.random.default_rng(7).normal(size=(50, 6)) @ np.diag([1, 10, 1e-3, 1, 1, 0])
     features[:, 1] += features[:, 0]
