@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.shape_model import grasp_features
+from soft_gripper.estimation.shape_model import ShapeModel, grasp_features
 from soft_gripper.estimation.shape_training import principal_components, train_shape_model
 
 LEVELS, FINGERS, JOINTS = 3, 2, 4
@@ -60,6 +60,17 @@ def test_probabilities_are_the_posterior_of_normal_distributions():
     densities = [multivariate_normal(*of).pdf(parts) for of in zip(model.means, model.covariances, strict=True)]
     expected = np.array(densities).T / np.sum(densities, axis=0)[:, None]
     np.testing.assert_allclose(model.probabilities(angles, torques), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(("at", "expected"), [(0.0, 2 / 3), (2.0, np.exp(-2) / (np.exp(-2) + np.exp(-0.5) / 2))])
+def test_of_two_shapes_of_one_mean_the_narrow_one_is_likelier_near_it(at, expected):
+    """Normal densities of the standard deviations 1 and 2, by hand; in one component, the first angle."""
+    first = np.zeros((1, 4))
+    first[0, 0] = 1.0
+    wide = np.array([1.0, 4.0]).reshape(2, 1, 1)
+    model = ShapeModel(("narrow", "wide"), 2, 1, 2, np.array([1e3]), np.zeros(4), first, np.zeros((2, 1)), wide)
+    angles = np.full((1, 2, 1), at)
+    np.testing.assert_allclose(model.probabilities(angles, np.zeros((1, 2, 1))), [expected, 1 - expected])
 
 
 def test_shapes_of_one_mean_are_recognized_by_how_they_scatter():
