@@ -50,6 +50,8 @@ def test_numbers_of_a_row() -> None:
         Errors(1e-3 * np.arange(51.0, 101), np.zeros(50), np.array([True, True, False])),
     ]
     assert in_mm(together(parts)) == pytest.approx((50.0, 95.0, 100.0, 0.75))
+    skewed = in_mm(Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), np.zeros(5), np.array([True])))
+    assert skewed == pytest.approx((2.0, 8.0, 10.0, 1.0))
     nothing = in_mm(Errors(np.ones(1), np.ones(1), np.zeros(0, bool)))
     assert np.isnan(nothing[-1])
 
