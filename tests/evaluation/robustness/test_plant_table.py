@@ -8,6 +8,7 @@ from soft_gripper.evaluation.robustness import plant_table as module
 from soft_gripper.evaluation.robustness.plant_table import plant_table, shipped_finger
 from soft_gripper.evaluation.robustness.plants import FINE, RUBBER
 from soft_gripper.evaluation.robustness.sample_errors import Errors
+from soft_gripper.fingers.statics import softened
 
 
 @pytest.fixture(autouse=True)
@@ -50,3 +51,14 @@ def test_of_rubber_the_modulus_is_known_to_a_tenth(held, monkeypatch) -> None:
     monkeypatch.setattr(module, "estimated", lambda *args: given.append(args[2]) or Errors(*np.zeros((3, 1))))
     plant_table(RUBBER, "free_bending", [held], 2)
     np.testing.assert_allclose([uncertainty.bend_per_pressure for uncertainty in given], np.hypot(0.1, 0.005))
+
+
+def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simulated(held, monkeypatch) -> None:
+    believed = []
+    monkeypatch.setattr(module, "estimated", lambda *args: believed.append(args[1].finger) or Errors(*np.zeros((3, 1))))
+    shipped = softened(held.simulated, 2.0)
+    monkeypatch.setattr(module, "shipped_finger", lambda *_: shipped)
+    for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
+        believed.clear()
+        plant_table(plant, "free_bending", [held], 1)
+        assert set(believed) == {finger}

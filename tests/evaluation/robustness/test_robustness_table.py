@@ -71,6 +71,14 @@ def test_an_estimator_expects_its_beliefs_to_be_as_wrong_as_they_are(held, monke
     np.testing.assert_allclose(found, np.hypot(0.1, 0.005))
 
 
+@pytest.mark.parametrize(("noise", "sets"), [(0.0, 1), (1.0, 4)])
+def test_so_many_sets_of_sensors_are_read(held, monkeypatch, noise, sets) -> None:
+    seeds = []
+    monkeypatch.setattr(module, "estimated", lambda *given: seeds.append(given[4].shape[1]) or estimated(*given))
+    robustness_table("free", [held], noise, 4, BELIEFS[:1])
+    assert set(seeds) == {sets}
+
+
 def test_fingers_are_taken_together(held) -> None:
     one, twice = (robustness_table("free", [held] * n, 1.0, 2, BELIEFS[:1]) for n in (1, 2))
     for row, same in zip(one, twice, strict=True):
