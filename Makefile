@@ -8,7 +8,7 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-.PHONY: evaluate fuzz kills soak test test-slow test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision clean
+.PHONY: evaluate fuzz kills soak test test-slow test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision release-check clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -61,6 +61,10 @@ kills: $(READY)
 	KILLS=$(KILLS) $(BIN)/python -m pytest -q tests/endurance/test_random_kills.py
 soak: $(READY)
 	SOAK=$(SOAK) $(BIN)/python -m pytest -q tests/endurance/test_soak.py
+
+# Before a release: the numbers that README and docs print, compared with what the evaluation writes.
+release-check: evaluate
+	EVALUATION=$(abspath results/evaluation) $(BIN)/python -m pytest -q tests/docs/test_published.py
 
 wheel: $(READY)
 	rm -rf dist build/lib

@@ -14,6 +14,7 @@ import xarray as xr
 from browser import open_offline
 from command_line import Outcome, Terminal, soft_gripper
 from PIL import Image
+from published import ROOT, SENTENCES, TABLES, Written, sentence_problems, table_problems
 
 from soft_gripper.commands import main
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
@@ -134,6 +135,16 @@ def test_prints_every_claim_and_all_hold(evaluated: Evaluated) -> None:
     assert "FAILS" not in out
     assert f"all {out.count(' holds: ')} claims hold" in out
     assert all(scenario in out for scenario in SCENARIOS)
+
+
+def test_documents_print_what_was_written(evaluated: Evaluated) -> None:
+    """Every table and sentence, to the last digit that is printed."""
+    written, problems = Written(evaluated.folder), []
+    for compare, published in ((table_problems, TABLES), (sentence_problems, SENTENCES)):
+        for (document, place), expected in published.items():
+            text = (ROOT / document).read_text(encoding="utf-8")
+            problems += [f"{document}: {problem}" for problem in compare(text, place, expected(written))]
+    assert problems == []
 
 
 def test_one_sensor_is_enough_for_free_bending(evaluated: Evaluated) -> None:

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.shape_model import grasp_features
+from soft_gripper.estimation.shape_model import ShapeModel, grasp_features
 from soft_gripper.estimation.shape_training import principal_components, train_shape_model
 
 LEVELS, FINGERS, JOINTS = 3, 2, 4
@@ -62,6 +62,17 @@ def test_probabilities_are_the_posterior_of_normal_distributions():
     np.testing.assert_allclose(model.probabilities(angles, torques), expected, atol=1e-9)
 
 
+@pytest.mark.parametrize(("at", "expected"), [(0.0, 2 / 3), (2.0, np.exp(-2) / (np.exp(-2) + np.exp(-0.5) / 2))])
+def test_of_two_shapes_of_one_mean_the_narrow_one_is_likelier_near_it(at, expected):
+    """Normal densities of the standard deviations 1 and 2, by hand; in one component, the first angle."""
+    first = np.zeros((1, 4))
+    first[0, 0] = 1.0
+    wide = np.array([1.0, 4.0]).reshape(2, 1, 1)
+    model = ShapeModel(("narrow", "wide"), 2, 1, 2, np.array([1e3]), np.zeros(4), first, np.zeros((2, 1)), wide)
+    angles = np.full((1, 2, 1), at)
+    np.testing.assert_allclose(model.probabilities(angles, np.zeros((1, 2, 1))), [expected, 1 - expected])
+
+
 def test_shapes_of_one_mean_are_recognized_by_how_they_scatter():
     rng = np.random.default_rng(6)
     scatter = np.where(np.arange(400) % 2, 0.01, 0.1)[:, None, None, None]
@@ -70,6 +81,25 @@ def test_shapes_of_one_mean_are_recognized_by_how_they_scatter():
     model = train_shape_model(labels[:200], angles[:200], torques[:200], [1e3, 2e3, 3e3], 2)
     found = model.probabilities(angles[200:], torques[200:]).argmax(axis=-1)
     assert (np.array(model.shapes)[found] == labels[200:]).mean() > 0.95
+
+
+def test_covariances_are_shrunk_by_a_tenth_toward_that_of_all():
+    """Those of each shape as NumPy finds them about its own mean; as many grasps of each, so all have their mean."""
+    labels, angles, torques = synthetic(20, 10)
+    model = train_shape_model(labels, angles, torques, [1e3, 2e3, 3e3], 2)
+    parts = (grasp_features(angles, torques) - model.center) @ model.components.T
+    own = np.array([np.cov(parts[np.array(labels) == shape].T, bias=True) for shape in SHAPES])
+    expected = 0.9 * own + 0.1 * own.mean(axis=0) + 1e-6 * np.eye(parts.shape[1])
+    np.testing.assert_allclose(model.covariances, expected, atol=1e-12)
+
+
+def test_few_grasps_do_not_make_a_shape_certain():
+    """Four grasps of each span three directions of 24: in all others a shape is as wide as all are, times a tenth."""
+    model = train_shape_model(*synthetic(4, 11), [1e3, 2e3, 3e3], 2)
+    assert (np.linalg.eigvalsh(model.covariances)[:, 6] > 1e-3).all()
+    labels, angles, torques = synthetic(100, 12)
+    right = np.array(SHAPES)[model.probabilities(angles, torques).argmax(axis=-1)] == labels
+    assert right.mean() > 0.8
 
 
 def test_components_of_the_training_grasps_are_not_correlated_and_vary_by_one():

@@ -67,6 +67,24 @@ def test_where_nothing_presses_nothing_is_found(shipped_finger, sections, pressu
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "believed"),
+    [
+        ({"gain": 1.03}, {"gain": 0.03}),
+        ({"offset": 3e-3}, {"offset": 3e-3}),
+        ({"offset": 3e-3}, {"drift": 3e-3 / np.sqrt(60)}),
+    ],
+)
+def test_what_a_sensor_is_believed_to_err_is_not_taken_for_a_force(shipped_finger, wrong, believed):
+    """A sensor that reads 3 % too much, or too much by an offset; of one that is believed exact it is a force."""
+    layout = SensorLayout(shipped_finger, **TWO)
+    ratios = extension_ratios(layout, in_balance(shipped_finger, 80e3, 0j))
+    ratios[-1] = 1 + wrong.get("gain", 1.0) * (ratios[-1] - 1) + wrong.get("offset", 0.0)
+    given = layout.response.reading(ratios), shipped_finger.pressure_torque(80e3), 0j
+    assert ContactShape(layout)(*given).contact.force != 0
+    assert ContactShape(layout, Uncertainty(**believed))(*given).contact.force == 0
+
+
 def test_noise_is_rarely_taken_for_a_force(shipped_finger):
     """A thousandth of the time, as it is chosen: of 2000 readings, less than 8."""
     layout, rng = SensorLayout(shipped_finger, **TWO), np.random.default_rng(5)

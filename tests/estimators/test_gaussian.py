@@ -26,6 +26,9 @@ DOUBTS = {
     "default": Uncertainty(),
     "of pressure": Uncertainty(pressure=2e3, bend_per_pressure=0.0),
     "of the finger": Uncertainty(angle=5e-3, bend_per_pressure=0.05),
+    "of the gains": Uncertainty(gain=0.1),
+    "of the offsets": Uncertainty(offset=2e-3),
+    "of the drift": Uncertainty(drift=3e-4),
 }
 SOFTENING = ElasticLaw((-40.0, -8.0, 8.0, 40.0), (-0.25, -0.1, 0.1, 0.25), (-0.22, -0.09, 0.09, 0.22))
 
@@ -49,15 +52,17 @@ def least_squares(layout, read, believed):
 
     With no weight the problem is linear.
     """
-    finger, bends = layout.finger, section_bends(layout, read, believed.reading)
+    finger, (theta, variance) = layout.finger, section_bends(layout, read, believed.reading)
+    within_a_minute = believed.reading**2 + believed.offset**2 + 60 * believed.drift**2
+    variance = variance * within_a_minute / believed.reading**2 + (believed.gain * theta) ** 2
     load = np.linalg.cholesky(torque_covariance(finger, believed.load_pressure))
     pressures = np.array([believed.bend_per_pressure * PRESSURE, believed.pressure])
     torques = np.hstack([load, np.outer(finger.pressure_gain, pressures)])
     to_joints = np.hstack([torques / finger.stiffness[:, None], believed.angle * np.eye(finger.segments)])
     free = finger.pressure_gain * PRESSURE / finger.stiffness
-    weights = 1 / np.sqrt(bends.variance)
+    weights = 1 / np.sqrt(variance)
     rows = np.vstack([np.eye(to_joints.shape[1]), weights[:, None] * layout.sums(to_joints.T).T])
-    right = np.concatenate([np.zeros(to_joints.shape[1]), weights * (bends.theta - layout.sums(free))])
+    right = np.concatenate([np.zeros(to_joints.shape[1]), weights * (theta - layout.sums(free))])
     unknown = np.linalg.lstsq(rows, right, rcond=None)[0]
     inverse = np.linalg.pinv(rows)
     return free + to_joints @ unknown, to_joints @ inverse @ inverse.T @ to_joints.T

@@ -1,5 +1,7 @@
 """The prior of the load: the covariance of the torques that random forces along a finger have."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,6 +21,13 @@ def test_covariance_is_that_of_forces_drawn_along_the_finger_and_on_the_tip(ship
     usual = LOAD_PRESSURE * shipped_finger.pressure_gain[0]
     expected = usual**2 * (TIP_SHARE * tip + (1 - TIP_SHARE) * along)
     np.testing.assert_allclose(torque_covariance(shipped_finger, LOAD_PRESSURE), expected, rtol=1e-6)
+
+
+def test_a_third_of_the_variance_or_so_is_due_to_the_tip(shipped_finger):
+    """At half of the length: 0.3 u^2 + 0.7 u^3, by hand."""
+    finger = replace(shipped_finger, segments=3)  # the second of three joints lies in the middle
+    usual = LOAD_PRESSURE * finger.pressure_gain[0]
+    assert torque_covariance(finger, LOAD_PRESSURE)[1, 1] == pytest.approx((0.3 / 4 + 0.7 / 8) * usual**2)
 
 
 @pytest.mark.parametrize("name", ["shipped_finger", "tapered_finger"])

@@ -1,5 +1,6 @@
 """What is wrong with finger and sensors is learnt in free motion, kept under load, and what fails is left out."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +13,9 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.load_prior import torque_covariance
 from soft_gripper.estimators.recursive_estimator import RecursiveEstimator
-from soft_gripper.estimators.recursive_shape import RecursiveShape
+from soft_gripper.estimators.recursive_shape import Filter, RecursiveShape
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
@@ -212,3 +214,150 @@ def test_block_remembers_as_the_function_does(grasp, layout):
     np.testing.assert_allclose(logged["estimated_joint_angles"].T, found.q[:samples], atol=1e-9)
     np.testing.assert_allclose(logged["contact_force"][0], found.contact.force[:samples], atol=1e-7)
     assert set(logged["loaded"][0]) == {0.0, 1.0}
+
+
+class Learner(NamedTuple):
+    """A step of the filter from its beginning, by a finger that bends little, and how readings depend on states."""
+
+    shape: RecursiveShape
+    driving: Array
+    columns: Array  # (R, n) by differences: load, share of the bend, pressure, gains, offsets
+    expected: Array  # (R,) strains, if nothing is wrong
+
+
+@pytest.fixture(scope="module")
+def learner(layout: SensorLayout) -> Learner:
+    """At 40 kPa, without weight."""
+    return learner_of(layout, UNCERTAIN)
+
+
+def learner_of(layout: SensorLayout, believed: Uncertainty) -> Learner:
+    shape, finger, readings = RecursiveShape(layout, believed), layout.finger, layout.readings
+    driving = finger.pressure_torque(40e3)
+    _, modes = np.linalg.eigh(torque_covariance(finger, believed.load_pressure))
+
+    def strains(state: Array) -> Array:
+        load, (share, pressure), gains, offsets = np.split(state, [5, 7, 7 + readings])
+        torque = driving * (1 + share) + pressure * finger.pressure_gain + modes[:, :-6:-1] @ load
+        strain: Array = (1 + gains) * (extension_ratios(layout, finger.angle(torque)) - 1) + offsets
+        return strain
+
+    steps = np.concatenate([np.full(5, 1e-4), [1e-4, 10.0], np.full(2 * readings, 1e-4)])
+    sides = [
+        [strains(sign * step * unit) for sign in (1, -1)] for step, unit in zip(steps, np.eye(len(steps)), strict=True)
+    ]
+    columns = np.array([(more - less) / (2 * step) for (more, less), step in zip(sides, steps, strict=True)]).T
+    return Learner(shape, driving, columns, strains(np.zeros(len(steps))))
+
+
+def before(learner: Learner) -> Array:
+    """Variances of the states as the first sample is read: what is believed, and what a period adds, (n,)."""
+    believed, finger, readings = learner.shape.uncertainty, learner.shape.layout.finger, learner.shape.layout.readings
+    loads = np.linalg.eigvalsh(torque_covariance(finger, believed.load_pressure))[:-6:-1]
+    slow = [believed.bend_per_pressure, believed.pressure]
+    slow += [believed.gain] * readings + [believed.offset] * readings
+    walks = [1e-3, 0.0] + [1e-3] * readings + [believed.drift] * readings
+    return np.concatenate([loads * (1 + PERIOD * 0.15**2), np.square(slow) + PERIOD * np.square(walks)])
+
+
+def stepped(learner: Learner, wrong: Array, known: Filter | None = None) -> Filter:
+    """After a sample whose readings are off by so much, (..., R)."""
+    read = learner.shape.layout.response.reading(1 + learner.expected + wrong)
+    known = learner.shape.begin(wrong.shape[:-1]) if known is None else known
+    return learner.shape.step(known, read, np.broadcast_to(learner.driving, (*wrong.shape[:-1], 12)), 0j)
+
+
+WRONG = 1e-3 * np.array([1.0, -2.0, 1.5, 1.0])
+
+
+def test_a_free_sample_corrects_what_is_slow_as_least_squares_do_with_30_times_the_noise(learner: Learner) -> None:
+    """No load; a sample counts little, since errors of sensors are not white."""
+    known, slow = stepped(learner, WRONG), slice(5, None)
+    assert not known.loaded
+    columns, variances = learner.columns[:, slow], before(learner)[slow]
+    rows = np.vstack([np.diag(variances**-0.5), columns / (np.sqrt(30) * NOISE)])
+    right = np.concatenate([np.zeros(len(variances)), WRONG / (np.sqrt(30) * NOISE)])
+    expected = np.linalg.lstsq(rows, right, rcond=None)[0]
+    np.testing.assert_array_equal(known.mean[:5], 0.0)
+    sizes = np.sqrt(variances)
+    np.testing.assert_allclose(known.mean[slow] / sizes, expected / sizes, rtol=0.02, atol=2e-4)
+    covariance = np.linalg.inv(rows.T @ rows)
+    np.testing.assert_allclose(
+        known.covariance[slow, slow] / np.outer(sizes, sizes), covariance / np.outer(sizes, sizes), atol=2e-3
+    )
+
+
+def test_what_is_slow_goes_astray_as_it_is_believed_to(layout: SensorLayout) -> None:
+    """Of states that are known at first, and of which a sample says next to nothing, the walk of a period is left."""
+    believed = Uncertainty(reading=1.0, bend_per_pressure=0.0, drift=2e-3)
+    known = stepped(learner_of(layout, believed), np.zeros(layout.readings))
+    expected = np.array([1e-3, 0.0] + [1e-3] * layout.readings + [2e-3] * layout.readings) ** 2 * PERIOD
+    np.testing.assert_allclose(np.diagonal(known.covariance)[5:], expected, rtol=1e-3)
+
+
+def test_a_load_is_estimated_with_what_is_slow_counted_and_kept(learner: Learner) -> None:
+    """Schmidt's filter: the gain is that of all states, of which only the load moves; the load may jump by a fifth."""
+    load = np.array([0.05, -0.01, 0.005, 0.0, 0.0])
+    wrong = learner.columns[:, :5] @ load
+    known, variances = stepped(learner, wrong), before(learner)
+    assert known.loaded
+    jump = np.concatenate([0.2**2 * variances[:5] / (1 + PERIOD * 0.15**2), np.zeros(len(variances) - 5)])
+    results = []
+    for variance in (variances, variances + jump):
+        spread = (learner.columns * variance) @ learner.columns.T + NOISE**2 * np.eye(len(wrong))
+        results.append(variance[:5] * (learner.columns[:, :5].T @ np.linalg.solve(spread, wrong)))
+    np.testing.assert_array_equal(known.mean[5:], 0.0)
+    assert min(np.abs(known.mean[:5] - each).max() / np.abs(each).max() for each in results) < 0.02
+
+
+def test_a_reading_that_is_missing_or_an_outlier_counts_for_nothing(learner: Learner) -> None:
+    """As if the sensor were not there: the others alone are fitted."""
+    for lost in (np.nan, 0.5):
+        wrong = WRONG.copy()
+        wrong[0] = lost  # the inner path, which hardly reads the bend: the section is not blind
+        known, slow = stepped(learner, wrong), slice(5, None)
+        variances, sizes = before(learner)[slow], np.sqrt(before(learner)[slow])
+        rows = np.vstack([np.diag(1 / sizes), learner.columns[1:, slow] / (np.sqrt(30) * NOISE)])
+        right = np.concatenate([np.zeros(len(variances)), WRONG[1:] / (np.sqrt(30) * NOISE)])
+        expected = np.linalg.lstsq(rows, right, rcond=None)[0]
+        np.testing.assert_allclose(known.mean[slow] / sizes, expected / sizes, rtol=0.02, atol=5e-4)
+        assert known.difference[0] == 0.0
+        np.testing.assert_allclose(known.difference[1:], 0.1 * WRONG[1:], rtol=1e-6)
+
+
+def test_nothing_is_learnt_while_the_bend_of_a_section_is_not_read(learner: Learner) -> None:
+    """Without its outer sensor, which has nearly all of the lever; the inner one is no loss."""
+    blind, seeing = WRONG.copy(), WRONG.copy()
+    blind[-1], seeing[1] = np.nan, np.nan
+    free = stepped(learner, np.zeros(4))
+    known = stepped(learner, blind, free)
+    assert not known.loaded
+    np.testing.assert_array_equal(known.mean, free.mean)
+    assert np.abs(stepped(learner, seeing, free).mean - free.mean)[5:].max() > 1e-6
+
+
+def test_a_finger_that_is_not_seen_counts_as_loaded_after_five_samples(learner: Learner) -> None:
+    blind, known, loaded = np.array([0.0, 0.0, 0.0, np.nan]), stepped(learner, np.zeros(4)), []
+    for _ in range(8):
+        known = stepped(learner, blind, known)
+        loaded.append(bool(known.loaded))
+    assert not any(loaded[:4])
+    assert any(loaded[4:6])
+
+
+def test_a_load_ends_later_than_it_begins(learner: Learner) -> None:
+    """Differences that last, of rising size: between the two limits a finger stays what it was, free or loaded."""
+    wrong = np.linspace(0, 6e-3, 400)[:, None] * np.array([1.0, -1.0, 1.0, -1.0])
+    lasting = learner.shape.begin((400,))._replace(difference=wrong)
+    free, loaded = (
+        stepped(learner, wrong, lasting._replace(loaded=np.full(400, flag))).loaded for flag in (False, True)
+    )
+    assert not loaded[0]
+    assert free[-1]
+    assert 0.4 * loaded.sum() < free.sum() < 0.95 * loaded.sum()
+
+
+def test_the_covariance_of_the_angles_counts_what_no_state_explains(layout: SensorLayout) -> None:
+    found = [learner_of(layout, replace(UNCERTAIN, angle=angle)) for angle in (0.0, 5e-3)]
+    exact, doubted = (each.shape.estimate(each.shape.begin(), each.driving).covariance for each in found)
+    np.testing.assert_allclose(doubted - exact, 25e-6 * np.eye(12), atol=1e-12)

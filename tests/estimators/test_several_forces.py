@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
 from soft_gripper.estimators.contact_levers import unit_torques
 from soft_gripper.estimators.several_forces import NEAREST, fit_several_forces
@@ -73,6 +74,29 @@ def test_friction_widens_the_uncertainty(layout, bent, monkeypatch):
     smooth = fitted(layout, q, bends, -1.0).contact
     assert (rubbing.force_std > smooth.force_std).all()
     assert (rubbing.arc_length_std > smooth.arc_length_std).all()
+
+
+def test_uncertainty_is_that_of_the_forces_beside_each_other(layout, monkeypatch):
+    """Of what presses and the places beside it, by the information of prior and bends; without friction.
+
+    That of the sum and of the centre have the covariance between neighbours in them, which nearly cancels.
+    """
+    monkeypatch.setattr("soft_gripper.estimators.several_forces.FRICTION", 0.0)
+    s = np.linspace(NEAREST, 1, 29) * layout.finger.length
+    q, std, at = np.zeros((1, 12)), 5e-4, 14
+    fit = fitted(layout, q, bends_of(layout, q, s[[at]], [0.8], std), 1.0)
+    units = np.array([bends_of(layout, q, s[[i]], [1.0]).theta[0] for i in range(29)]).T
+    force, center = fit.contact.force[0], fit.contact.arc_length[0]
+    rows = np.vstack([units / std, np.eye(29) / USUAL])
+    presses = nnls(rows, np.concatenate([0.8 * units[:, at] / std, np.zeros(29)]))[0] > 0
+    near = np.convolve(presses, np.ones(3), "same") > 0
+    part = units[:, near] / std
+    covariance = np.linalg.inv(part.T @ part + np.eye(near.sum()) / USUAL**2)
+    for found, weights in (
+        (fit.contact.force_std, np.ones(near.sum())),
+        (fit.contact.arc_length_std, (s[near] - center) / force),
+    ):
+        assert found[0] == pytest.approx(np.sqrt(weights @ covariance @ weights), rel=1e-6)
 
 
 def test_errors_lie_within_two_standard_deviations(shipped_finger):

@@ -37,3 +37,16 @@ def test_uncertainty_is_taken_from_what_is_believed(shipped_finger):
             for noise in (1e-5, 1e-2)
         )
         assert (np.diagonal(much) > np.diagonal(little)).all()
+
+
+@pytest.mark.parametrize(("name", "uses"), [("arcs", False), ("spline", False), ("gaussian", True), ("contact", True)])
+def test_positions_of_arcs_and_splines_use_geometry_alone(shipped_finger, bent, name, uses):
+    """They depend neither on what drives the finger nor on what is believed to be uncertain."""
+    layout = SensorLayout(shipped_finger, 2)
+    strain = layout.response.reading(extension_ratios(layout, bent(12) / 4))
+    shapes = [
+        SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(strain, shipped_finger.pressure_torque(p), 0j)
+        for noise, p in ((1e-4, 0.0), (1e-2, 80e3))
+    ]
+    one, other = (shape.points(shipped_finger) for shape in shapes)
+    assert (np.abs(one - other).max() > 1e-4) == uses

@@ -51,12 +51,45 @@ def test_place_and_force_are_the_best_of_a_fine_grid(layout, bent):
     assert fit.contact.force == pytest.approx(force[best], rel=5e-3)
 
 
+@pytest.mark.parametrize("usual", [0.2, 1.0])
+def test_a_force_is_the_smaller_the_less_readings_say_beside_what_is_usual(layout, usual):
+    """Bends read as badly as they are large; the ridge of least squares, worked out at the place that is found."""
+    q, std = np.zeros(12), 0.02
+    bends, _ = bends_of(layout, q, 0.06, 1.0, std)
+    contact = fit_single_force(layout, q, bends, usual).contact
+    a = bends_of(layout, q, float(contact.arc_length), 1.0)[0].theta
+    rows, right = np.append(a / std, 1 / usual)[:, None], np.append(bends.theta / std, 0.0)
+    assert contact.force == pytest.approx(np.linalg.lstsq(rows, right, rcond=None)[0][0], rel=1e-6)
+    assert 0 < contact.force < 1
+
+
 def test_the_smallest_force_is_chosen_where_the_readings_do_not_decide(shipped_finger):
     """Two sections of which only the first is bent: it presses as far out as it can without bending the second."""
     layout = SensorLayout(shipped_finger, 2)
     bends = Bends(np.array([-0.02, 0.0]), 1e-6 * np.eye(2), 1 / shipped_finger.stiffness)
     contact = fit_single_force(layout, np.zeros(12), bends, USUAL).contact
     assert contact.arc_length == pytest.approx(shipped_finger.joint_arc_lengths[6], abs=0.3e-3)
+
+
+@pytest.mark.parametrize(("place", "at_tip"), [(0.95, False), (0.965, True), (0.98, True), (1.0, True)])
+def test_within_a_twenty_fifth_of_the_length_a_force_presses_on_the_tip(layout, place, at_tip):
+    """Its place is then uncertain by half of that zone."""
+    q, length = np.full(12, 0.1), layout.finger.length
+    contact = fit_single_force(layout, q, bends_of(layout, q, place * length, 1.0)[0], USUAL).contact
+    assert (contact.arc_length == length) == at_tip
+    assert (contact.arc_length_std == pytest.approx(0.02 * length)) == at_tip
+
+
+@pytest.mark.parametrize("along", [-1.0, -0.5, 0.5, 1.5])
+def test_a_force_on_the_tips_edge_has_any_direction(layout, along):
+    """Pulling back along the finger it seems to press before the tip, but leaves much unexplained there."""
+    q, finger = np.full(12, 0.1), layout.finger
+    unit = unit_torques(finger, forward_kinematics(q, finger.segment_length), np.array([finger.length]))[0]
+    torque = unit.real + along * (unit.imag - float(finger.section(finger.length).inner_face))
+    bends = Bends(layout.sums(torque / finger.stiffness), STD**2 * np.eye(4), 1 / finger.stiffness)
+    contact = fit_single_force(layout, q, bends, USUAL).contact
+    assert contact.force == pytest.approx(1.0, rel=1e-3)
+    assert contact.arc_length == finger.length
 
 
 def test_uncertainty_without_friction_is_that_of_noise(layout, monkeypatch):

@@ -121,3 +121,11 @@ def test_a_batch_is_its_samples(layout, bent):
     for index in np.ndindex(4, 2):
         for whole, part in zip(found, section_bends(layout, read[index], NOISE), strict=True):
             np.testing.assert_array_equal(whole[index], part)
+
+
+def test_an_error_that_is_a_share_of_the_bend_is_added_as_a_variance(layout):
+    theta = np.linspace(-0.5, 0.7, layout.sections)
+    known = section_bends(layout, readings(layout, layout.shared_equally(theta)), NOISE)
+    doubted = known.uncertain_by(0.1)
+    np.testing.assert_array_equal(doubted.theta, known.theta)
+    np.testing.assert_allclose(doubted.variance - known.variance, 0.01 * theta**2, atol=1e-12)

@@ -87,3 +87,10 @@ def test_curvature_changes_its_sign_where_joints_are_bent_both_ways(shipped_fing
     q[2, :2] = -bent
     q[3, :2] = -nearly_straight
     np.testing.assert_array_equal(changes_sign(shipped_finger, q), [False, False, True, False])
+
+
+def test_a_joint_is_bent_from_a_radius_of_ten_metres_on(shipped_finger: Finger) -> None:
+    """Radii of 8 and of 12 m, the one way, beside one of 1 m, the other way."""
+    q = np.full((2, shipped_finger.segments), shipped_finger.segment_length)
+    q[:, 0] = -shipped_finger.segment_length / np.array([8.0, 12.0])
+    np.testing.assert_array_equal(changes_sign(shipped_finger, q), [True, False])

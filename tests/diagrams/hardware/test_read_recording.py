@@ -76,7 +76,8 @@ lengths: {wires: {left: {column: l}}, unit: V, scale: 0.2, spacing: 0.04}
     )
     recording = read_recording(write_csv(tmp_path / "arm.csv", columns), config)
     np.testing.assert_allclose(recording.poses["tip"].p[-1], [0, 0, 0.2], atol=1e-12)
-    np.testing.assert_allclose(recording.poses["tip"].R[0][:, 2], [1, 0, 0], atol=1e-12)
+    by_y = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]  # a quarter turn about y: z lies along x, and x against z
+    np.testing.assert_allclose(recording.poses["tip"].R[0], by_y, atol=1e-12)
     np.testing.assert_allclose(recording.pressures[:, 0], 68947.57293168)
     np.testing.assert_allclose(recording.lengths["left"], 0.2 + 0.02 * time)
 

@@ -58,3 +58,8 @@ def test_where_nothing_is_found_nothing_is_said() -> None:
     row = error_rows([ContactEstimate("contact", LAYOUT, Case(), nothing)], TRUE)[0]
     assert row.found_percent == 0
     assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
+
+
+def test_a_force_on_the_wrong_side_is_wrong_by_twice_its_size() -> None:
+    other_side = FOUND._replace(force=-TRUE.force[None])
+    np.testing.assert_allclose(contact_errors(other_side, TRUE).force, 2.0)

@@ -47,6 +47,19 @@ def test_gravity_of_a_base_that_stands_upright() -> None:
     assert lying.gravity == pytest.approx(G * 1j)
 
 
+@pytest.mark.parametrize(
+    ("orientation", "gravity"),
+    [
+        ((np.cos(np.pi / 12), 0.0, np.sin(np.pi / 12), 0.0), G * (-np.sqrt(0.75) + 0.5j)),  # by 30 degrees about y
+        ((np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0), 0j),  # by 90 about x: gravity pulls out of the bending plane
+        ((np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)), -G),  # about z: nothing changes
+        ((0.0, 1.0, 0.0, 0.0), G),  # by 180 about x: the finger hangs
+    ],
+)
+def test_an_orientation_is_a_quaternion_w_x_y_z(orientation, gravity) -> None:
+    assert replace(DRAWN, orientation=orientation).gravity == pytest.approx(gravity)
+
+
 def settled(links, force, total=None, velocity=0.0):
     link_force = np.zeros(13)
     link_force[links] = 1.0

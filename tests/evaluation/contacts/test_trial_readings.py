@@ -35,6 +35,11 @@ def test_sensors_whose_errors_are_none_read_as_ideal_ones() -> None:
     np.testing.assert_allclose(found.free.readings, np.repeat(ideal.free.readings, 2, axis=0), atol=1e-12)
 
 
+def test_every_set_of_sensors_has_errors_of_its_own() -> None:
+    one, other = disturbed_readings(LAYOUT, contacts(3), StrainErrors(gain_error=0.01), seeds=2, averaged=5).pressed
+    assert (np.abs(one - other) > 1e-6).all()
+
+
 def test_a_mean_is_less_noisy_by_the_root_of_its_samples() -> None:
     pressed, noise = contacts(40), StrainErrors(noise=0.002)
     ideal = ideal_readings(LAYOUT, pressed)

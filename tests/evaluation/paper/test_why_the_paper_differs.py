@@ -61,3 +61,13 @@ def test_noise_does_not_hide_the_gain(shipped_finger, bent):
     errors, clean = tip_errors(shipped_finger, q, noise=1e-3), tip_errors(shipped_finger, q, noise=0.0)
     assert errors.noisy[0] > 3 * errors.noisy[3]
     np.testing.assert_allclose(clean.noisy, clean.middles, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("sections", "levers"), [(1, [0.5]), (4, [7 / 8, 5 / 8, 3 / 8, 1 / 8])])
+def test_noise_moves_the_tip_of_a_straight_finger_as_levers_have_it(shipped_finger, sections, levers):
+    """Root mean square: noise of two paths of a section is a bend, whose lever is the way to the tip."""
+    length, spacing, noise = shipped_finger.length, shipped_finger.sensor_spacing, 1e-3
+    bend = np.sqrt(2) * noise * length / sections / spacing
+    across = bend * length * np.linalg.norm(levers)
+    found = tip_errors(shipped_finger, np.zeros((30, 12)), (sections,), noise).noisy
+    assert np.sqrt(np.mean(found**2)) == pytest.approx(across, rel=0.05)

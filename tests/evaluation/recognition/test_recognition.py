@@ -1,5 +1,7 @@
 """Many grasps: those of processes that die, models and tables from them, and the shipped model."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from here_executor import HereExecutor
@@ -12,7 +14,14 @@ from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.evaluation.recognition import recognition
 from soft_gripper.evaluation.recognition.confusion_figure import confusion_figure
 from soft_gripper.evaluation.recognition.grasp import SECTIONS, SHAPES, Grasp, Probe, draw, probe, with_object
-from soft_gripper.evaluation.recognition.recognition import confusion, grasp_row, recognized, run_grasps, train
+from soft_gripper.evaluation.recognition.recognition import (
+    GraspRow,
+    confusion,
+    grasp_row,
+    recognized,
+    run_grasps,
+    train,
+)
 from soft_gripper.evaluation.trials.variation import RandomObject
 
 NUMBERS = {"train": 10, "test": 5}
@@ -63,6 +72,20 @@ def test_a_grasp_that_failed_counts_as_not_recognized(grasps):
         np.testing.assert_array_equal(confusion(rows, sections), expected)
     (failed,) = (row for row in rows if (row.set, row.grasp, row.shape) == FAILED)
     assert (failed.recognized_2, failed.recognized_4, failed.cause) == ("", "", "began inside")
+
+
+def test_rows_of_the_confusion_are_what_is_held_and_columns_what_is_recognized():
+    """Of test grasps alone: a sphere that passes for a box, twice."""
+    drawn = RandomObject(0.0, 0.0, 0.0, 40.0, 0.7, 1.0)
+    pairs = [("test", "sphere", "box"), ("test", "sphere", "box"), ("test", "box", "box"), ("train", "box", "sphere")]
+    rows = [
+        GraspRow(set, i, held, **asdict(drawn), recognized_2=found, recognized_4="", cause="")
+        for i, (set, held, found) in enumerate(pairs)
+    ]
+    expected, names = np.zeros((4, 4)), list(SHAPES)
+    expected[names.index("sphere"), names.index("box")] = 2
+    expected[names.index("box"), names.index("box")] = 1
+    np.testing.assert_array_equal(confusion(rows, 2), expected)
 
 
 def test_models_are_trained_with_the_training_grasps_alone(grasps):

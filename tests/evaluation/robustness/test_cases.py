@@ -4,6 +4,7 @@ import pytest
 
 from soft_gripper.diagrams.wiring.belief import believed_finger
 from soft_gripper.evaluation.robustness.cases import BELIEFS, Belief, errors_at
+from soft_gripper.sensors.strain_errors import StrainErrors
 
 
 def test_noise_is_a_multiple_of_the_preset() -> None:
@@ -15,6 +16,14 @@ def test_noise_is_a_multiple_of_the_preset() -> None:
         assert getattr(one, name) > 0
         assert getattr(four, name) == pytest.approx(4 * getattr(one, name))
     assert four.creep_time == one.creep_time
+
+
+def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -> None:
+    """All sizes of errors; neither times nor steps."""
+    sizes = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency_noise", "noise")
+    preset = StrainErrors(**dict.fromkeys(sizes, 0.01))
+    monkeypatch.setattr("soft_gripper.evaluation.robustness.cases.strain_errors", lambda _: preset)
+    assert errors_at(2.0) == StrainErrors(**dict.fromkeys(sizes, 0.02))
 
 
 def test_beliefs_have_names() -> None:

@@ -19,6 +19,14 @@ def test_samples_are_those_of_the_held_steps(held) -> None:
     assert len(held.samples) == 2 * 20 // EVERY
 
 
+def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
+    """The first sample of a recording is there twice."""
+    finger = held.simulated
+    q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values[held.samples + 1]
+    tips = forward_kinematics(q, finger.segment_length).tip
+    np.testing.assert_allclose(held.points(np.array([finger.length]))[:, 0], tips, rtol=0, atol=1e-15)
+
+
 def test_without_errors_all_seeds_read_the_truth(held) -> None:
     truth = read_again(held.station, held.recording, held.finger, 3)
     readings = held.readings(3, None, 2)

@@ -1,11 +1,14 @@
 """Other plants in a table: a finger that is known reads as itself, one of rubber as what is believed of it."""
 
+import numpy as np
 import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.robustness import plant_table as module
 from soft_gripper.evaluation.robustness.plant_table import plant_table, shipped_finger
 from soft_gripper.evaluation.robustness.plants import FINE, RUBBER
+from soft_gripper.evaluation.robustness.sample_errors import Errors
+from soft_gripper.fingers.statics import softened
 
 
 @pytest.fixture(autouse=True)
@@ -32,3 +35,30 @@ def test_rubber_is_read_by_sensors_with_errors(held) -> None:
     assert rubber.mean_mm > 2 * known.mean_mm
     assert rubber.tip_mm > 2 * known.tip_mm
     assert 0 < rubber.coverage <= 1
+
+
+def test_numbers_of_a_row_are_those_of_all_fingers_together(held, monkeypatch) -> None:
+    """Of two fingers alike: mean, 95th percentile and worst of the pose, and the mean of the tip, in mm."""
+    errors = Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), 1e-3 * np.array([2, 2, 2, 2, 12.0]), np.array([True, False]))
+    monkeypatch.setattr(module, "estimated", lambda *_: errors)
+    row = plant_table(FINE, "free_bending", [held, held], 1)[0]
+    found = row.mean_mm, row.p95_mm, row.worst_mm, row.tip_mm, row.coverage
+    assert found == pytest.approx((2.0, 10.0, 10.0, 4.0, 0.5))
+
+
+def test_of_rubber_the_modulus_is_known_to_a_tenth(held, monkeypatch) -> None:
+    given = []
+    monkeypatch.setattr(module, "estimated", lambda *args: given.append(args[2]) or Errors(*np.zeros((3, 1))))
+    plant_table(RUBBER, "free_bending", [held], 2)
+    np.testing.assert_allclose([uncertainty.bend_per_pressure for uncertainty in given], np.hypot(0.1, 0.005))
+
+
+def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simulated(held, monkeypatch) -> None:
+    believed = []
+    monkeypatch.setattr(module, "estimated", lambda *args: believed.append(args[1].finger) or Errors(*np.zeros((3, 1))))
+    shipped = softened(held.simulated, 2.0)
+    monkeypatch.setattr(module, "shipped_finger", lambda *_: shipped)
+    for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
+        believed.clear()
+        plant_table(plant, "free_bending", [held], 1)
+        assert set(believed) == {finger}

@@ -7,6 +7,7 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.robustness import robustness_table as module
 from soft_gripper.evaluation.robustness.cases import Belief
 from soft_gripper.evaluation.robustness.robustness_table import robustness_table
+from soft_gripper.evaluation.robustness.sample_errors import estimated
 
 BELIEFS = (Belief(), Belief(-0.1, 0.01))
 
@@ -38,6 +39,44 @@ def test_worse_sensors_and_beliefs_cost_accuracy(held) -> None:
     exact = error(0.0, Belief())
     assert error(4.0, Belief()) > error(1.0, Belief()) > 10 * exact
     assert error(0.0, Belief(-0.1, 0.01)) > 10 * exact
+
+
+def row_of(held, belief: Belief, estimator: str, sections: int = 1):
+    """With ideal sensors."""
+    rows = robustness_table("free", [held], 0.0, 1, [belief])
+    (row,) = (row for row in rows if (row.estimator, row.sections) == (estimator, sections))
+    return row
+
+
+def test_a_pressure_that_is_read_wrong_misleads_an_estimator_that_uses_it_and_no_other(held) -> None:
+    """By the share of the bend that `gaussian` believes in; sensors this good leave little of it with four."""
+    exact, wrong = (row_of(held, Belief(pressure=share), "gaussian") for share in (0.0, 0.2))
+    assert wrong.mean_mm > 10 * exact.mean_mm
+    assert row_of(held, Belief(pressure=0.2), "arcs").mean_mm == row_of(held, Belief(), "arcs").mean_mm
+
+
+def test_errors_of_stiffness_and_pressure_add_up_as_their_signs_say(held) -> None:
+    """A finger believed too soft and a pressure read too high both promise too much bend."""
+    alone = row_of(held, Belief(-0.1), "gaussian").mean_mm
+    assert row_of(held, Belief(-0.1, 0.05), "gaussian").mean_mm > 1.2 * alone
+    assert row_of(held, Belief(-0.1, -0.05), "gaussian").mean_mm < 0.8 * alone
+
+
+def test_an_estimator_expects_its_beliefs_to_be_as_wrong_as_they_are(held, monkeypatch) -> None:
+    """Of stiffness and pressure together; beside the half percent of a finger that is known."""
+    expected = []
+    monkeypatch.setattr(module, "estimated", lambda *given: expected.append(given[2]) or estimated(*given))
+    row_of(held, Belief(-0.06, 0.08), "gaussian")
+    found = np.array([uncertainty.bend_per_pressure for uncertainty in expected])
+    np.testing.assert_allclose(found, np.hypot(0.1, 0.005))
+
+
+@pytest.mark.parametrize(("noise", "sets"), [(0.0, 1), (1.0, 4)])
+def test_so_many_sets_of_sensors_are_read(held, monkeypatch, noise, sets) -> None:
+    seeds = []
+    monkeypatch.setattr(module, "estimated", lambda *given: seeds.append(given[4].shape[1]) or estimated(*given))
+    robustness_table("free", [held], noise, 4, BELIEFS[:1])
+    assert set(seeds) == {sets}
 
 
 def test_fingers_are_taken_together(held) -> None:

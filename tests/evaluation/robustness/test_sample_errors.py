@@ -24,6 +24,14 @@ def test_errors_are_distances(shipped_finger, bent) -> None:
     assert errors.covered.size == 0
 
 
+def test_the_error_of_the_tip_is_that_of_the_tip_alone(shipped_finger, bent) -> None:
+    q = bent(12)
+    truth = points(shipped_finger, q).copy()
+    truth[-1] += 2e-3j
+    errors = errors_of(shipped_finger, ShapeEstimate(q), truth)
+    assert (errors.pose.item(), errors.tip.item()) == pytest.approx((0.0, 2e-3))
+
+
 @pytest.mark.parametrize(("scale", "share"), [(1.0, 0.95), (0.5, 0.67), (2.0, 1.0)])
 def test_bands_cover_as_they_say(shipped_finger, bent, scale, share) -> None:
     """Of normal errors with a known covariance; of half that, 0.67, and of twice, nearly all."""
@@ -50,6 +58,8 @@ def test_numbers_of_a_row() -> None:
         Errors(1e-3 * np.arange(51.0, 101), np.zeros(50), np.array([True, True, False])),
     ]
     assert in_mm(together(parts)) == pytest.approx((50.0, 95.0, 100.0, 0.75))
+    skewed = in_mm(Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), np.zeros(5), np.array([True])))
+    assert skewed == pytest.approx((2.0, 8.0, 10.0, 1.0))
     nothing = in_mm(Errors(np.ones(1), np.ones(1), np.zeros(0, bool)))
     assert np.isnan(nothing[-1])
 

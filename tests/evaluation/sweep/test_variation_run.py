@@ -6,6 +6,7 @@ from soft_gripper.diagrams.schema.scenario_file import changed_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.evaluation.paper.force_table import recorded_force_table
 from soft_gripper.evaluation.paper.pose_table import recorded_pose_table
 from soft_gripper.evaluation.sweep.variation_run import run_variation
 
@@ -17,11 +18,19 @@ def test_measures_are_those_of_the_tables():
     changes = {**NOISY, "models.gripper.fingers.all.youngs_modulus": "+10 %"}
     found = run_variation("box_grasp", changes)
     station = make_station(changed_scenario("box_grasp", changes))
-    rows = recorded_pose_table("", station, run_station(station))
-    assert found["max_pose_error_mm"] == max(row.pose_error_mm for row in rows)
-    assert found["mean_tip_error_mm"] == pytest.approx(sum(row.tip_error_mm for row in rows) / len(rows))
+    recording = run_station(station)
+    rows = recorded_pose_table("", station, recording)
+    base = [row for row in recorded_force_table("", station, recording) if row.joint == 0]
+    for error in ("pose_error_mm", "tip_error_mm"):
+        errors = [getattr(row, error) for row in rows]
+        assert found[f"max_{error}"] == max(errors)
+        assert found[f"mean_{error}"] == pytest.approx(sum(errors) / len(errors))
+    assert found["mean_torque_error_mnm"] == pytest.approx(
+        1e3 * sum(abs(row.estimated_nm - row.true_nm) for row in base) / len(base)
+    )
     assert found["largest_bend_deg"] == max(abs(row.bend_angle_deg) for row in rows)
-    assert found["peak_contact_force_n"] > 0
+    forces = [recording[f"{finger.name}.true_contact_total"].values for finger in station.fingers]
+    assert found["peak_contact_force_n"] == max(force.max() for force in forces) > 0
 
 
 def test_tasks_and_closed_loops_have_measures_of_their_own():

@@ -1,0 +1,87 @@
+"""Documents print what was written, to the last digit; and how a number that is not would be found.
+
+`make release-check` runs this with the folder of an evaluation; tests/commands/test_evaluate_command.py does the same
+with the evaluation that it runs.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+from published import ROOT, SENTENCES, TABLES, Written, differences, sentence_problems, table_problems, unguarded
+
+TEXT = """
+| error [mm] | one | four |
+|---|---:|---:|
+| `box_grasp` | 4.58 | **0.28** |
+| free | 0.6 | -0.0 |
+
+It errs by 1.2 to
+3 mm.
+
+<!-- make evaluate -->
+| error [mm] | one |
+|---|---|
+"""
+NEEDED = pytest.mark.skipif("EVALUATION" not in os.environ, reason="make release-check")
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers", "is_right"),
+    [
+        ("0.28", [0.2849], True),
+        ("0.28", [0.2851], False),
+        ("0.3", [0.2851], True),
+        ("-96 and 51.5", [-96.05, 51.522], True),
+        ("-96", [96.0], False),
+        ("0.00", [-0.001], True),
+        ("12", [12.0, 13.0], False),
+    ],
+)
+def test_numbers_are_compared_to_the_digit_that_is_printed(text: str, numbers: list[float], is_right: bool) -> None:
+    assert (differences(text, numbers) == []) == is_right
+
+
+@pytest.mark.parametrize(
+    ("header", "expected", "problems"),
+    [
+        ("error [mm] | one | four", [[4.5751, 0.2791], [0.634, 0.001]], 1),  # -0.0 is not how 0 is printed
+        ("error [mm] | one | four", [[4.5851, 0.2851], [0.634, 0.001]], 3),
+        ("error [mm] | one | four", [[4.5751, 0.2791]], 1),
+        ("error [mm]", [], 1),  # two tables
+        ("nothing", [], 1),
+    ],
+)
+def test_a_table_is_found_by_its_header(header: str, expected: list[list[float]], problems: int) -> None:
+    assert len(table_problems(TEXT, header, expected)) == problems
+
+
+def test_a_sentence_is_found_by_its_pattern_across_lines() -> None:
+    assert sentence_problems(TEXT, "errs by # to # mm", [1.23, 2.9]) == []
+    assert len(sentence_problems(TEXT, "errs by # to # mm", [1.26, 3.5])) == 2
+    assert len(sentence_problems(TEXT, "errs by # cm", [1.2])) == 1
+
+
+def test_a_marked_table_that_nothing_compares_is_named() -> None:
+    assert unguarded("README.md", TEXT) == ["error [mm] | one"]
+
+
+@pytest.mark.parametrize("document", ["README.md", "docs/evaluation.md"])
+def test_every_marked_table_is_compared(document: str) -> None:
+    assert unguarded(document, (ROOT / document).read_text(encoding="utf-8")) == []
+
+
+@NEEDED
+@pytest.mark.parametrize(("document", "header"), TABLES)
+def test_tables_print_what_was_written(document: str, header: str) -> None:
+    text = (ROOT / document).read_text(encoding="utf-8")
+    expected = TABLES[document, header](Written(Path(os.environ["EVALUATION"])))
+    assert table_problems(text, header, expected) == []
+
+
+@NEEDED
+@pytest.mark.parametrize(("document", "pattern"), SENTENCES)
+def test_sentences_print_what_was_written(document: str, pattern: str) -> None:
+    text = (ROOT / document).read_text(encoding="utf-8")
+    expected = SENTENCES[document, pattern](Written(Path(os.environ["EVALUATION"])))
+    assert sentence_problems(text, pattern, expected) == []
