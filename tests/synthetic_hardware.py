@@ -144,7 +144,10 @@ def beam_motion(truth: BeamTruth, load: float, time: Array, released: float) -> 
         0.1, E * inertia, 0.857 * E / 3 * area, 1070 * area, 1070 * inertia, truth.relaxation_time, truth.creep,
         load, -0.015j,
     )  # fmt: skip
-    held = lambda t: max(0.0, 1 - t / truth.lets_go)  # noqa: E731
+
+    def held(t: float) -> float:
+        return max(0.0, 1 - t / truth.lets_go)
+
     return _since(time, released, 0.1, lambda t: rod.move(t, 1j * G, held, lambda t: 0.0, lambda p: 0.0, lambda p: 1.0))
 
 
@@ -190,24 +193,24 @@ SEGMENT = SegmentTruth()
 SEGMENT_PRESSURES = (10, 15, 25, 35, 45)  # kPa
 
 
-def segment_section() -> tuple[float, float, float]:
-    """Area, m^2, second moment, m^4, and moment of a unit pressure about the neutral axis, m^3, of the segment."""
-    block, hole, at = 0.025 * 0.025, 0.012 * 0.008, -0.006
+def hollow(side: float, width: float, depth: float, at: float) -> tuple[float, float, float]:
+    """Area, m^2, second moment, m^4, moment of a unit pressure, m^3, of a square with a chamber `at` off its middle."""
+    block, hole = side**2, width * depth
     axis = -hole * at / (block - hole)
-    inertia = 0.025**4 / 12 + block * axis**2 - (0.012 * 0.008**3 / 12 + hole * (at - axis) ** 2)
+    inertia = side**4 / 12 + block * axis**2 - (width * depth**3 / 12 + hole * (at - axis) ** 2)
     return block - hole, inertia, hole * (axis - at)
 
 
 def segment_motion(truth: SegmentTruth, pressure: float, time: Array, opens: float) -> tuple[Array, Array]:
     """Tip from the mounting, and heading: the chamber fills through an orifice, dp/dt = k/C sqrt(p0 - p)."""
-    area, inertia, moment = segment_section()
+    area, inertia, moment = hollow(0.025, 0.012, 0.008, -0.006)
     E = truth.youngs_modulus
-    rod = Rod(
-        0.105, E * inertia, np.inf, 1070 * area, 1070 * inertia, truth.relaxation_time, truth.creep
-    )  # fmt: skip
-
+    rod = Rod(0.105, E * inertia, np.inf, 1070 * area, 1070 * inertia, truth.relaxation_time, truth.creep)
     within = _filling(truth, pressure)
-    drive = lambda p: moment * truth.gain(p) * p  # noqa: E731
+
+    def drive(p: float) -> float:
+        return moment * truth.gain(p) * p
+
     return _since(time, opens, 0.105, lambda t: rod.move(t, G, lambda t: 0.0, within, drive, truth.gain))
 
 
@@ -322,12 +325,24 @@ def arm_state(truth: ArmTruth, trial: str, time: Array) -> tuple[Array, Array, A
     pressure = 9e4 * level[:, None, None] * on + 7e3
     elastic = np.array(truth.rest) + (pressure * np.array(truth.bends)).sum(axis=-1)
     share, lasts = truth.creep
-    z, bends, step = np.zeros(2), [], time[1] - time[0]
+    z, bend, bends, step = np.zeros(2), np.zeros(2), [], time[1] - time[0]
     for now in elastic:
-        bend = now + share * z
+        bend = now + share * z + arm_sag(bend)
         z = z + (1 - np.exp(-step / lasts)) * (bend - z)
         bends.append(bend)
     return pressure, np.array(bends), np.array(truth.lengths) + truth.lengthens * pressure.sum(axis=-1)
+
+
+def arm_sag(bends: Array) -> Array:
+    """By how much weight bends two sections of 0.12 m, which hang and are bent already: change of height by bend."""
+    area, inertia, _ = hollow(0.05, 0.03, 0.01, -1e-3)
+    length, weight = 0.12, 1000 * area * G
+    upper, lower = (np.exp(1j * bend * _X) for bend in bends)
+    turned = np.exp(1j * bends[0])
+    below = 1j * turned * length * (_WEIGHTS * (1 - _X) * lower).sum()
+    of_upper = length * (_WEIGHTS * (2 - _X) * 1j * _X * upper).sum() + below
+    of_lower = turned * length * (_WEIGHTS * (1 - _X) * 1j * _X * lower).sum()
+    return weight * length * np.real([of_upper, of_lower]) / (4e6 * inertia / length)
 
 
 def arm_bodies(truth: ArmTruth, bends: Array, lengths: Array) -> tuple[Array, Array]:
