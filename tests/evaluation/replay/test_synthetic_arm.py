@@ -124,8 +124,8 @@ def test_the_drive_is_the_true_one(trials, geometry, arm_finger):
     drive = fit_drive(trials[:4], geometry, arm_finger, DOWN)
     per_section = arm_finger.stiffness[0] / 6  # N m, of six joints
     gains = drive.gains[[0, -1]] / per_section
-    np.testing.assert_allclose(gains[0, :2], ARM.bends[0][:2], rtol=0.05)
-    np.testing.assert_allclose(gains[1, 3:5], ARM.bends[1][:2], rtol=0.05)
+    np.testing.assert_allclose(gains[0, :2], ARM.bends[0][:2], rtol=0.02)  # of which the ridge takes 1 %
+    np.testing.assert_allclose(gains[1, 3:5], ARM.bends[1][:2], rtol=0.02)
     assert (drive.finger.creep[0].share, drive.finger.creep[0].time) == ARM.creep
     of_noise = np.sqrt(2) * ARM.wire_noise / ARM.spacing / 6
     assert of_noise < drive.angle_std < 3 * of_noise  # weight, which the script leaves out, is the rest
