@@ -53,7 +53,7 @@ def test_the_truth_is_found(recorded, tmp_path):
     assert np.abs(inner).max() < 0.012  # near the layer, where the strain is some ten times its noise
     assert np.abs(outer).max() < 3e-3
     np.testing.assert_allclose(found.offsets, CALIBRATION.offsets, atol=3e-4)
-    assert found.residual == pytest.approx(CALIBRATION.noise, rel=0.1)
+    assert CALIBRATION.noise < found.residual < 1.5 * CALIBRATION.noise
     assert f"{found.bend_ratio:.4f} times as far as believed" in result.out
 
 

@@ -139,13 +139,12 @@ def test_the_command_reports_the_errors_that_its_signals_have(tmp_path, arm_fing
     files = [f"{name}.txt" for name in names]
     out = tmp_path / "out"
     outcome = soft_gripper(
-        "replay", *files, "--as", "two_segment_arm", "--data", data, "--estimator", "arcs", "gaussian", "--out", out
+        "replay", *files, "--as", "two_segment_arm", "--data", data, "--estimator", "arcs", "--out", out
     )
     assert outcome.code == 0, outcome.err
     assert outcome.err.count("rows do not parse, the first of them row 41") == 3
     with (out / "replay.csv").open() as file:
         rows = {tuple(row[key] for key in KEYS): row for row in csv.DictReader(file)}
-    assert float(rows["gaussian", "1", "all", "tip"]["mean_mm"]) < 10.0
     for name in names:
         signals = Recording.load(out / f"{name}.nc")
         others = ", ".join(other for other in names if other != name)
