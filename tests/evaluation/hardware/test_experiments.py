@@ -2,9 +2,11 @@
 
 import pytest
 from hardware_files import published
+from synthetic_hardware import write_beam
 
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.hardware.experiments import BEAM, SEGMENT, published_recordings
+from soft_gripper.evaluation.hardware import experiments
+from soft_gripper.evaluation.hardware.experiments import BEAM, SEGMENT, identify_published, published_recordings
 from soft_gripper.evaluation.identify.finger_file import read_finger
 from soft_gripper.evaluation.identify.free_parameters import free_parameters
 
@@ -39,3 +41,18 @@ def test_reads_all_published_recordings():
         "pneumatic_segment": 5,
         "two_segment_arm": 5,
     }
+
+
+def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatch):
+    """And each recording is the one of its name: weights and pressures of their own."""
+    write_beam(tmp_path / "clamped_beam", 0.9)
+    recordings = {name: experiments._find("clamped_beam", name, tmp_path) for name in BEAM.fitted + BEAM.tested}
+    called = []
+    monkeypatch.setattr(experiments, "identify", lambda *given, **_: called.append(given))
+    identify_published(BEAM, recordings, None, print)
+    ((finger, free, fitted, tested, _),) = called
+    assert [motion.name for motion in fitted] == ["gravity", "load_52g"]
+    assert [motion.name for motion in tested] == ["load_101g"]
+    assert [motion.load and motion.load.mass for motion in (*fitted, *tested)] == [None, pytest.approx(0.052), 0.102]
+    assert free == BEAM.free
+    assert finger == read_finger(BEAM.finger_file)
