@@ -34,7 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_console_options(parser)
     parser.add_argument("file", nargs="+", help="a recording to fit to; looked for here, then below the data folder")
     parser.add_argument("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file")
-    parser.add_argument("--test", nargs="+", default=[], metavar="FILE", help="recordings that the fit is not given")
+    parser.add_argument("--test", nargs="+", default=[], metavar="FILE", help="recordings held out for testing")
     parser.add_argument("--finger", required=True, metavar="FILE", help="URDF with one finger: where the fit begins")
     parser.add_argument(
         "--free", nargs="+", required=True, metavar="KEY", help="what is fitted, such as youngs_modulus"

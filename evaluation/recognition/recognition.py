@@ -57,6 +57,10 @@ def check_scenario_for_recognition(file: str) -> None:
         value = getattr(scenario, part).type
         if value != known:
             raise InputError(file, f"{part}.type", value, f"give {known}: readings are made for other sections too")
+    if scenario.sensor.pressure_errors is not None:
+        raise InputError(file, "sensor.pressure_errors", "given", "leave them out: errors are given to strain alone")
+    if scenario.sensor.errors is not None and scenario.sensor.errors.dead:
+        raise InputError(file, "sensor.errors.dead", "given", "leave it out: readings are made for other sections too")
     steps = scenario.pressure.steps
     if list(steps) != ["all"] or len(set(steps["all"])) < len(steps["all"]) or min(steps["all"]) <= 0:
         raise InputError(file, "pressure.steps", steps, "give steps for all, each at another pressure above 0 Pa")

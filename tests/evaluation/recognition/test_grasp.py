@@ -87,19 +87,32 @@ def test_a_grasp_that_cannot_be_simulated_has_a_cause(monkeypatch):
     assert "begins inside" in grasp.cause
 
 
-def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step(scenario):
+@pytest.mark.parametrize("changes", [(), ("sensor.errors={hysteresis: 0.05, quantization: 0.001}",)])
+def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step(changes):
+    """With ideal sensors, and with errors in which nothing is random."""
+    scenario = load_scenario("probing_grasp", changes)
     station = make_station(with_object(scenario, "irregular", DRAWN))
-    recording = run_station(station)
-    found, time = probe(station, recording, 4), recording["time"].values
+    recording, rng = run_station(station), np.random.default_rng(0)
+    found, time = probe(station, recording, 4, rng), recording["time"].values
     for level in range(3):
         (sample,) = np.flatnonzero(np.isclose(time, (level + 1) * scenario.step_duration))
         for i, finger in enumerate(NAMES):
             for values, signal in ((found.angles, "estimated_joint_angles"), (found.torques, "external_torque")):
                 expected = recording[f"{finger}.{signal}"].values[sample]
                 np.testing.assert_allclose(values[level, i], expected, atol=1e-12)
-    fewer = probe(station, recording, 2)
+    fewer = probe(station, recording, 2, rng)
     assert fewer.angles.shape == fewer.torques.shape == (3, 2, 12)
     assert np.abs(fewer.angles - found.angles).max() > 1e-3
+
+
+def test_every_grasp_has_sensors_of_its_own(monkeypatch):
+    """One object, so that grasps differ by their sensors alone."""
+    noisy = load_scenario("probing_grasp", ["sensor.errors.preset=realistic"])
+    monkeypatch.setattr("soft_gripper.evaluation.recognition.grasp.load_scenario", lambda file: noisy)
+    monkeypatch.setattr("soft_gripper.evaluation.recognition.grasp.draw", lambda *_: DRAWN)
+    one, again, other = (run_grasp("noisy", 1, "test", number, "box").probes[4].angles for number in (0, 0, 1))
+    np.testing.assert_array_equal(again, one)
+    assert 1e-4 < np.abs(other - one).max() < 0.1
 
 
 def test_the_block_in_a_station_recognizes_as_the_model_does_from_the_recording(scenario):
@@ -120,7 +133,8 @@ def test_the_block_in_a_station_recognizes_as_the_model_does_from_the_recording(
     simulator.AdvanceTo(scenario.duration + 0.02)
     recording = read_logs(logs, simulator.get_context(), {})
     assert list(recording["recognized"]["shape"].values) == ["one", "other"]
-    probabilities, expected = recording["recognized"].values, probe(make_station(scenario), recording, 4)
+    probabilities = recording["recognized"].values
+    expected = probe(make_station(scenario), recording, 4, np.random.default_rng(0))
     begin = recording["time"].values < 2 * scenario.step_duration
     assert np.isnan(probabilities[begin]).all()
     found = model.probabilities(expected.angles, expected.torques)

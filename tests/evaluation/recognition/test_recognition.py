@@ -16,6 +16,7 @@ from soft_gripper.evaluation.recognition.confusion_figure import confusion_figur
 from soft_gripper.evaluation.recognition.grasp import SECTIONS, SHAPES, Grasp, Probe, draw, probe, with_object
 from soft_gripper.evaluation.recognition.recognition import (
     GraspRow,
+    check_scenario_for_recognition,
     confusion,
     grasp_row,
     recognized,
@@ -94,6 +95,25 @@ def test_models_are_trained_with_the_training_grasps_alone(grasps):
     np.testing.assert_array_equal(trained.means, alone.means)
 
 
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ("sensor.pressure_errors={noise: 100}", "sensor.pressure_errors"),
+        ("sensor.errors={dead: [{path: outer, section: 3}]}", "sensor.errors.dead"),
+        ("sensor.errors.preset=realistic", ""),
+    ],
+)
+def test_errors_of_sensors_that_cannot_be_made_again_are_refused(monkeypatch, change, field):
+    changed = load_scenario("probing_grasp", [change])
+    monkeypatch.setattr(recognition, "load_scenario", lambda file: changed)
+    if not field:
+        check_scenario_for_recognition("mine")
+        return
+    with pytest.raises(InputError) as error:
+        check_scenario_for_recognition("mine")
+    assert error.value.field == field
+
+
 def test_a_shape_without_a_grasp_is_reported(grasps):
     with pytest.raises(InputError, match="its process died"):
         train("probing_grasp", [grasp for grasp in grasps if grasp.shape != "sphere" or grasp.cause], 4)
@@ -125,5 +145,5 @@ def test_the_shipped_model_recognizes_a_grasp_that_it_has_not_seen(shape):
     scenario, drawn = load_scenario("probing_grasp"), RandomObject(2.0, 0.0, 12.0, 40.0, 0.7, 1.0)
     assert list(model.pressures) == scenario.pressure.steps["all"]
     station = make_station(with_object(scenario, shape, drawn))
-    found = probe(station, run_station(station), model.sections)
+    found = probe(station, run_station(station), model.sections, np.random.default_rng(0))
     assert recognized(model, Grasp("test", 0, shape, drawn, {model.sections: found})) == shape
