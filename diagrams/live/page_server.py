@@ -30,7 +30,6 @@ from threading import Thread
 from typing import Any
 from urllib.parse import urlsplit
 
-from websockets.asyncio.client import ClientConnection, connect
 from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
@@ -46,6 +45,7 @@ MOST_MESSAGES = 300  # of a connection, a second
 REQUEST_TIME = 3.0  # s until a whole request must be there
 _ANSWER_TIME = 60.0  # s until it must have been answered, and read
 _PING_TIME = 10.0  # s between pings, each of which must be answered within 20 s
+_STALLED_TIME = 60.0  # s that a browser may take nothing of a scene
 _END_TIME = 0.3  # s that connections have to close at the end
 _MOST_BYTES = 4096  # of a message to here
 _MOST_WAITING = 2**20  # bytes that a browser may be behind
@@ -61,6 +61,12 @@ _FILES = {
 _LIVE, _SCENE = "live", "scene/"
 _AUTHORITY = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
 _OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and what belongs to it
+# What opens a WebSocket of Meshcat, and what keeps it open: uWebSockets ends one that says nothing for two minutes.
+_GREETING = (
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+_PONG = b"\x8a\x80\0\0\0\0"
 _HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'self'",
@@ -277,15 +283,19 @@ class _PageServer:
 
     async def _show(self, connection: ServerConnection) -> None:
         """Hands on what Meshcat says, and nothing to it, until either of them has gone."""
-        options: dict[str, Any] = {"compression": None, "proxy": None, "max_size": None, "ping_interval": None}
-        async with connect(
-            self._scene().replace("http", "ws", 1), close_timeout=0.1, logger=_QUIET, **options
-        ) as meshcat:
-            tasks = [asyncio.create_task(each) for each in (_hand_on(meshcat, connection), _ignore(connection))]
+        address = urlsplit(self._scene())
+        reader, writer = await asyncio.open_connection(address.hostname, address.port)
+        try:
+            writer.write(_GREETING)
+            await reader.readuntil(b"\r\n\r\n")
+            tasks = [asyncio.create_task(each) for each in (_hand_on(reader, writer, connection), _ignore(connection))]
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+        finally:
+            writer.close()
+            connection.transport.abort()  # a closing frame might fall into one of Meshcat's
 
 
 class _Connection(ServerConnection):
@@ -301,6 +311,11 @@ class _Connection(ServerConnection):
         if len(self._others) > MOST_CONNECTIONS:
             self.transport.abort()
         self.loop.call_later(REQUEST_TIME, self._require_request)
+
+    def start_keepalive(self) -> None:
+        """Pings, but not in between the frames of a scene."""
+        if self.request is not None and self.request.path.endswith(_LIVE):
+            super().start_keepalive()
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._others.discard(self)
@@ -340,9 +355,15 @@ async def _bounded(connection: ServerConnection) -> AsyncIterator[str | bytes]:
         yield message
 
 
-async def _hand_on(meshcat: ClientConnection, connection: ServerConnection) -> None:
-    async for message in meshcat:
-        await connection.send(message)
+async def _hand_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, connection: ServerConnection) -> None:
+    """Hands on frames as they are: some hundred come every 50 ms, and to read each would take half of that time."""
+    alive = time.monotonic()
+    while data := await reader.read(2**16):
+        connection.transport.write(data)
+        await asyncio.wait_for(connection.drain(), _STALLED_TIME)
+        if time.monotonic() - alive > _PING_TIME:
+            alive = time.monotonic()
+            writer.write(_PONG)
 
 
 async def _ignore(connection: ServerConnection) -> None:
