@@ -9,19 +9,15 @@ import os
 os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import logging
-import signal
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from pydrake.geometry import Meshcat
-
 from soft_gripper import load_scenario, make_station
 from soft_gripper.diagrams.live.open_scenario import open_scenario
-from soft_gripper.diagrams.live.recorder import Recorder
 from soft_gripper.diagrams.live.session import Session
 from soft_gripper.diagrams.live.signal_feed import SignalFeed
 from soft_gripper.diagrams.live.sliders import Slider
@@ -33,21 +29,19 @@ BAR = 0.98  # of real time
 
 
 class Player(SignalFeed):
-    """Moves sliders as time goes on, and at last presses Ctrl-C."""
+    """Moves sliders as time goes on."""
 
-    def __init__(self, meshcat: Meshcat):
+    def __init__(self, session: Session):
         super().__init__(())
-        self.moves: dict[int, tuple[Slider, float]] = {}  # by the frame before which they come
-        self._meshcat, self._frame = meshcat, 0
+        self._panel, self.frame = session.panel, 0
+        self._moves = {round(time / PERIOD): (slider, value) for time, slider, value in moves(session.panel.sliders)}
 
     def send(self, status: Mapping[str, Any], values: Mapping[str, Any]) -> None:
         """Counts frames."""
-        self._frame += 1
-        if self._frame in self.moves:
-            slider, value = self.moves[self._frame]
-            self._meshcat.SetSliderValue(slider.name, value)
-        if self._frame * PERIOD >= TIME:
-            signal.raise_signal(signal.SIGINT)
+        self.frame += 1
+        if self.frame in self._moves:
+            slider, value = self._moves[self.frame]
+            self._panel.take({"slider": slider.name, "value": value})
 
 
 def moves(sliders: list[Slider]) -> Iterator[tuple[float, Slider, float]]:
@@ -60,20 +54,16 @@ def moves(sliders: list[Slider]) -> Iterator[tuple[float, Slider, float]]:
 
 def factor(name: str, folder: Path) -> float:
     """Simulated over real time."""
-    meshcat = Meshcat()
-    station = make_station(open_scenario(load_scenario(name)), meshcat)
-    player = Player(meshcat)
-    session = Session(station, meshcat, player, Recorder(station, meshcat, folder))
-    player.moves = {round(time / PERIOD): (slider, value) for time, slider, value in moves(session.sliders)}
-    with suppress(KeyboardInterrupt):
-        session.run()
+    scenario = open_scenario(load_scenario(name))
+    session = Session(partial(make_station, scenario), folder)
+    session.feed = player = Player(session)
+    session.run(lambda: player.frame * PERIOD >= TIME)
     return session.factor
 
 
 def main(names: list[str]) -> int:
     """Prints a line a scenario."""
     logging.getLogger("drake").setLevel(logging.WARNING)  # which names the address of every Meshcat
-    signal.signal(signal.SIGINT, signal.default_int_handler)
     slow = 0
     with TemporaryDirectory() as folder:
         for name in names or scenario_names():

@@ -2,7 +2,10 @@
 
 import argparse
 import logging
+from contextlib import nullcontext
 from pathlib import Path
+
+from pydrake.geometry import Meshcat
 
 from soft_gripper.commands.terminal.console import Console, add_console_options
 from soft_gripper.commands.terminal.options import add_scenario_options, chosen_station
@@ -10,14 +13,14 @@ from soft_gripper.commands.terminal.output import fits, run_folder
 from soft_gripper.commands.terminal.paths import path
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
 from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
-from soft_gripper.commands.terminal.waiting import wait_for_viewer
+from soft_gripper.commands.terminal.viewing import add_host_option, viewed
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.open_meshcat import open_meshcat
+from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.evaluation.csv_table import write_csv
 from soft_gripper.evaluation.paper.force_table import recorded_force_table
@@ -49,23 +52,33 @@ def add_parser(subparsers: Subparsers) -> None:
         "--out", metavar="DIR", type=path, help="default: results/SCENARIO, or one beside it if that holds another run"
     )
     parser.add_argument("--meshcat", action="store_true", help="show the run in a browser and wait at its end")
+    add_host_option(parser)
     parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
     parser.add_argument("--video", metavar="FILE", type=path, help="write a film: .mp4, .gif, .webp or .png")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    name, station, console = Path(options.scenario).stem, chosen_station(options), options.console
+    name, station = Path(options.scenario).stem, chosen_station(options)
     scenario = station.scenario
     check_closed(station)
     out = run_folder(options.out, name, scenario)
     _check_files(options, out, scenario)
     claim_folder(out)
-    if not options.meshcat:
-        logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
-    meshcat = open_meshcat() if options.meshcat or options.html else None
+    logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
+    meshcat = hidden_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
         station = make_station(scenario, meshcat)
+    with viewed(meshcat, options.host) if meshcat is not None and options.meshcat else nullcontext():
+        recording = _simulated(options, name, station, meshcat, out)
+    return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
+
+
+def _simulated(
+    options: argparse.Namespace, name: str, station: Station, meshcat: Meshcat | None, out: Path
+) -> Recording:
+    """Runs a station and writes everything that is asked for."""
+    console, scenario = options.console, station.scenario
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
     written = [out / file for file in _write(out, name, station, recording, console)]
@@ -77,9 +90,7 @@ def _run(options: argparse.Namespace) -> int:
             write_video(options.video, scenario, recording, progress)
         written.append(options.video)
     console.wrote(*written)
-    if options.meshcat:
-        wait_for_viewer()
-    return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
+    return recording
 
 
 def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:

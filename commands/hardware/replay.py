@@ -9,13 +9,13 @@ from soft_gripper.commands.terminal.console import add_console_options
 from soft_gripper.commands.terminal.paths import add_out_folder, path
 from soft_gripper.commands.terminal.replay_table import print_replay
 from soft_gripper.commands.terminal.subparsers import Subparsers, add_command
-from soft_gripper.commands.terminal.waiting import wait_for_viewer
+from soft_gripper.commands.terminal.viewing import add_host_option, viewed
 from soft_gripper.diagrams.hardware.find_recordings import find_recordings, recording_paths
 from soft_gripper.diagrams.hardware.hardware_recording import HardwareRecording
 from soft_gripper.diagrams.loading.model_files import model_path
 from soft_gripper.diagrams.replay.replay_view import show_replays
 from soft_gripper.diagrams.schema.ranges import require
-from soft_gripper.diagrams.view.open_meshcat import open_meshcat
+from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.csv_table import write_csv
@@ -47,6 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
     add_out_folder(parser, Path("results/replay"))
     parser.add_argument("--meshcat", action="store_true", help="show it in a browser and wait at its end")
+    add_host_option(parser)
     parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
     parser.set_defaults(command=_run)
 
@@ -72,10 +73,9 @@ def _run(options: argparse.Namespace) -> None:
     replayed = replay_recordings(arms, to_fit, rows, finger, gravity)
     table = replay_table(replayed, rows)
     options.console.table("errors", table)
-    written = _write(out, replayed, rows, table)
+    options.console.wrote(*_write(out, replayed, rows, table))
     if options.html is not None or options.meshcat:
-        written += _show(options, replayed, rows)
-    options.console.wrote(*written)
+        _show(options, replayed, rows)
 
 
 def _finger(recording: HardwareRecording) -> Finger:
@@ -102,13 +102,13 @@ def _write(out: Path, replayed: list[Replayed], rows: Rows, table: list[ReplayRo
     return [out / "replay.csv", out / "replay.png", out / "replay.svg", *(out / f"{one.name}.nc" for one in replayed)]
 
 
-def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> list[Path]:
-    if not options.meshcat:
-        logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
-    meshcat = open_meshcat()
+def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> None:
+    logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
+    meshcat = hidden_meshcat()
     show_replays(meshcat, [one.signals for one in replayed], drawn_rows(rows))
     if options.html is not None:
         write_replay(meshcat, options.html)
+        options.console.wrote(options.html)
     if options.meshcat:
-        wait_for_viewer()
-    return [options.html] if options.html is not None else []
+        with viewed(meshcat, options.host):
+            pass

@@ -18,7 +18,7 @@ from soft_gripper.commands.terminal.subparsers import PROGRAM, Subparsers, add_c
 from soft_gripper.diagrams.loading.mesh_cache import cache_folder
 from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.diagrams.view.open_meshcat import open_meshcat
+from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files import writable_folder
 from soft_gripper.pictures.rendering import SceneRenderer
@@ -61,7 +61,7 @@ def _run(options: argparse.Namespace) -> ExitCode:
         *(Finding(name, True, version(name)) for name in (PROGRAM, *PACKAGES)),
         Finding("cores", True, str(os.cpu_count())),
         _tried("simulation and pictures", _draws_a_run),
-        _tried("Meshcat", lambda: f"served at {open_meshcat().web_url()}"),
+        _tried("Meshcat", lambda: f"served at {hidden_meshcat().web_url()}"),
         _tried("mesh cache", lambda: f"{writable_folder(cache_folder())} can be written to"),
         _optional("browser", next(filter(None, map(shutil.which, BROWSERS)), None), "none on the PATH"),
         *(_optional(f"extra {name}", _version(module), f"pip install '.[{name}]'") for name, module in EXTRAS.items()),

@@ -1,8 +1,8 @@
-"""ControlPanel: the sliders and buttons of a station in Meshcat, with their keys."""
+"""ControlPanel: the sliders and buttons of a station, for the thread that runs it and for one that serves its page."""
 
 from enum import StrEnum
+from threading import Lock
 
-from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.live.sliders import ALL_KEYS, Slider, commands_of, pressure_slider
@@ -14,9 +14,9 @@ ALL_FINGERS = "all fingers [kPa]"
 class Button(StrEnum):
     """What a button is called."""
 
-    PAUSE = "pause / go on"
+    PAUSE = "pause"
     RESET = "reset"
-    RECORD = "record / keep"
+    RECORD = "record"
     STOP = "stop"
 
 
@@ -24,48 +24,66 @@ BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.RECORD: "KeyC"
 
 
 class ControlPanel:
-    """The controls of a station, in every browser that shows its Meshcat.
+    """Where the sliders stand, and which buttons have been clicked.
 
     With the pressures of several fingers there is a slider that moves all of them.
     """
 
-    def __init__(self, meshcat: Meshcat, station: Station):
+    def __init__(self, station: Station):
         """`station` is one of an `open_scenario`."""
-        self._meshcat, self._diagram, self._commands = meshcat, station.diagram, commands_of(station.parts)
+        self._commands = commands_of(station.parts)
         own = [slider for command in self._commands for slider in command.sliders]
         pressures = [c.sliders[0].name for c in self._commands if c.port.endswith(".pressure_command")]
         self._together = pressures if len(pressures) > 1 else []
         common = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if self._together else []
         self.sliders: list[Slider] = common + own
-        for slider in self.sliders:
-            keys = {"decrement_keycode": slider.keys[0], "increment_keycode": slider.keys[1]}
-            meshcat.AddSlider(slider.name, slider.low, slider.high, slider.step, slider.value, **keys)
-        for button, key in BUTTON_KEYS.items():
-            meshcat.AddButton(button, key)
-        self._clicks = dict.fromkeys(Button, 0)
-        self._common = self._common_pressure()
+        self._by_name = {slider.name: slider for slider in self.sliders}
+        self._lock, self._clicked = Lock(), set[Button]()
+        self.reset()
+
+    def take(self, message: object) -> bool:
+        """Takes `{"slider": NAME, "value": NUMBER}` or `{"button": NAME}`; whether it was one, of what there is here.
+
+        A value that is no finite number within the range of its slider is refused, as is anything else.
+        """
+        match message:
+            case {"slider": str(name), "value": int(value) | float(value), **rest} if not rest:
+                return name in self._by_name and self._move(self._by_name[name], value)
+            case {"button": str(name), **rest} if not rest and name in set(Button):
+                with self._lock:
+                    self._clicked.add(Button(name))
+                return True
+            case _:
+                return False
+
+    def _move(self, slider: Slider, value: float) -> bool:
+        if isinstance(value, bool) or not slider.low <= value <= slider.high:  # which NaN is not, either
+            return False
+        with self._lock:
+            for name in [slider.name, *(self._together if slider.name == ALL_FINGERS else ())]:
+                self._values[name] = float(value)
+        return True
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Where every slider stands, in its unit."""
+        with self._lock:
+            return dict(self._values)
 
     def pressed(self) -> list[Button]:
         """The buttons that were clicked since this was last asked for."""
-        before, self._clicks = self._clicks, {button: self._meshcat.GetButtonClicks(button) for button in Button}
-        return [button for button in Button if self._clicks[button] > before[button]]
+        with self._lock:
+            clicked, self._clicked = self._clicked, set()
+        return [button for button in Button if button in clicked]
 
-    def apply(self, context: Context) -> None:
-        """Gives the station, in its context, what the sliders command."""
-        if (common := self._common_pressure()) != self._common:
-            self._common = common
-            for name in self._together:
-                self._meshcat.SetSliderValue(name, common)
+    def apply(self, station: Station, context: Context) -> None:
+        """Gives a station, in its context, what the sliders command."""
+        values = self.values
         for command in self._commands:
-            values = [self._meshcat.GetSliderValue(slider.name) for slider in command.sliders]
-            self._diagram.GetInputPort(command.port).FixValue(context, command.value(values))
+            value = command.value([values[slider.name] for slider in command.sliders])
+            station.diagram.GetInputPort(command.port).FixValue(context, value)
 
     def reset(self) -> None:
         """Moves all sliders to where they began."""
-        for slider in self.sliders:
-            self._meshcat.SetSliderValue(slider.name, slider.value)
-        self._common = self._common_pressure()
-
-    def _common_pressure(self) -> float:
-        """What the slider of all fingers shows, kPa; 0 where there is none."""
-        return self._meshcat.GetSliderValue(ALL_FINGERS) if self._together else 0.0
+        with self._lock:
+            self._values = {slider.name: slider.value for slider in self.sliders}

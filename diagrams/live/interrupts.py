@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, held back until they break nothing in two."""
+"""Ctrl-C and SIGTERM as the end of a session, held back until they break nothing in two."""
 
 import signal
 from collections.abc import Callable, Iterator
@@ -8,23 +8,18 @@ _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def held_back() -> Iterator[Callable[[], None]]:
-    """Holds them back within the block; what it yields lets one through, if there is one, when it is called.
+def held_back() -> Iterator[Callable[[], bool]]:
+    """Holds them back within the block; what it yields says whether one has come.
 
-    An exception out of the middle of a frame would leave logs of unequal lengths, and no recording.
+    An exception out of the middle of a frame would leave logs of unequal lengths, and no recording; one while a
+    recording is being written, none either. A signal that the process ignores stays ignored.
     """
-    pending: list[int] = []
+    came: list[int] = []
     handlers = {number: handler for number in _NUMBERS if callable(handler := signal.getsignal(number))}
     for number in handlers:
-        signal.signal(number, lambda number, _: pending.append(number))
-
-    def let_through() -> None:
-        if pending:
-            number = pending.pop(0)
-            handlers[signal.Signals(number)](number, None)
-
+        signal.signal(number, lambda number, _: came.append(number))
     try:
-        yield let_through
+        yield lambda: bool(came)
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)

@@ -1,8 +1,10 @@
 """Recorder: what is played is kept, from when the user says so."""
 
+from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
+import xarray as xr
 from pydrake.geometry import Meshcat, MeshcatAnimation
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
@@ -24,10 +26,11 @@ class Recorder:
     def __init__(self, station: Station, meshcat: Meshcat, folder: Path):
         self._station, self._meshcat, self._folder = station, meshcat, folder
         self.is_recording = False
+        # Imports what writes a recording; xarray leaves most of that, half a second, until it is used.
+        xr.Dataset({"time": [0.0]}).to_netcdf()
 
     def begin(self, simulator: Simulator) -> None:
         """Begins a recording: at time 0, which is now. The state of the station stays as it is."""
-        self.is_recording = True
         self._meshcat.DeleteRecording()
         self._meshcat.StartRecording(frames_per_second=1 / PERIOD)
         context = simulator.get_mutable_context()
@@ -35,6 +38,7 @@ class Recorder:
         # Drake's ContactVisualizer hides new arrows at time 0, so that a recording cannot begin later.
         context.SetTime(0.0)
         simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+        self.is_recording = True
 
     def forget(self, context: Context) -> None:
         """Drops what was logged, unless it is being recorded."""
@@ -43,6 +47,8 @@ class Recorder:
 
     def end(self, context: Context) -> Path | None:
         """Ends the recording, if there is one, and writes it; returns its folder.
+
+        Where Meshcat has failed, there is no replay; the rest needs none.
 
         Raises:
             InputError: if it cannot be written.
@@ -54,8 +60,12 @@ class Recorder:
         folder = next(f for f in (self._folder / str(i) for i in count(1)) if not f.exists())
         with atomic_folder(folder) as partial:
             self._station.recording(context).save(partial / "recording.nc")
-            self._meshcat.PublishRecording()
-            write_replay(self._meshcat, partial / "replay.html")
-            self._meshcat.SetAnimation(MeshcatAnimation())  # browsers go on showing what happens now
             (partial / "scenario.yaml").write_text(dump_scenario(self._station.scenario, partial), encoding="utf-8")
+            with suppress(RuntimeError):
+                self._write_replay(partial / "replay.html")
         return folder
+
+    def _write_replay(self, file: Path) -> None:
+        self._meshcat.PublishRecording()
+        write_replay(self._meshcat, file)
+        self._meshcat.SetAnimation(MeshcatAnimation())  # browsers go on showing what happens now

@@ -11,7 +11,7 @@ from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scena
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.open_meshcat import open_meshcat
+from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
@@ -39,7 +39,7 @@ def run_scenario(name: str, folder: Path) -> None:
     replay.html.
     """
     scenario = load_scenario(name)
-    meshcat = open_meshcat()
+    meshcat = hidden_meshcat()
     station = make_station(scenario, meshcat)
     _require_equal_sections(station)
     recording = run_station(station, meshcat)

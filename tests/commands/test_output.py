@@ -85,3 +85,10 @@ def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.Monk
     outcome = soft_gripper("run", "free_bending", *short(), "--meshcat")
     assert outcome.code == 0
     assert "--html FILE keeps the replay" in outcome.out
+    assert "Open http://localhost:" in outcome.err
+
+
+def test_a_run_is_shown_at_an_address_of_this_machine_alone() -> None:
+    outcome = soft_gripper("run", "free_bending", *short(), "--meshcat", "--host", "192.0.2.1")
+    assert outcome.code == 2
+    assert "host = '192.0.2.1'" in outcome.err

@@ -1,18 +1,26 @@
-"""soft-gripper play, as its user has it: a process, a page, sliders, and an end that leaves nothing."""
+"""soft-gripper play, as its user has it: a process, a page, sliders, and an end that leaves nothing.
+
+And as an attacker has it, who can connect to every port of this machine.
+"""
 
 import json
 import re
 import signal
+import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
 from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 from browser import open_url
 from command_line import LISTENING, soft_gripper
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import ClientConnection, connect
 
 from soft_gripper.diagrams.recording.recording import Recording
 
@@ -20,7 +28,6 @@ pytestmark = pytest.mark.slow
 
 LONG = 120.0  # s, for whatever a busy machine may take
 PRESSURE, BEND = "left_finger.pressure", "left_finger.theta"
-ROW = "//li[contains(@class, 'cr')][.//span[@class='property-name' and starts-with(text(), '{}')]]"  # of controls
 BLUE = (0, 114, 178)  # of the first finger in the plots
 DRAWN = """const plot = document.querySelector("canvas"), [r, g, b] = arguments;
 const pixels = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height).data;
@@ -37,18 +44,21 @@ class Played:
         command = [*LISTENING, "play", "free_bending", "--out", str(out)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         assert self.process.stdout is not None
-        (port,) = re.findall(r"http://localhost:(\d+)", self.process.stdout.readline())
-        self.port, self.out = int(port), out
-        self.url = f"http://localhost:{port}"
+        (self.url,) = re.findall(r"http://localhost:\S+", self.process.stdout.readline())
+        self.port, self.out = urlsplit(self.url).port or 0, out
+
+    def open(self) -> ClientConnection:
+        """The socket of the page."""
+        return connect(f"{self.url.replace('http', 'ws')}live", origin=f"http://localhost:{self.port}", proxy=None)  # type: ignore[arg-type]
 
     def message(self, *signals: str) -> dict[str, Any]:
         """How things are, and the values of some signals."""
-        connection = HTTPConnection("127.0.0.1", self.port, timeout=LONG)
-        connection.request("GET", "/live?" + "&".join(f"signal={name}" for name in signals))
-        line = connection.getresponse().readline().decode()
-        connection.close()
-        found: dict[str, Any] = json.loads(line.removeprefix("data: "))
-        return found
+        with self.open() as page:
+            page.send(json.dumps({"signals": signals}))
+            while True:
+                found: dict[str, Any] = json.loads(page.recv(timeout=LONG))
+                if found["values"].keys() >= set(signals):
+                    return found
 
     def value(self, name: str) -> float:
         """The first entry of a signal."""
@@ -84,53 +94,153 @@ def driver(played: Played, tmp_path: Path) -> Iterator[Any]:
     driver = open_url(played.url, tmp_path / "profile", "820,400")
     driver.set_script_timeout(LONG)
     wait_until(lambda: driver.find_element("id", "mode").text == "live")
-    driver.switch_to.frame("scene")
-    wait_until(lambda: driver.find_elements("xpath", ROW.format("left_finger")))
     yield driver
     driver.quit()
 
 
-def control(driver: Any, name: str) -> Any:
-    """What is to be clicked of a slider, in its middle, or of a button."""
-    row = driver.find_element("xpath", ROW.format(name))
-    return next(iter(row.find_elements("css selector", ".slider")), row)
+def is_drawn(driver: Any) -> bool:
+    """Whether Meshcat shows the fingers: there is something below its path for bodies."""
+    script = """const root = document.getElementById("scene").contentWindow.viewer?.scene_tree;
+        return Object.keys(root?.find(["drake", "visualizer"]).children ?? {}).length > 0;"""
+    return bool(driver.execute_script(script))
 
 
 def test_a_user_plays_records_and_stops(played: Played, driver: Any) -> None:
     supply = (-50.0 + 210.0) / 2 * 1e3  # Pa, in the middle of the slider
     bend = played.value(BEND)
-    control(driver, "left_finger").click()
+    wait_until(lambda: is_drawn(driver))
+    driver.find_element("css selector", "[type=range][aria-label='left_finger [kPa]']").click()
     wait_until(lambda: abs(played.value(PRESSURE) - supply) < 1e3)
     assert abs(played.value("right_finger.pressure")) < 1e3
     assert played.value(BEND) > bend + 0.05, "the finger closes"
 
-    control(driver, "record").click()
-    driver.switch_to.default_content()
+    driver.find_element("id", "record").click()
     wait_until(lambda: driver.find_element("id", "mode").text == "live, recording")
-    driver.find_element("tag name", "body").send_keys("q" * 5)
+    driver.find_element("tag name", "body").send_keys("q" * 3)
+    driver.switch_to.frame("scene")
+    driver.find_element("tag name", "body").send_keys("q" * 2)
+    driver.switch_to.default_content()
     wait_until(lambda: abs(played.value(PRESSURE) - supply - 10e3) < 500)
     wait_until(lambda: driver.execute_script(DRAWN, *BLUE) > 50)
-    driver.switch_to.frame("scene")
-    control(driver, "record").click()
+    number = driver.find_element("css selector", "[type=number][aria-label^='right_finger']")
+    number.clear()
+    number.send_keys("-7.5\n")
+    wait_until(lambda: abs(played.value("right_finger.pressure") + 7.5e3) < 100)
+    driver.find_element("id", "record").click()
     wait_until((played.out / "1" / "replay.html").exists)
     pressure = Recording.load(played.out / "1" / "recording.nc")[PRESSURE]
     assert pressure[-1] - pressure[0] == pytest.approx(10e3, abs=1.5e3)
 
-    control(driver, "stop").click()
+    driver.find_element("id", "stop").click()
     code, said = played.end()
     assert code == 0
     assert re.search(r"Played [\d.]+ s at [\d.]+ times real time", said)
-    driver.switch_to.default_content()
+    assert f"Recordings: {played.out / '1'}" in said
     wait_until(lambda: driver.find_element("id", "mode").text == "ended")
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_signals_end_it(played: Played, number: signal.Signals, code: int) -> None:
+def test_a_page_that_is_left_open_says_that_its_session_has_ended(played: Played, driver: Any, tmp_path: Path) -> None:
+    played.process.kill()
+    played.process.wait()
+    wait_until(lambda: driver.find_element("id", "mode").text == "no connection")
+    other = Played(tmp_path / "other")
+    try:
+        assert other.port == played.port
+        wait_until(lambda: "has ended" in driver.find_element("id", "note").text)
+    finally:
+        other.process.kill()
+        other.process.wait()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_is_a_normal_end(played: Played, number: signal.Signals) -> None:
     assert played.message()["status"]["factor"] > 0
     played.process.send_signal(number)
-    ended, said = played.end()
-    assert ended == code
+    code, said = played.end()
+    assert (code, said.splitlines()[-1]) == (0, "Recordings: none.")
+
+
+def meshcat_addresses(process: int) -> set[tuple[str, int]]:
+    """Where a process listens, beside the page: what nobody on another machine, and no page, could read."""
+    inodes = set()
+    for descriptor in Path(f"/proc/{process}/fd").iterdir():
+        with suppress(OSError):
+            inodes.add(str(descriptor.readlink()).removeprefix("socket:[").removesuffix("]"))
+    lines = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
+    listening = [line[1].split(":") for line in lines if line[3] == "0A" and line[9] in inodes]
+    return {(socket.inet_ntoa(bytes.fromhex(ip)[::-1]), int(port, 16)) for ip, port in listening}
+
+
+def attack(played: Played, clients: ExitStack) -> int:
+    """Tries what a page from elsewhere can, with 100 connections that stay; how many of its sockets were opened."""
+    opened = 0
+    for path in ("", "live", "scene/", "a" * 22 + "/live"):
+        for origin in ("http://evil.example", f"http://localhost:{played.port}", None):
+            with suppress(OSError, WebSocketException):
+                url = f"ws://localhost:{played.port}/{path}"
+                with connect(url, origin=origin, proxy=None, open_timeout=5) as stranger:  # type: ignore[arg-type]
+                    opened += 1
+                    stranger.send(json.dumps({"slider": "left_finger [kPa]", "value": 56.0}))
+                    stranger.send(json.dumps({"button": "record"}))
+    for host in ("evil.example", "["):
+        connection = HTTPConnection("127.0.0.1", played.port, timeout=5)
+        connection.request("GET", urlsplit(played.url).path, headers={"Host": host})
+        opened += connection.getresponse().status != 403
+        connection.close()
+    for i in range(100):
+        client = clients.enter_context(socket.create_connection(("127.0.0.1", played.port), timeout=5))
+        client.sendall([b"", b"G", b"\xc1" * 1000, b"GET / HTTP/1.1\r\n"][i % 4])
+    return opened
+
+
+def test_an_attacker_commands_nothing_writes_nothing_and_stops_nothing(played: Played) -> None:
+    before = played.value(PRESSURE)
+    with ExitStack() as clients, played.open() as page:
+        assert attack(played, clients) == 0
+        slow = [clients.enter_context(socket.create_connection(("127.0.0.1", played.port))) for _ in range(3)]
+        page.send('{"slider": "left_finger [kPa]", "value": NaN}')
+        page.send(b"\xc1")
+        page.send(b"")
+        page.send(json.dumps({"signals": [PRESSURE]}))
+        wait_until(lambda: json.loads(page.recv(timeout=LONG))["values"])
+        assert played.value(PRESSURE) == pytest.approx(before, abs=1.0)
+        assert list(played.out.iterdir()) == [] or [f.name for f in played.out.iterdir()] == [".claim"]
+        page.send(json.dumps({"button": "record"}))
+        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["recording"])
+        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["time"] > 0.3)
+        began = time.monotonic()
+        for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM):
+            played.process.send_signal(number)
+        while played.process.poll() is None:
+            assert time.monotonic() - began < LONG
+            for client in slow:
+                with suppress(OSError):
+                    client.sendall(b"G")
+            time.sleep(0.05)
+        code, said = played.end()
+    assert code == 0
     assert "Traceback" not in said
+    assert said.splitlines()[-1] == f"Recordings: {played.out / '1'}"
+    assert (played.out / "1" / "replay.html").exists()
+    assert Recording.load(played.out / "1" / "recording.nc")["time"][-1] > 0.3
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs to look up where Meshcat listens")
+def test_junk_to_meshcat_itself_is_no_end(played: Played) -> None:
+    (meshcat,) = meshcat_addresses(played.process.pid) - {("127.0.0.1", played.port)}
+    assert meshcat[0] != "127.0.0.1"
+    with played.open() as page, connect(f"ws://{meshcat[0]}:{meshcat[1]}/", proxy=None, compression=None) as stranger:
+        page.send(json.dumps({"button": "record"}))
+        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["time"] > 0.1)
+        stranger.send(b"\xc1")
+        wait_until(lambda: "opened again" in json.loads(page.recv(timeout=LONG))["status"]["note"])
+        time_then = played.message()["status"]["time"]
+        wait_until(lambda: json.loads(page.recv(timeout=LONG))["status"]["time"] > time_then)
+        played.process.send_signal(signal.SIGINT)
+        code, said = played.end()
+    assert code == 0
+    assert "Traceback" not in said
+    assert Recording.load(played.out / "1" / "recording.nc")["time"][-1] >= 0.05
 
 
 ALONE = "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]"

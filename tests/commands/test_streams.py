@@ -15,7 +15,7 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.commands import main
-from soft_gripper.commands.terminal.waiting import wait_for_viewer
+from soft_gripper.commands.terminal.viewing import wait_for_viewer
 from soft_gripper.diagrams.notes import notes
 from soft_gripper.errors import SimulationDivergedError, WorkerDiedError
 from soft_gripper.folder_claims import claim_folder

@@ -1,83 +1,97 @@
+import math
+
 import pytest
-from live_station import click, move, played
-from pydrake.geometry import Meshcat
+from live_station import played
 from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.live.control_panel import ALL_FINGERS, Button, ControlPanel
 from soft_gripper.diagrams.station_parts import Station
 
+LEFT, RIGHT = "left_finger [kPa]", "right_finger [kPa]"
+
 
 @pytest.fixture(scope="module")
-def shown() -> tuple[Station, Meshcat, ControlPanel]:
-    station, meshcat = played("box_grasp")
-    return station, meshcat, ControlPanel(meshcat, station)
+def station() -> Station:
+    return played("box_grasp")[0]
+
+
+@pytest.fixture
+def panel(station: Station) -> ControlPanel:
+    return ControlPanel(station)
+
+
+def move(panel: ControlPanel, slider: str, value: object) -> bool:
+    return panel.take({"slider": slider, "value": value})
 
 
 def commanded(station: Station, panel: ControlPanel, context: Context | None = None) -> list[float]:
     """Pressures that the fingers are given, kPa."""
     context = context or station.diagram.CreateDefaultContext()
-    panel.apply(context)
+    panel.apply(station, context)
     ports = (station.diagram.GetOutputPort(f"{side}_finger.pressure_command") for side in ("left", "right"))
     return [port.Eval(context)[0] / 1e3 for port in ports]
 
 
-def test_a_slider_moves_its_finger(shown) -> None:
-    station, meshcat, panel = shown
-    panel.reset()
+def test_a_slider_moves_its_finger(station: Station, panel: ControlPanel) -> None:
     assert commanded(station, panel) == [0, 0]
-    move(meshcat, "left_finger [kPa]", 40.0)
+    assert move(panel, LEFT, 40.5)
+    assert commanded(station, panel) == [40.5, 0]
+    assert move(panel, LEFT, 40)
     assert commanded(station, panel) == [40, 0]
 
 
-def test_one_slider_moves_all_fingers_when_it_is_moved(shown) -> None:
-    station, meshcat, panel = shown
-    panel.reset()
-    move(meshcat, ALL_FINGERS, 60.0)
+def test_one_slider_moves_all_fingers_when_it_is_moved(station: Station, panel: ControlPanel) -> None:
+    move(panel, ALL_FINGERS, 60.0)
     assert commanded(station, panel) == [60, 60]
-    move(meshcat, "right_finger [kPa]", -20.0)
+    move(panel, RIGHT, -20.0)
     assert commanded(station, panel) == [60, -20], "a finger of its own leaves it again"
+    assert panel.values == {ALL_FINGERS: 60, LEFT: 60, RIGHT: -20}
 
 
-def test_reset_moves_all_sliders_back(shown) -> None:
-    station, meshcat, panel = shown
-    move(meshcat, ALL_FINGERS, 60.0)
-    commanded(station, panel)
+def test_reset_moves_all_sliders_back(station: Station, panel: ControlPanel) -> None:
+    move(panel, ALL_FINGERS, 60.0)
     panel.reset()
     assert commanded(station, panel) == [0, 0]
-    assert meshcat.GetSliderValue(ALL_FINGERS) == 0
+    assert panel.values[ALL_FINGERS] == 0
 
 
-def test_a_click_counts_once(shown) -> None:
-    _, meshcat, panel = shown
+def test_a_click_counts_once(panel: ControlPanel) -> None:
     assert panel.pressed() == []
-    click(meshcat, Button.RESET)
-    click(meshcat, Button.PAUSE)
+    assert panel.take({"button": "reset"})
+    assert panel.take({"button": "pause"})
     assert panel.pressed() == [Button.PAUSE, Button.RESET]
     assert panel.pressed() == []
 
 
-def test_keys_move_their_slider_up_and_down(shown) -> None:
-    keys = {}
+def test_the_ends_of_a_slider_can_be_reached(panel: ControlPanel) -> None:
+    for slider in panel.sliders:
+        assert move(panel, slider.name, slider.low)
+        assert move(panel, slider.name, slider.high)
 
-    class Controls:
-        def AddSlider(self, name, *_, decrement_keycode, increment_keycode) -> None:  # noqa: N802
-            keys[name] = (decrement_keycode, increment_keycode)
 
-        def AddButton(self, name, key) -> None:  # noqa: N802
-            keys[name] = key
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e9, -51, 211, True, "60", None, [60], {}])
+def test_a_value_that_a_slider_cannot_have_is_refused(panel: ControlPanel, value: object) -> None:
+    before = panel.values
+    assert not move(panel, ALL_FINGERS, value)
+    assert not move(panel, LEFT, value)
+    assert panel.values == before
 
-        def GetSliderValue(self, _) -> float:  # noqa: N802
-            return 0.0
 
-    ControlPanel(Controls(), shown[0])
-    assert keys[ALL_FINGERS] == ("ArrowDown", "ArrowUp")
-    assert keys["left_finger [kPa]"] == ("KeyA", "KeyQ")
-    assert keys[Button.PAUSE] == "KeyP"
+@pytest.mark.parametrize(
+    "message",
+    [
+        None, 1.0, "stop", [], {}, {"slider": LEFT}, {"value": 1.0}, {"slider": "middle_finger [kPa]", "value": 1.0},
+        {"slider": 1, "value": 1.0}, {"button": "explode"}, {"button": None}, {"button": ["stop"]}, {"button": "STOP"},
+        {"button": "stop", "slider": LEFT, "value": 1.0}, {"type": "slider", "name": LEFT, "value": 1.0},
+    ],
+)  # fmt: skip
+def test_what_is_no_command_is_refused(panel: ControlPanel, message: object) -> None:
+    before = panel.values
+    assert not panel.take(message)
+    assert panel.values == before
+    assert panel.pressed() == []
 
 
 def test_a_single_finger_has_no_slider_of_all() -> None:
-    station, meshcat = played(
-        "free_bending", None, "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]"
-    )
-    assert [slider.name for slider in ControlPanel(meshcat, station).sliders] == ["f [kPa]"]
-    assert meshcat.GetSliderValue("f [kPa]") == 0
+    station, _ = played("free_bending", None, "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]")
+    assert ControlPanel(station).values == {"f [kPa]": 0}

@@ -1,53 +1,48 @@
 import json
 import math
-from queue import Queue
+from typing import Any
 
 from soft_gripper.diagrams.live.signal_feed import SignalFeed
 
 KNOWN = ("a", "b")
 
 
-def messages(queue: "Queue[str | None]") -> list:
-    found = []
-    while not queue.empty():
-        message = queue.get()
-        found.append(message if message is None else json.loads(message))
-    return found
+class Heard:
+    """A listener, and the messages that it took."""
+
+    def __init__(self) -> None:
+        self.messages: list[dict[str, Any]] = []
+
+    def __call__(self, message: str) -> None:
+        assert "NaN" not in message
+        assert "Infinity" not in message
+        self.messages.append(json.loads(message))
 
 
 def test_everybody_gets_what_they_asked_for() -> None:
-    feed = SignalFeed(KNOWN)
-    with feed.listen(["a"]) as first, feed.listen(["a", "b"]) as second:
-        assert feed.wanted == {"a", "b"}
-        feed.send({"time": 1.0}, {"a": [1.0], "b": [2.0, 3.0]})
-        assert messages(first) == [{"status": {"time": 1.0}, "values": {"a": [1.0]}}]
-        assert messages(second) == [{"status": {"time": 1.0}, "values": {"a": [1.0], "b": [2.0, 3.0]}}]
+    feed, first, second = SignalFeed(KNOWN), Heard(), Heard()
+    feed.listen(first, ["a"])
+    feed.listen(second, ["a", "b"])
+    assert feed.wanted == {"a", "b"}
+    feed.send({"time": 1.0}, {"a": [1.0], "b": [2.0, 3.0]})
+    assert first.messages == [{"status": {"time": 1.0}, "values": {"a": [1.0]}}]
+    assert second.messages == [{"status": {"time": 1.0}, "values": {"a": [1.0], "b": [2.0, 3.0]}}]
+
+
+def test_a_listener_may_ask_for_others_and_leave() -> None:
+    feed, heard = SignalFeed(KNOWN), Heard()
+    feed.listen(heard)
     assert feed.wanted == set()
+    feed.listen(heard, ["b"])
+    assert feed.wanted == {"b"}
+    feed.leave(heard)
+    feed.leave(heard)
+    feed.send({}, {})
+    assert (feed.wanted, heard.messages) == (set(), [])
 
 
 def test_what_is_not_known_is_valid_json() -> None:
-    feed = SignalFeed(KNOWN)
-    with feed.listen(["a"]) as queue:
-        feed.send({}, {"a": [math.nan, math.inf, 1.0]})
-        message = queue.get()
-    assert message is not None
-    assert "NaN" not in message
-    assert json.loads(message)["values"]["a"] == [None, None, 1.0]
-
-
-def test_a_listener_that_is_too_slow_loses_messages_but_not_the_end() -> None:
-    feed = SignalFeed(KNOWN)
-    with feed.listen([]) as queue:
-        for i in range(1000):
-            feed.send({"number": i}, {})
-        feed.close()
-        found = messages(queue)
-    assert len(found) <= 100
-    assert found[-1] is None
-
-
-def test_who_comes_after_the_end_is_not_kept_waiting() -> None:
-    feed = SignalFeed(KNOWN)
-    feed.close()
-    with feed.listen([]) as queue:
-        assert messages(queue) == [None]
+    feed, heard = SignalFeed(KNOWN), Heard()
+    feed.listen(heard, ["a"])
+    feed.send({}, {"a": [math.nan, math.inf, 1.0]})
+    assert heard.messages[0]["values"]["a"] == [None, None, 1.0]
