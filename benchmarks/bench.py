@@ -26,14 +26,14 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 
-from soft_gripper.diagrams.loading.model_files import model_path
-from soft_gripper.diagrams.scene.plant import add_plant
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
+from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.choices import find_estimator
 from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 # Scenario, and how many times faster than real time it runs at least.

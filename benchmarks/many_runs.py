@@ -18,8 +18,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from processes import family
 
-from soft_gripper import Range, Values, load_scenario, make_station, open_executor, points, run_station, run_sweep
-from soft_gripper.evaluation.figure_style import STYLE, estimator_style, save_figure
+from soft_gripper import load_scenario, make_station, run_station
+from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
+from soft_gripper.runs import Range, Values, open_executor, points, run_sweep
 
 FIGURE = Path(__file__).parent.parent / "docs" / "many_runs"
 FIXED = {

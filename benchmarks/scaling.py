@@ -20,7 +20,7 @@ from peers.ours import make_run
 from peers.task import Task
 
 from soft_gripper import ModelConfig, Scenario, load_scenario
-from soft_gripper.evaluation.figure_style import STYLE, estimator_style, save_figure
+from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 
 FIGURE = Path(__file__).parent.parent / "docs" / "scaling"
 OVERRIDES = ["pressure.steps.all=[60e3]", "pressure.settle=1.0", "pressure.hold_samples=100"]

@@ -19,12 +19,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.figure_style import STYLE
 from soft_gripper.fingers.kinematics import Planar, forward_kinematics
+from soft_gripper.pictures.style import STYLE
+from soft_gripper.scenario.scenario_file import load_scenario
 
 MOVING, SETTLED = 50, 100  # samples: the first after every step of pressure, and the last before the next
 INPUT = ["pressure.steps.all=[60e3, 150e3, -30e3, 90e3]", f"pressure.hold_samples={SETTLED}", "pressure.settle=1.0"]

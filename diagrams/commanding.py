@@ -4,8 +4,7 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 
 from soft_gripper.diagrams.manipulation.arm import make_arm
 from soft_gripper.diagrams.manipulation.arm_control import add_arm_control, add_home
-from soft_gripper.diagrams.manipulation.task import add_task
-from soft_gripper.diagrams.manipulation.tool_target import add_tool_target
+from soft_gripper.diagrams.manipulation.task import add_task, add_tool_target
 from soft_gripper.diagrams.station_parts import StationParts
 from soft_gripper.diagrams.wiring.drive import Drive
 from soft_gripper.diagrams.wiring.external import add_external_joints, add_external_opening, add_external_pressures

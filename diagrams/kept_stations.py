@@ -9,14 +9,14 @@ from copy import deepcopy
 from dataclasses import replace
 from hashlib import sha256
 
-from soft_gripper.diagrams.loading.mesh_object import MESH_SUFFIXES
-from soft_gripper.diagrams.loading.model_files import model_path
-from soft_gripper.diagrams.schema.scenario import Scenario, default_simulator_config
-from soft_gripper.diagrams.schema.scenario_checks import plain_scenario
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.checks import plain_scenario
+from soft_gripper.scenario.mesh_object import MESH_SUFFIXES
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.scenario import Scenario, default_simulator_config
+from soft_gripper.scenario.scenario_file import dump_scenario
 
 MOST = 4  # stations that are kept, 8 to 20 MB each
 _NAMES_OTHERS = (

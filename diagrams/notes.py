@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from soft_gripper.diagrams.loading.drake_reading import of_drake
 from soft_gripper.errors import in_one_line
+from soft_gripper.scenario.drake_reading import of_drake
 
 _MOST = 5  # notes of a command
 _DRAKE = "drake"  # of which a command may ask for more than warnings

@@ -13,9 +13,9 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.choices import is_own
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
+from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError, described
-from soft_gripper.shape.finger_shape import ANGLES
+from soft_gripper.estimators.finger_shape import ANGLES
 
 STRAIN = "strain"
 _LOGGER = logging.getLogger(__name__)

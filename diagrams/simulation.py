@@ -5,20 +5,46 @@ from collections.abc import Callable, Iterator
 from copy import copy
 
 import numpy as np
+from pydrake.common import RandomGenerator
 from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.primitives import RandomSource
 
 from soft_gripper.diagrams.kept_stations import kept_station
 from soft_gripper.diagrams.own_blocks import blamed, check_values, note_missing, own_blocks
-from soft_gripper.diagrams.random_seed import seed_random_sources
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario import Scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.scenario.scenario import Scenario
+
+
+def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
+    """Gives every RandomSource in a diagram a stream of its own, that follows from one seed, 0 or more.
+
+    A source in Python has no other way to a fixed seed: a default context holds one that differs from instance to
+    instance. Call it before `Simulator.Initialize`, in which the draws for a run are made.
+
+    Args:
+        diagram: which may hold diagrams.
+        context: of the diagram, or of one that holds it.
+        seed: of the run.
+    """
+    generator = RandomGenerator(seed)
+    for source in _random_sources(diagram):
+        source.SetRandomContext(source.GetMyMutableContextFromRoot(context), generator)
+
+
+def _random_sources(diagram: Diagram) -> Iterator[RandomSource]:
+    for system in diagram.GetSystems():
+        if isinstance(system, Diagram):
+            yield from _random_sources(system)
+        elif isinstance(system, RandomSource):
+            yield system
+
 
 TASK_PAUSE = 0.5  # s of a task, between looks at whether it is over
 Progress = Callable[[float], None]

@@ -5,9 +5,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
 from soft_gripper.diagrams.recording.signal_logs import add_logs
-from soft_gripper.diagrams.scene.plant import add_plant
-from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_checks import check_finger_names, check_scenario, plain_scenario
+from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, name_of
@@ -15,6 +13,8 @@ from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_contact_width, add_sensing
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.checks import check_finger_names, check_scenario, plain_scenario
+from soft_gripper.scenario.scenario import Scenario
 
 
 def make_station(

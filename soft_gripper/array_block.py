@@ -5,6 +5,7 @@ in a diagram reads cost next to nothing while it runs.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,17 +60,10 @@ class ArrayBlock(LeafSystem):
         self._keep(name, step, tickets)
 
     def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
-        """Declares a step, and an output that holds it, of what is not an array; at all samples it is a list.
-
-        `function` is a method of the block.
-        """
-        calc = weakly(function)
-        port = self.DeclareAbstractOutputPort(
-            name,
-            lambda: AbstractValue.Make(object()),
-            lambda context, value: value.set_value(calc(context)),
-            tickets,
-        )
+        """Declares a step, and an output that holds it, of what is not an array; at all samples it is a list."""
+        self._calcs[name] = function
+        calc = partial(weakly(self._calc_step), name)
+        port = self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(object()), calc, tickets)
         self._steps[name] = _Step(port.Eval, tickets, is_logged=True)
 
     def remember(
@@ -162,13 +156,12 @@ class ArrayBlock(LeafSystem):
 
     def _keep(self, name: str, step: _Step, tickets: set[Any]) -> None:
         """Adds a step, with a cache entry for it."""
-        calc = weakly(self._calc_step)
         self._calcs[name] = step.read
-        cached = Cached(self, name, lambda context: calc(name, context), tickets)
+        cached = Cached(self, name, partial(weakly(self._calc_step), name), tickets)
         self._steps[name] = step._replace(read=cached.Eval, tickets={cached.ticket})
 
-    def _calc_step(self, name: str, context: Context) -> Any:
-        return self._calcs[name](context)
+    def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
+        value.set_value(self._calcs[name](context))
 
     @staticmethod
     def _read_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:

@@ -6,34 +6,26 @@ whole diagram for as long as the process runs. So would whatever belongs to a pl
 """
 
 from collections.abc import Callable
-from typing import Any
-from weakref import WeakMethod
+from types import MethodType
+from typing import Any, cast
+from weakref import proxy
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
 
 def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
-    """A method of a block as a function that does not keep the block alive."""
-    weak = WeakMethod(method)
-
-    def call(*arguments: Any) -> Any:
-        alive = weak()
-        assert alive is not None  # Drake calls it for the diagram that holds the block
-        return alive(*arguments)
-
-    return call
+    """A bound method of a block as one that does not keep the block alive, and costs no call of its own."""
+    bound = cast(MethodType, method)
+    return MethodType(bound.__func__, proxy(bound.__self__))
 
 
 class Cached:
     """A value of any kind in the cache of a block's context."""
 
-    def __init__(self, block: LeafSystem, name: str, calc: Callable[[Context], Any], tickets: set[Any]):
-        """`calc` follows from what has the `tickets`; give a function that does not keep the block, see `weakly`."""
-        producer = ValueProducer(
-            allocate=lambda: AbstractValue.Make(object()),
-            calc=lambda context, value: value.set_value(calc(context)),
-        )
+    def __init__(self, block: LeafSystem, name: str, calc: Callable[[Context, AbstractValue], None], tickets: set[Any]):
+        """`calc` sets the value from what has the `tickets`, and does not keep the block, see `weakly`."""
+        producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
         self._block = block
         self._index = block.DeclareCacheEntry(name, producer, tickets).cache_index()
         self.ticket = block.cache_entry_ticket(self._index)

@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from soft_gripper.diagrams.loading.arm_file import arm_urdf
+from soft_gripper.scenario.arm_file import arm_urdf
 
 SIZE = np.array([0.1, 0.2, 0.3])  # m, of the box in every mesh file
 INERTIAL = "<inertial><mass value='2'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"

@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from soft_gripper.diagrams.loading.model_files import model_path
+from soft_gripper.scenario.model_files import model_path
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 GRIPPER = "package://soft_gripper/grippers/two_finger.urdf"

@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.section_arcs import arcs_from_readings
+from soft_gripper.estimators.arcs import arcs_from_readings
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import describe
 

@@ -8,9 +8,9 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.scenario.scenario_file import load_scenario
 
 LOOKED_FOR = "estimator.contact_threshold=2.5e-3"
 FINGERS = ("left_finger", "right_finger")

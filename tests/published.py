@@ -13,15 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.evaluation.contact_sensors import LAYOUTS
-from soft_gripper.evaluation.csv_table import read_csv
-from soft_gripper.evaluation.estimators.bars import estimator_claims
+from soft_gripper.evaluation.contacts.sensors import LAYOUTS
 from soft_gripper.evaluation.paper.claims import Claim, claims
-from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
-from soft_gripper.evaluation.paper.force_table import ForceRow
-from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
+from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
+from soft_gripper.evaluation.report.bars import estimator_claims
 from soft_gripper.evaluation.report.evaluate import CONTACT, FREE, SCENARIOS
+from soft_gripper.files.csv_table import read_csv
+from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 
 ROOT = Path(__file__).parents[1]
 MARK = "<!-- make evaluate -->"  # before a table that the command writes

@@ -3,8 +3,8 @@
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.manipulation.arm import Arm, make_arm
-from soft_gripper.diagrams.scene.plant import Scene, add_plant
-from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.diagrams.scene import Scene, add_plant
+from soft_gripper.scenario.scenario import Scenario
 
 
 def add_scene(builder: DiagramBuilder, scenario: Scenario) -> Scene:

@@ -10,9 +10,9 @@ from scenario_plants import add_scene
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.fingers.finger_links import joint_name
 from soft_gripper.pictures.rendering import SceneRenderer
+from soft_gripper.scenario.scenario_file import load_scenario
 
 NO_TORQUE = np.zeros(12)  # N m
 

@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 OWN = "soft_gripper"
-FOLDERS = [OWN, *PROJECT["tool"]["setuptools"]["package-dir"].values()]
+FOLDERS = [OWN, "diagrams", "models"]  # rglob does not follow the links to the others
 OF_LEARNING = {"gymnasium", "cma"}  # which everything below `learning` needs, and nothing else
 
 

@@ -1,4 +1,4 @@
-"""The house: which folders there are, and that no import leads upward."""
+"""The house: its parts, and that no import leads upward."""
 
 import ast
 from pathlib import Path
@@ -6,63 +6,42 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-# Each knows those before it, and its own folder.
-LAYERS = (
-    "models",
-    "soft_gripper",  # its own files, that all others know
-    "soft_gripper/fingers",
-    "soft_gripper/sensors",
-    "soft_gripper/shape",
-    "soft_gripper/estimators",
-    "soft_gripper/estimation",
-    "soft_gripper/control",
-    "soft_gripper/manipulation",
-    "soft_gripper/truth",
-    "diagrams/schema",
-    "diagrams/loading",
-    "diagrams/scene",
-    "diagrams/wiring",
-    "diagrams/manipulation",
-    "diagrams/recording",
-    "diagrams/view",
-    "diagrams/hardware",
-    "diagrams/replay",
+PACKAGE = ROOT / "soft_gripper"
+# Each part may import from those before it. The files of `soft_gripper` itself are known by all.
+PARTS = (
+    "files",
+    "fingers",
+    "sensors",
+    "estimators",
+    "load",
+    "control",
+    "truth",
+    "scenario",
+    "recognition",
     "diagrams",
-    "diagrams/live",
     "pictures",
-    "evaluation/executor",
+    "runs",
+    "hardware",
+    "play",
     "evaluation",
-    "evaluation/paper",
-    "evaluation/estimators",
-    "evaluation/robustness",
-    "evaluation/report",
-    "evaluation/trials",
-    "evaluation/sweep",
-    "evaluation/recognition",
-    "evaluation/contacts",
-    "evaluation/placement",
-    "evaluation/replay",
-    "evaluation/identify",
-    "evaluation/hardware",
-    "learning/schema",
-    "learning/station",
-    "learning/tasks",
+    "placement",
     "learning",
-    "learning/gentle_grasp",
-    "commands/terminal",
-    "commands/hardware",
-    "commands/inspect",
     "commands",
 )
-SOURCES = sorted(path for layer in LAYERS for path in (ROOT / layer).glob("*.py"))
-FRONT_DOOR = ROOT / "soft_gripper" / "__init__.py"
+FRONT_DOOR = PACKAGE / "__init__.py"
+SOURCES = sorted(path for part in PARTS for path in (PACKAGE / part).resolve().rglob("*.py"))
 
 
-def layer_of(module):
-    """The place in LAYERS of a module of the package, `soft_gripper.a.b` -> that of the folder `a`."""
-    parts = module.split(".")[1:-1]
-    own = not parts or (ROOT / "soft_gripper" / parts[0]).is_dir()
-    return LAYERS.index("/".join(["soft_gripper", *parts] if own else parts))
+def part_of(module):
+    """The part that a module of the package is in, by its place in PARTS; -1 for the files that all know."""
+    name = module.split(".")[1]
+    return PARTS.index(name) if name in PARTS else -1
+
+
+def module_of(path):
+    """`soft_gripper.part.file` of a file, wherever the link to its part leads."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts if parts[0] == "soft_gripper" else ("soft_gripper", *parts))
 
 
 def imports(path):
@@ -70,20 +49,21 @@ def imports(path):
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
     found = [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
     found += [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    return [module for module in found if module.startswith("soft_gripper.") and module != "soft_gripper.models"]
+    return [module for module in found if module.startswith("soft_gripper.")]
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_no_import_leads_upward(path):
-    own = LAYERS.index(str(path.parent.relative_to(ROOT)))
+    own = part_of(module_of(path))
     for module in imports(path):
-        assert layer_of(module) <= own, module
+        assert part_of(module) <= own, module
 
 
-def test_all_folders_are_in_the_layers():
-    found = {
-        str(path.parent.relative_to(ROOT))
-        for part in ("soft_gripper", "diagrams", "evaluation", "pictures", "learning", "commands", "models")
-        for path in (ROOT / part).rglob("*.py")
-    }
-    assert found - {"models/objects"} == set(LAYERS)
+def test_files_that_all_know_import_no_part():
+    for path in set(PACKAGE.glob("*.py")) - {FRONT_DOOR}:
+        assert [module for module in imports(path) if part_of(module) >= 0] == []
+
+
+def test_every_folder_is_a_part():
+    folders = {path.name for path in PACKAGE.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert folders - {"models"} == set(PARTS)

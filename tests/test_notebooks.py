@@ -2,6 +2,7 @@
 
 import ast
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import nbformat
@@ -66,8 +67,10 @@ def test_is_valid(notebook: NotebookNode) -> None:
     nbformat.validate(notebook)
 
 
-def test_uses_the_front_door_only(notebook: NotebookNode) -> None:
+def test_uses_public_names_only(notebook: NotebookNode) -> None:
     nodes = [node for tree in parsed(notebook) for node in ast.walk(tree)]
-    modules = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
-    modules += [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    modules = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
     assert not [module for module in modules if module.startswith("soft_gripper.")]
+    for node in nodes:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("soft_gripper"):
+            assert {alias.name for alias in node.names} <= set(import_module(node.module or "").__all__)

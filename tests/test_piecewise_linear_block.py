@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.piecewise_linear import PiecewiseLinear
-from soft_gripper.piecewise_linear_block import PiecewiseLinearBlock
+from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
 X = np.array([[-2.0, -0.5, 0.25, 3.0], [0.0, 1.0, 2.0, 3.0], [-3.0, -2.0, -1.0, -0.5]])
 Y = np.array([[-7.0, -1.0, 0.5, 0.75], [1.0, 1.0, 5.0, 4.0], [3.0, 2.0, 1.0, 8.0]])

@@ -7,8 +7,8 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
-from soft_gripper.diagrams.schema.scenario import PressureErrorsConfig, StrainErrorsConfig
-from soft_gripper.diagrams.schema.sensor_presets import presets
+from soft_gripper.scenario.scenario import PressureErrorsConfig, StrainErrorsConfig
+from soft_gripper.scenario.sensor_presets import presets
 
 TEXT = (Path(__file__).parents[1] / "docs/sensors.md").read_text(encoding="utf-8")
 

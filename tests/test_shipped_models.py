@@ -9,10 +9,10 @@ from pydrake.geometry import Box, Cylinder, Mesh, Role, Shape
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.loading.model_files import load_model
-from soft_gripper.diagrams.schema.scenario import ModelConfig
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.scenario import ModelConfig
+from soft_gripper.scenario.scenario_file import load_scenario
 
 FIXED = None  # has no mass that matters
 # File, mass [kg], size [mm] (of a cylinder its diameter and length), and friction of a model of a scenario.

@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper import Scenario
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.scene.plant import Scene, add_plant
+from soft_gripper.diagrams.scene import Scene, add_plant
 
 
 class Body(NamedTuple):

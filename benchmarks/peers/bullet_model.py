@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform
 
 from peers.bodies import Body, combined
 from peers.task import Setting, Task
-from soft_gripper import Finger
+from soft_gripper.fingers import Finger
 from soft_gripper.fingers.finger_links import joint_name
 
 _UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0}

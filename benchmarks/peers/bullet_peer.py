@@ -9,8 +9,8 @@ from pybullet_utils.bullet_client import BulletClient
 from peers.bullet_model import Gripper, add_scene
 from peers.sensing import Sensing
 from peers.task import Run, Setting, Task, Trial
-from soft_gripper import forward_kinematics, gravity_torque
 from soft_gripper.arrays import Array
+from soft_gripper.fingers import forward_kinematics, gravity_torque
 
 
 def make_run(task: Task, setting: Setting) -> Run:

@@ -8,8 +8,8 @@ from scipy.linalg import eigh
 
 from peers.sensing import Sensing
 from peers.task import Run, Setting, Task, Trial
-from soft_gripper import Finger
 from soft_gripper.arrays import Array
+from soft_gripper.fingers import Finger
 
 _DOWN = (0.0, 0.0, 1.0)  # a finger hangs: gravity pulls along z of its frame B
 

@@ -6,10 +6,10 @@ from pydrake.math import RigidTransform
 
 from peers.bodies import Body, combined
 from peers.task import Setting, Task
-from soft_gripper import Finger
-from soft_gripper.diagrams.schema.scenario import ModelConfig
+from soft_gripper.fingers import Finger
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.fingers.urdf import ExpandedUrdf
+from soft_gripper.scenario.scenario import ModelConfig
 
 _ALL, _TABLE = 0xFFFF, 1 << 15  # bits of contact: 0 is a body's, a finger's each of those that follow
 

@@ -8,7 +8,7 @@ import numpy as np
 from peers.mujoco_model import angles_of, make_model
 from peers.sensing import Sensing
 from peers.task import Run, Setting, Task, Trial
-from soft_gripper import forward_kinematics
+from soft_gripper.fingers import forward_kinematics
 
 
 def make_run(task: Task, setting: Setting) -> Run:

@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from peers.comparison import Result, chosen
 from peers.simulators import OURS
-from soft_gripper.evaluation.figure_style import STYLE, estimator_style, save_figure
+from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 
 _COLUMNS = "task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | takes, of ours | as good"
 

@@ -3,17 +3,11 @@
 import numpy as np
 
 from peers.task import Task
-from soft_gripper import (
-    BendSharing,
-    Motion,
-    SensorLayout,
-    TorqueBalance,
-    arcs_from_readings,
-    extension_ratios,
-    joints_on_arcs,
-)
 from soft_gripper.arrays import Array
-from soft_gripper.estimation.torque_balance import SAMPLES
+from soft_gripper.estimators import BendSharing, arcs_from_readings, joints_on_arcs
+from soft_gripper.load import Motion, TorqueBalance
+from soft_gripper.load.torque_balance import SAMPLES
+from soft_gripper.sensors import SensorLayout, extension_ratios
 
 
 class Sensing:

@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from peers.bodies import Body, bodies_of
-from soft_gripper import Finger, Scenario, expand_urdf, load_scenario, model_path
+from soft_gripper import Scenario, expand_urdf, load_scenario, model_path
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.schema.scenario import ModelConfig
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
+from soft_gripper.fingers import Finger
 from soft_gripper.fingers.urdf import ExpandedUrdf
+from soft_gripper.scenario.scenario import ModelConfig
 
 Setting = dict[str, Any]  # of a simulator, as in settings.yaml
 

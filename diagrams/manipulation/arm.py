@@ -9,10 +9,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex, SpatialInertia
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.scene.placing import add_model, find_frame, own_frame
-from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig
+from soft_gripper.diagrams.scene import add_model, find_frame, own_frame
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.scenario import ArmConfig, ModelConfig
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
 
 from soft_gripper.arrays import Array
+from soft_gripper.control.gravity_compensation import GravityCompensation
 from soft_gripper.diagrams.manipulation.arm import Arm
-from soft_gripper.diagrams.scene.arm_home import arm_joints
-from soft_gripper.diagrams.schema.scenario import ArmConfig
+from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.errors import InputError
-from soft_gripper.manipulation.gravity_compensation import GravityCompensation
+from soft_gripper.scenario.scenario import ArmConfig
 
 
 def add_home(builder: DiagramBuilder, arm: Arm, desired: InputPort) -> OutputPort:

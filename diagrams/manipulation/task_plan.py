@@ -8,12 +8,8 @@ from pydrake.math import RigidTransform
 from pydrake.trajectories import Trajectory
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.manipulation.arm import Arm
-from soft_gripper.diagrams.manipulation.reported_pose import reported_pose
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
-from soft_gripper.errors import InputError
-from soft_gripper.manipulation.arm_kinematics import solve_posture, tool_pose
-from soft_gripper.manipulation.arm_motion import (
+from soft_gripper.control.arm_kinematics import solve_posture, tool_pose
+from soft_gripper.control.arm_motion import (
     ArmLimits,
     LimitError,
     UnreachableError,
@@ -21,7 +17,11 @@ from soft_gripper.manipulation.arm_motion import (
     straight_path,
     timed,
 )
-from soft_gripper.manipulation.task_phases import Phase
+from soft_gripper.control.task_phases import Phase
+from soft_gripper.diagrams.manipulation.arm import Arm
+from soft_gripper.diagrams.manipulation.path_check import reported_pose
+from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, TaskConfig
 
 RESCUE = ("rescue: open", "rescue: rise", "rescue: home")
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from soft_gripper.control.task_phases import Phase
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.manipulation.task_phases import Phase
 
 
 class Span(NamedTuple):

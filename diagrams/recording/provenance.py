@@ -2,8 +2,8 @@
 
 from importlib.metadata import version
 
-from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import dump_scenario
 
 FRAMES = (
     "SI units. W: the world. B: base of a finger, +z along the straight finger, +x toward the object; positive joint"

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.recording.signal_logs import SignalLogs
-from soft_gripper.diagrams.schema.ranges import require
 from soft_gripper.errors import InputError, first_line, shortened
-from soft_gripper.files import atomic_file
-from soft_gripper.reading import check_regular
+from soft_gripper.files.document import require
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.text import check_regular
 from soft_gripper.signals import Signal
 
 _MAGICS = (b"CDF\x01", b"CDF\x02")  # the first bytes of a netCDF 3 file

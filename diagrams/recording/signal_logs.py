@@ -1,15 +1,51 @@
 """SignalLogs: every named signal at the sensors' rate, by logs of what the signals follow from."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, PortDataType
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    EventStatus,
+    LeafSystem,
+    OutputPort,
+    PortDataType,
+)
 from pydrake.systems.primitives import Multiplexer, VectorLogSink
 
 from soft_gripper.arrays import Array
+from soft_gripper.cached import Cached
 from soft_gripper.diagrams.recording.derived_signals import Logged, SignalSources, Source, derive
-from soft_gripper.diagrams.recording.value_log import ValueLog
 from soft_gripper.signals import Signal, signal_of
+
+
+class ValueLog(LeafSystem):
+    """Keeps the values of a port, as a VectorLogSink keeps vectors: in its context, from the beginning of a run.
+
+    ::
+
+        value (any Python object) ---> ValueLog
+    """
+
+    def __init__(self, period: float):
+        """Takes a value every `period` s."""
+        super().__init__()
+        self._value = self.DeclareAbstractInputPort("value", AbstractValue.Make(object()))
+        self._log = Cached(self, "log", lambda _, value: value.set_value([]), {self.nothing_ticket()})
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._keep)
+        self.DeclareForcedPublishEvent(self._keep)
+
+    def values(self, root_context: Context) -> list[Any]:
+        """What was kept, in the context of the whole diagram."""
+        log: list[Any] = self._log.Eval(self.GetMyContextFromRoot(root_context))
+        return log
+
+    def _keep(self, context: Context) -> EventStatus:
+        self._log.Eval(context).append(self._value.Eval(context))
+        return EventStatus.Succeeded()
 
 
 class SignalLogs(Diagram):

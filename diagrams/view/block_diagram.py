@@ -7,7 +7,7 @@ from pathlib import Path
 from pydrake.systems.framework import Diagram
 
 from soft_gripper.errors import InputError
-from soft_gripper.files import atomic_file
+from soft_gripper.files.output import atomic_file
 
 _SYSTEM = re.compile(r"\b(s|clusters?|_)(\d+)(?=[a-z:\s])")
 PICTURES = (".svg", ".png", ".pdf")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.shape.arcs import Arcs, join_arcs, points_on_arcs
+from soft_gripper.estimators.arcs import Arcs, join_arcs, points_on_arcs
 
 
 def arcs_of_table(table: Array) -> Arcs:

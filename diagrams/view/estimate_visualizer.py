@@ -1,21 +1,107 @@
-"""EstimateVisualizer: what is estimated of the fingers, drawn into Meshcat and into its recording."""
+"""EstimateVisualizer: what is estimated of the fingers, drawn into Meshcat and into its recording.
+
+The uncertainty of an estimated curve as a translucent ribbon in Meshcat, on both sides of the finger.
+
+A piece for every link: as wide as two standard deviations on either side, in the mean over its ends. The base of the
+finger is where it is known to be.
+
+The estimated contact force of a finger as an arrow in Meshcat, on both sides of the finger.
+
+It begins at the face on which the force presses, at the estimated place, and points to where the finger is pushed;
+beside the finger, because neither the finger nor what it touches can hide it there.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import Box, Meshcat, Rgba
-from pydrake.math import RigidTransform
+from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.band_ribbon import BAND, draw_ribbon, place_ribbon
-from soft_gripper.diagrams.view.contact_arrow import CONTACT, draw_arrow, place_arrow
-from soft_gripper.diagrams.view.drawn_finger import PROUD, DrawnFinger
-from soft_gripper.diagrams.view.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, unit_circle
-from soft_gripper.diagrams.view.planar_pose import put
+from soft_gripper.diagrams.view.drawn_finger import PROUD, DrawnFinger, put, rounded
+from soft_gripper.diagrams.view.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, point_at, unit_circle
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.shape.arcs import Arcs
+from soft_gripper.estimators.arcs import Arcs
+from soft_gripper.estimators.contact import face_offset
+
+BAND = "/drake/estimate/band"
+STDS = 2  # standard deviations, on either side
+BAND_COLOR = Rgba(0.0, 0.6, 0.6, 0.45)
+_LEAST = 1e-6  # m; Meshcat has no shape without width
+
+
+def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
+    """Makes the pieces, 1 m wide."""
+    inside, outside = drawn.sides
+    thickness = outside - inside - PROUD / 2  # less proud than the curve, which lies over it
+    for i, length in enumerate(np.diff(drawn.finger.link_ends)):
+        for side, sign in (("left", 1), ("right", -1)):
+            path = f"{_ribbon_path(drawn, i)}/{side}"
+            meshcat.SetObject(path, Box(1.0, thickness, 1.03 * length), BAND_COLOR)
+            meshcat.SetProperty(path, "position", [0.0, sign * (inside + thickness / 2), 0.0])
+
+
+def draw_ribbon(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, std: Array, time: float) -> None:
+    """Poses and scales the pieces by the standard deviations of joints and tip, (N + 1) m; hides what is not known."""
+    ends, widths = drawn.finger.link_ends, 2 * STDS * _in_links(std)
+    for i, (s, width) in enumerate(zip((ends[:-1] + ends[1:]) / 2, widths, strict=True)):
+        path, (point, heading) = _ribbon_path(drawn, i), point_at(arcs, s)
+        visible = bool(np.isfinite([point.real, heading, width]).all())
+        meshcat.SetProperty(path, "visible", visible, time)
+        if visible:
+            put(meshcat, path, point, heading, time)
+            meshcat.SetProperty(path, "scale", [max(rounded(width), _LEAST), 1.0, 1.0], time)
+
+
+def _in_links(std: Array) -> Array:
+    """In the middles of the links, (N + 1)."""
+    ends = np.concatenate([[0.0], std])
+    return (ends[:-1] + ends[1:]) / 2
+
+
+def _ribbon_path(drawn: DrawnFinger, link: int) -> str:
+    return f"{BAND}/{drawn.name}/{link}"
+
+
+CONTACT = "/drake/estimate/contact"
+LENGTH = 0.025  # m for a newton, as for the true forces
+LEAST = 0.02  # N, that is drawn; as for the true forces
+ARROW_COLOR = Rgba(1.0, 0.72, 0.0)
+_RADIUS, _HEAD, _HEAD_RADIUS = 0.9e-3, 5e-3, 2.2e-3  # m
+
+
+def place_arrow(meshcat: Meshcat, drawn: DrawnFinger) -> None:
+    """Makes the arrow, hidden: along z from the origin, with a shaft that is to be scaled from 1 m."""
+    path, aside = _arrow_path(drawn), drawn.sides[1] + PROUD
+    turned = RotationMatrix.MakeXRotation(np.pi)  # a cone of Meshcat has its point at the origin
+    for side, y in (("left", aside), ("right", -aside)):
+        meshcat.SetObject(f"{path}/shaft/{side}", Cylinder(_RADIUS, 1.0), ARROW_COLOR)
+        meshcat.SetTransform(f"{path}/shaft/{side}", RigidTransform([0.0, y, 0.5]))
+        meshcat.SetObject(f"{path}/head/{side}", MeshcatCone(_HEAD, _HEAD_RADIUS, _HEAD_RADIUS), ARROW_COLOR)
+        meshcat.SetTransform(f"{path}/head/{side}", RigidTransform(turned, [0.0, y, _HEAD]))
+    meshcat.SetProperty(path, "visible", False)
+
+
+def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, force: float, arc_length: float, time: float) -> None:
+    """Poses the arrow of a force, N, that presses at an arc length, m; hides it where either is not known."""
+    path, (point, heading) = _arrow_path(drawn), point_at(arcs, arc_length)
+    visible = bool(abs(force) >= LEAST and np.isfinite([arc_length, heading, point.real]).all())  # not if it is NaN
+    meshcat.SetProperty(path, "visible", visible, time)
+    if visible:
+        side, length = np.sign(force), max(LENGTH * abs(force) - _HEAD, 0.0)
+        face = point + 1j * np.exp(1j * heading) * float(
+            face_offset(drawn.finger, np.array(arc_length), np.array(side))
+        )
+        put(meshcat, path, face, heading - side * np.pi / 2, time)
+        meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, rounded(length)], time)
+        meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, rounded(length)], time)
+
+
+def _arrow_path(drawn: DrawnFinger) -> str:
+    return f"{CONTACT}/{drawn.name}/arrow"
+
 
 CURVE, ARCS = "/drake/estimate/curve", "/drake/estimate/arcs"
 _CURVE_COLOR = Rgba(0.05, 0.05, 0.05)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.files import atomic_file
+from soft_gripper.files.output import atomic_file
 
 _PAGE = """<!DOCTYPE html>
 <html><head><meta charset="utf-8"><title>soft-gripper replay</title></head><body>

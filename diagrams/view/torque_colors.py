@@ -1,5 +1,6 @@
 """The colours of external torque: one scale for every picture, on screen and on paper."""
 
+from io import BytesIO
 from typing import Any
 
 import matplotlib as mpl
@@ -8,6 +9,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from pydrake.common import MemoryFile
+from pydrake.geometry import InMemoryMesh, Mesh, Meshcat
+from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
 
@@ -39,3 +43,53 @@ def add_torque_bar(figure: Figure, limit: float, label: str = "external torque",
     bar.set_label(f"holds open  ←  {label} [mN m]  →  closes")
     bar.outline.set_visible(False)
     return bar
+
+
+# What is below the camera in Meshcat's tree moves with it: x to the right, y up, z toward the viewer.
+PATH = "/Cameras/default/rotated/<object>/legend"
+_SIZE = (4.6, 0.8)  # inches of the figure
+_PAPER = (1.0, 1.0, 1.0, 0.6)  # red, green, blue, opacity behind the scale
+_DISTANCE = 0.05  # m from the camera, so close that nothing comes between
+
+# A rectangle with the picture on it. It shines by itself: its colours are those of the scale in any light.
+# An opacity below 1 lets Meshcat see the picture's own transparency.
+_OBJ = """mtllib legend.mtl
+v -0.5 -0.5 0
+v 0.5 -0.5 0
+v 0.5 0.5 0
+v -0.5 0.5 0
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0 1
+vn 0 0 1
+usemtl picture
+f 1/1/1 2/2/1 3/3/1
+f 1/1/1 3/3/1 4/4/1
+"""
+_MTL = "newmtl picture\nKd 0 0 0\nKe 1 1 1\nd 0.999\nmap_Kd legend.png\nmap_Ke legend.png\n"
+
+
+def draw_torque_legend(meshcat: Meshcat, limit: float, field_of_view: float) -> None:
+    """Shows the scale from -`limit` to `limit` N m at the lower edge of the view, wherever the camera goes.
+
+    Draw it after the camera is set. `field_of_view` is the camera's, rad, from the lower to the upper edge.
+    """
+    parts = {"legend.mtl": _MTL.encode(), "legend.png": _picture(limit)}
+    files = {name: MemoryFile(data, f".{name[-3:]}", name) for name, data in parts.items()}
+    mesh = InMemoryMesh(mesh_file=MemoryFile(_OBJ.encode(), ".obj", "legend.obj"), supporting_files=files)
+    edge = _DISTANCE * np.tan(field_of_view / 2)
+    height = 0.26 * edge
+    meshcat.Delete(PATH)  # one that hangs on a camera of before
+    meshcat.SetObject(PATH, Mesh(mesh, scale3=[height * _SIZE[0] / _SIZE[1], height, 1.0]))
+    meshcat.SetTransform(PATH, RigidTransform([0.0, 0.53 * height - edge, -_DISTANCE]))
+
+
+def _picture(limit: float) -> bytes:
+    buffer = BytesIO()
+    with mpl.rc_context({"font.size": 9.3, "font.weight": "bold", "axes.labelweight": "bold"}):
+        figure = Figure(figsize=_SIZE, dpi=200, facecolor=_PAPER)
+        axes = figure.add_axes((0.06, 0.62, 0.88, 0.24))
+        add_torque_bar(figure, limit, "estimated external torque", cax=axes, orientation="horizontal")
+        figure.savefig(buffer, format="png")
+    return buffer.getvalue()

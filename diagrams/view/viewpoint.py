@@ -11,8 +11,8 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.schema.scenario import ArmConfig
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.scenario import ArmConfig
 
 _ASIDE = np.radians(45.0)  # to the right of the arm, so that it is behind what it does, and not hidden by it
 _DOWNWARD = 0.35  # for every metre forward, so that the height above the bench is seen

@@ -3,14 +3,14 @@
 import os
 from dataclasses import replace
 
-from soft_gripper.diagrams.loading.calibration_file import calibrated, load_calibration
-from soft_gripper.diagrams.loading.finger_changes import OF_FINGER, OF_SECTION, changed_finger
-from soft_gripper.diagrams.loading.model_files import model_path
-from soft_gripper.diagrams.schema.scenario import BelievedConfig, SensorConfig
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.calibration_file import calibrated, load_calibration
+from soft_gripper.scenario.finger_changes import OF_FINGER, OF_SECTION, changed_finger
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

@@ -25,14 +25,13 @@ from pydrake.systems.framework import System
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, described
-from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
-from soft_gripper.estimators.recursive_estimator import RecursiveEstimator
-from soft_gripper.estimators.recursive_shape import RecursiveShape
+from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.recursive import RecursiveEstimator, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor
-from soft_gripper.shape.uncertainty import Uncertainty
 
 MakeSensor = Callable[[SensorLayout, float], System]
 MakeEstimator = Callable[[SensorLayout, Array, float], System]

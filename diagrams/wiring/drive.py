@@ -7,12 +7,12 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, MatrixGain
 
-from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.creep_torque import CreepTorque, PressureSoftening, Softened
-from soft_gripper.fingers.elastic_law import elastic_law_block
+from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
+from soft_gripper.fingers.statics import elastic_law_block
+from soft_gripper.scenario.scenario import PressureConfig
 from soft_gripper.signals import describe
 
 

@@ -6,18 +6,18 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.schema.scenario import EstimatorConfig
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block, name_of, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
-from soft_gripper.diagrams.wiring.sensor_errors import IDEAL
+from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.contact_detector import ContactDetector
-from soft_gripper.estimation.force_estimator import ForceEstimator
-from soft_gripper.estimators.recursive_estimator import EFFECTIVE_DRIVING_TORQUE
+from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
+from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
+from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.load.contact_detector import ContactDetector
+from soft_gripper.load.force_estimator import ForceEstimator
+from soft_gripper.scenario.scenario import EstimatorConfig
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.driving_torque import DRIVING_TORQUE, DrivingTorque
-from soft_gripper.shape.finger_shape import ANGLES, FingerShape
 
 
 class FingerEstimation(Diagram):

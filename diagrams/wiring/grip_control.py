@@ -6,16 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 
-from soft_gripper.control.grip_force import GripForce
-from soft_gripper.control.grip_torque import GripTorque
-from soft_gripper.control.low_selector import LowSelector
+from soft_gripper.control.grip import GripForce, GripTorque, LowSelector, SampledSteps
 from soft_gripper.control.pid_controller import PidGains, SampledPidController
-from soft_gripper.control.sampled_steps import SampledSteps
-from soft_gripper.diagrams.schema.scenario import ControlConfig, PressureConfig
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.gripper_opening import Gripper, GripperOpening
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.load.gripper_opening import Gripper, GripperOpening
+from soft_gripper.scenario.scenario import ControlConfig, PressureConfig
 from soft_gripper.signals import describe
 
 UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of what is measured of a grip

@@ -8,7 +8,7 @@ from pydrake.multibody.tree import Joint, ModelInstanceIndex, PrismaticJoint, Qu
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import MatrixGain
 
-from soft_gripper.diagrams.scene.arm_home import arm_joints
+from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.signals import describe
 
 _POSE = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")

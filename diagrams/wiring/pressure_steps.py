@@ -8,8 +8,8 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario import PressureConfig
 from soft_gripper.signals import describe
 
 COMMON = "all"

@@ -6,20 +6,39 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from soft_gripper.diagrams.schema.scenario import BelievedConfig, EstimatorConfig, SensorConfig
-from soft_gripper.diagrams.schema.sensor_presets import uncertainty
 from soft_gripper.diagrams.wiring.belief import believed_layout
-from soft_gripper.diagrams.wiring.beside import add_beside
 from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
 from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
-from soft_gripper.diagrams.wiring.named_wires import Ports
-from soft_gripper.diagrams.wiring.scoring import add_scoring, add_true_contact, add_width_error
+from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
+from soft_gripper.diagrams.wiring.scoring import add_beside, add_scoring, add_true_contact, add_width_error
 from soft_gripper.diagrams.wiring.sensors import add_sensors
-from soft_gripper.diagrams.wiring.width import add_object_width
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.load.gripper_opening import Gripper
+from soft_gripper.load.object_width import ObjectWidth
+from soft_gripper.scenario.scenario import BelievedConfig, EstimatorConfig, SensorConfig
+from soft_gripper.scenario.sensor_presets import uncertainty
+
+
+def add_object_width(
+    builder: DiagramBuilder, gripper: Gripper, believed: Mapping[str, Finger], signals: Mapping[str, OutputPort]
+) -> OutputPort:
+    """Adds `object_width` for the fingers of one gripper; returns the width, (1) m.
+
+    Args:
+        builder: of any diagram.
+        gripper: where the fingers stand.
+        believed: the fingers as they are believed to be, in the order of the gripper, by their names.
+        signals: has `{finger}.estimated_joint_angles` and `{finger}.contact`.
+    """
+    width = ObjectWidth(gripper, believed)
+    builder.AddNamedSystem("object_width", width)
+    for name, port in inputs(width).items():
+        builder.Connect(signals[name], port)
+    return width.get_output_port()
 
 
 @dataclass(frozen=True)

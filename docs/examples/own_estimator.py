@@ -17,7 +17,7 @@ class SmoothBend(LeafSystem):
         sg.describe(port, "rad", joint=range(joints))
 
     def estimate(self, context, output):
-        theta = sg.arcs_from_readings(self.layout, self.strain.Eval(context)).theta
+        theta = sg.estimators.arcs_from_readings(self.layout, self.strain.Eval(context)).theta
         middles = np.cumsum(self.layout.rest_lengths) - self.layout.rest_lengths / 2
         curvature = np.interp(self.layout.finger.joint_arc_lengths, middles, theta / self.layout.rest_lengths)
         output.SetFromVector(curvature * theta.sum() / curvature.sum() if curvature.any() else curvature)

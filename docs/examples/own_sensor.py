@@ -25,7 +25,7 @@ class WarmSensor(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self.sample)
 
     def sample(self, context, values):
-        strain = sg.extension_ratios(self.layout, self.angles.Eval(context)) - 1
+        strain = sg.sensors.extension_ratios(self.layout, self.angles.Eval(context)) - 1
         temperature = 20 + 15 * (1 - np.exp(-context.get_time() / 10))
         drift = 2e-4 * (temperature - 20)
         for i, value in enumerate((np.clip(strain + drift, -0.1, 0.1), [temperature], [drift], np.abs(strain) > 0.1)):

@@ -11,9 +11,9 @@ scenario = sg.Scenario(
     control=sg.ControlConfig(
         set_points=[0.085, 0.03],  # m, twice the mean distance of the tips from their centroid
         hold=1.5,  # s
-        gains=sg.PidGains(kp=1.0e5, ki=5.7e6, kd=17.0),  # Pa/m, Pa/(m s), Pa s/m
+        gains=sg.control.PidGains(kp=1.0e5, ki=5.7e6, kd=17.0),  # Pa/m, Pa/(m s), Pa s/m
         torque_limit=0.05,  # N m at the base of a finger
-        torque_gains=sg.PidGains(kp=2e5, ki=4e6),  # Pa/(N m), Pa/(N m s)
+        torque_gains=sg.control.PidGains(kp=2e5, ki=4e6),  # Pa/(N m), Pa/(N m s)
     ),
     estimator=sg.EstimatorConfig(contact_threshold=2.5e-3),  # N m
 )

@@ -11,8 +11,7 @@ from dataclasses import astuple, dataclass
 from itertools import islice
 from pathlib import Path
 
-from soft_gripper.evaluation.csv_table import write_csv
-from soft_gripper.evaluation.figure_style import save_figure
+from soft_gripper.files.csv_table import write_csv
 from soft_gripper.learning.gentle_grasp.compare import saved_force, summary
 from soft_gripper.learning.gentle_grasp.episodes import (
     Episode,
@@ -24,6 +23,7 @@ from soft_gripper.learning.gentle_grasp.learn import learn
 from soft_gripper.learning.gentle_grasp.learned import load_learned, save_learned
 from soft_gripper.learning.gentle_grasp.learning_figure import learning_figure
 from soft_gripper.learning.gentle_grasp.policies import GentleGrasp, HandTuned
+from soft_gripper.pictures.style import save_figure
 
 GENERATIONS, POPULATION, EPISODES, SEED = 9, 8, 8, 1
 UNSEEN = range(100)  # seeds of the objects that both are tried on

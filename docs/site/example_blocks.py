@@ -9,12 +9,11 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, System
 
 import soft_gripper as sg
-from soft_gripper.diagrams.replay.arm_replay import ArmEstimation, BelievedArm
-from soft_gripper.diagrams.replay.log_source import LogSource
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.hardware.replay.arm_replay import ArmEstimation, BelievedArm, LogSource
+from soft_gripper.hardware.replay.stretched_arm import RigidParts
 from soft_gripper.sensors.wire_lengths import WireCalibration
-from soft_gripper.shape.stretched_arm import RigidParts
-from soft_gripper.shape.uncertainty import Uncertainty
 
 _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.beside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
@@ -55,8 +54,8 @@ def _all_systems() -> Iterator[Placed]:
     for name in _SCENARIOS:
         yield from _inside(Placed(station(name).diagram))
     yield from _inside(Placed(_creeping_finger().diagram))
-    model = sg.load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
-    yield Placed(sg.ShapeRecognizer(model, ["left_finger", "right_finger"], 0.01))
+    model = sg.recognition.load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
+    yield Placed(sg.recognition.ShapeRecognizer(model, ["left_finger", "right_finger"], 0.01))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))
 

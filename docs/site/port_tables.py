@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from example_blocks import Placed, example_blocks, station
+from public_names import public, public_names
 from pydrake.systems.framework import Diagram, InputPort, OutputPort, PortDataType, System
 from tables import code, prose, table
 
-import soft_gripper as sg
 from soft_gripper.signals import Signal, signal_of
 
 _MOST_LABELS = 7
@@ -51,7 +51,10 @@ def ports_table(placed: Placed) -> str:
 
 def _section(of: type, placed: Placed) -> str:
     name = of.__name__
-    title = f"[{name}](../api/{name}.md)" if getattr(sg, name, None) is of else name
+    page = next(
+        (public_name for names in public_names().values() for public_name in names if public(public_name) is of), ""
+    )
+    title = f"[{name}](../api/{page}.md)" if page else name
     summary = (inspect.getdoc(of) or "").split("\n\n")[0]
     return f"## {title}\n\n{code(of.__module__)}: {prose(summary)}\n\n{ports_table(placed)}"
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from source_comments import field_texts
 from tables import code, prose, table
 
-from soft_gripper.diagrams.schema.scenario import Scenario
+from soft_gripper.scenario.scenario import Scenario
 
 _INTRODUCTION = """\
 # Scenario schema
@@ -19,7 +19,7 @@ A scenario is a YAML file of these fields; what it leaves out has its default. A
 line too, by its dotted key: `soft-gripper run box_grasp --set sensor.sections=2`. SI units. What may be `None` may be
 absent.
 
-This page is made from [diagrams/schema/scenario.py](../files/diagrams/schema/scenario.py.md).
+This page is made from [soft_gripper/scenario/scenario.py](../files/soft_gripper/scenario/scenario.py.md).
 """
 _OF_DRAKE = (
     "A schema of Drake, which explains its fields: `pydrake`'s help of this class. Here are the defaults of a scenario."

@@ -5,6 +5,7 @@ from math import inf, isfinite, isnan, nan
 from numbers import Real
 from typing import NamedTuple
 
+from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.cached import Cached, weakly
@@ -89,12 +90,13 @@ class SampledPidController(LeafSystem):
         measurement = float(self._measurement.Eval(context)[0])
         return measurement, float(self._set_point.Eval(context)[0]) - measurement
 
-    def _calc_step(self, context: Context) -> Step:
+    def _calc_step(self, context: Context, value: AbstractValue) -> None:
         memory = context.get_discrete_state_vector().value().tolist()
         integral, derivative, last, held = memory
         measurement, error = self._read(context)
         if not isfinite(error):
-            return Step(memory, nan)
+            value.set_value(Step(memory, nan))
+            return
         gains, period = self._gains, self._period
         if isnan(last):  # the first measurement
             integral, last = held - gains.kp * error, measurement
@@ -102,7 +104,7 @@ class SampledPidController(LeafSystem):
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
         unlimited = gains.kp * error + integral - derivative
         given = min(max(unlimited, self._limits[0]), self._limits[1])
-        return Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited)
+        value.set_value(Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited))
 
 
 def _check(gains: PidGains, period: float, minimum: float, maximum: float) -> None:

@@ -7,13 +7,13 @@ import numpy as np
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
+from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.estimators.plane import bending_plane
+from soft_gripper.estimators.uncertainty import position_std
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.bending_plane import bending_plane
-from soft_gripper.shape.driving_torque import DRIVING_TORQUE
-from soft_gripper.shape.estimate import ContactForce, ShapeEstimate, ShapeFunction
-from soft_gripper.shape.finger_shape import ANGLES
-from soft_gripper.shape.position_band import position_std
 
 CONTACT_UNITS = {"force": "N", "arc_length": "m", "force_std": "N", "arc_length_std": "m"}
 

@@ -2,14 +2,14 @@
 
 from typing import Protocol
 
-from soft_gripper.estimators.arc_shape import ArcShape
-from soft_gripper.estimators.contact_shape import ContactShape
+from soft_gripper.estimators.arc_estimator import ArcShape
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.recursive_shape import RecursiveShape
+from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.spline import SplineShape
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.estimate import ShapeFunction
-from soft_gripper.shape.uncertainty import Uncertainty
 
 
 class MakeShapeFunction(Protocol):

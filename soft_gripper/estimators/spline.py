@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.bends import section_bends
+from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.gaussian import condition
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.estimate import ShapeEstimate
-from soft_gripper.shape.section_bends import section_bends
 
 _NOISE = 1e-5  # of extension ratios: a bend is met as exactly as it is read
 _BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: nothing is known, and much may change from joint to joint

@@ -20,16 +20,25 @@ widens, and with it whatever bends it is multiplied, what creeps as well:
 So a finger that is emptied remembers as much of its bend as the same stress would have left in a finger without a law.
 
 Leading axes are free; B branches, N joints.
+
+CreepTorque: the state of the plant -> the memory torque of a finger that creeps, as actuation of its model.
+
+PressureSoftening and Softened beside it multiply what goes in and what comes out, for a finger with a pressure law.
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.symbolic import Variable, if_then_else
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.primitives import LinearSystem, Multiplexer, SymbolicVectorSystem
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.fingers.finger_parts import NO_PRESSURE, CreepBranch, PressureLaw
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
 
 class Recursion(NamedTuple):
@@ -74,3 +83,111 @@ def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Ar
 def shares(finger: Finger) -> Array:
     """Of every branch, (B,)."""
     return np.array([branch.share for branch in finger.creep])
+
+
+class CreepTorque(LinearSystem):
+    """The internal angles z of a finger's B branches of creep at its N joints, see `creep`.
+
+    ::
+
+                                     +-------------+
+        state (nq + nv) of plant --> | CreepTorque | ---> actuation (nu) N m, of the model's joints
+                                     +-------------+
+
+    Beside a continuous plant the state is z. Beside a discrete one it is what of z the present joint angles q do not
+    decide, w = z - after q; then z is exact for angles that are linear over each step, and nothing is late:
+
+        w' = kept w + (before + kept after) q ,    z = w + after q .
+
+    All of it is one of Drake's linear systems, which run in C++. It begins with z = 0: straight, or bent just now.
+    """
+
+    def __init__(self, finger: PlantFinger):
+        """The finger is in a finalized plant."""
+        branches, time_step = finger.finger.creep, finger.plant.time_step()
+        if time_step > 0:
+            decay, before, self._after = recursion(branches, time_step)
+            follow = before + decay * self._after
+        else:
+            times = np.array([branch.time for branch in branches])[:, None]
+            decay, follow, self._after = -1 / times, 1 / times, 0 * times
+        joints, angles = finger.finger.segments, finger.position_selector()
+        stiffness = np.diag(finger.finger.stiffness)
+        torques = finger.actuator_selector().T @ np.hstack([share * stiffness for share in shares(finger.finger)])
+        super().__init__(
+            A=np.diag(np.repeat(decay, joints)),
+            B=np.vstack([gain * angles for gain in follow]),
+            C=torques,
+            D=torques @ np.vstack([gain * angles for gain in self._after]),
+            time_period=time_step,
+        )
+
+    def set_internal_angles(self, context: Context, z: Array, q: Array) -> None:
+        """Sets where the branches are, as a simulation begins.
+
+        Args:
+            context: of this system.
+            z: internal angles, (B, N) rad: q for a finger that has been held so for long, 0 for one that was straight.
+            q: joint angles in the plant's context, (N,) rad; of a finger with a pressure law both by its softening.
+        """
+        state = (z - self._after * q).ravel()
+        if self.time_period() > 0:
+            context.SetDiscreteState(state)
+        else:
+            context.SetContinuousState(state)
+
+
+class PressureSoftening(Diagram):
+    """What a pressure law says of how far the finger bends, P(p) / p; see `PressureLaw.softening`.
+
+    ::
+
+                             +-------------------+
+        pressure (1) Pa ---> | PressureSoftening | ---> softening (1)
+                             +-------------------+
+
+    All of Drake's C++ blocks, since it runs at the plant's rate.
+    """
+
+    def __init__(self, law: PressureLaw):
+        super().__init__()
+        effective, pressure = Variable("effective"), Variable("pressure")
+        some = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
+        ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / some)
+        builder = DiagramBuilder()
+        curve = builder.AddNamedSystem(
+            "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))
+        )
+        both = builder.AddNamedSystem("both", Multiplexer(2))
+        softening = builder.AddNamedSystem("ratio", SymbolicVectorSystem(input=[effective, pressure], output=[ratio]))
+        builder.ExportInput(curve.get_input_port(), "pressure")
+        builder.ConnectInput("pressure", both.get_input_port(1))
+        builder.Connect(curve.get_output_port(), both.get_input_port(0))
+        builder.Connect(both.get_output_port(), softening.get_input_port())
+        builder.ExportOutput(softening.get_output_port(), "softening")
+        builder.BuildInto(self)
+
+
+class Softened(Diagram):
+    """A vector times a finger's softening, or divided by it, in C++.
+
+    ::
+
+        softening (1) ---> +----------+
+                           | Softened | ---> product (size)
+        factor (size) ---> +----------+
+    """
+
+    def __init__(self, size: int, divides: bool):
+        super().__init__()
+        softening = Variable("softening")
+        factors = [Variable(f"factor_{i}") for i in range(size)]
+        products = [factor / softening if divides else factor * softening for factor in factors]
+        builder = DiagramBuilder()
+        both = builder.AddNamedSystem("both", Multiplexer([1, size]))
+        product = builder.AddNamedSystem("product", SymbolicVectorSystem(input=[softening, *factors], output=products))
+        builder.Connect(both.get_output_port(), product.get_input_port())
+        builder.ExportInput(both.get_input_port(0), "softening")
+        builder.ExportInput(both.get_input_port(1), "factor")
+        builder.ExportOutput(product.get_output_port(), "product")
+        builder.BuildInto(self)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
+from soft_gripper.files.document import NAME_RULE, is_name
 from soft_gripper.fingers.cross_section import CrossSection, misfits
 from soft_gripper.fingers.finger_parts import (
     ContactMaterial,
@@ -20,7 +21,6 @@ from soft_gripper.fingers.finger_parts import (
     TipLoad,
     out_of_range,
 )
-from soft_gripper.names import NAME_RULE, is_name
 from soft_gripper.numbers_check import mistyped
 from soft_gripper.piecewise_linear import PiecewiseLinear
 

@@ -38,11 +38,11 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.xml_text import finite_numbers, read_numbers
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
 from soft_gripper.fingers.materials import SILICONES
-from soft_gripper.xml_numbers import finite_numbers, read_numbers
 
 _CHILDREN = {
     "parent": ["link"],

@@ -16,8 +16,7 @@ from pydrake.systems.primitives import (
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger_parts import PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.piecewise_linear import PiecewiseLinear
-from soft_gripper.piecewise_linear_block import PiecewiseLinearBlock
+from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 from soft_gripper.signals import describe
 
 

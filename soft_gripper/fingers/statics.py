@@ -10,7 +10,7 @@ import numpy as np
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.creep import shares
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.piecewise_linear import PiecewiseLinear
+from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
 _REPETITIONS = 30
 
@@ -62,3 +62,9 @@ def softened(finger: Finger, ratio: float) -> Finger:
         moments = {name: tuple(m / ratio for m in getattr(law, name)) for name in ("base_moment", "tip_moment")}
         law = replace(law, **moments)
     return replace(finger, base=base, tip=tip, elastic_law=law)
+
+
+def elastic_law_block(finger: Finger) -> PiecewiseLinearBlock:
+    """Joint angles (N) rad -> torque (N) N m that turns the springs into the law: stiffness * q - law(q)."""
+    law = finger.joint_law
+    return PiecewiseLinearBlock(PiecewiseLinear(law.x, finger.stiffness[:, None] * law.x - law.y))

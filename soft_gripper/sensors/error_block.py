@@ -4,6 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from pydrake.common import RandomDistribution
+from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.arrays import Array
@@ -75,12 +76,28 @@ class ErrorBlock(LeafSystem):
             values.set_value(self._memory, self._sample.Eval(context).memory.ravel())
             values.set_value(self._draws, self._normal.Eval(context)[self._run * self._readings :])
 
-    def _calc(self, context: Context) -> Sample:
+    def _calc(self, context: Context, value: AbstractValue) -> None:
         memory, draws = (
             context.get_discrete_state(index).value().reshape(-1, self._readings)
             for index in (self._memory, self._draws)
         )
-        return Sample(*self._model.step(memory, self._ideal.Eval(context), draws))
+        value.set_value(Sample(*self._model.step(memory, self._ideal.Eval(context), draws)))
 
     def _calc_read(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._sample.Eval(context).read)
+
+
+def pass_delay_line(line: Array, present: Array) -> tuple[Array, Array]:
+    """What is on its way after this sample, and what arrives with it.
+
+    Args:
+        line: what is on its way, (..., delay, R), from the oldest; NaN before the first sample, which is then what
+            arrives until it has passed itself.
+        present: what sets out, (..., R).
+
+    Returns:
+        the line after this sample, and (..., R) that arrives.
+    """
+    present = present[..., None, :]
+    queue = np.concatenate([np.where(np.isnan(line), present, line), present], axis=-2)
+    return queue[..., 1:, :], queue[..., 0, :]

@@ -8,7 +8,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.numbers_check import check_numbers
-from soft_gripper.sensors.delay_line import pass_delay_line
+from soft_gripper.sensors.error_block import pass_delay_line
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
 from soft_gripper.numbers_check import mistyped
-from soft_gripper.sensors.calibrated_response import CalibratedResponse
-from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,14 @@
 
 Everything takes arrays whose leading axes are free and whose last axis counts the R readings of a finger, so that a
 block calls `step` for one sample and `disturb` goes through a whole recording, for many seeds at once.
+
+Rate-independent hysteresis: a Prandtl-Ishlinskii model, the weighted sum of play operators.
+
+A play operator of radius r follows the strain with a backlash of r to either side. With radii that double from one to
+the next and one weight w for all, the loop of a cycle is as wide as w (stroke - 2 least radius): a share of the stroke,
+whatever the stroke. (M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989; K. Kuhnen,
+Modeling, identification and compensation of complex hysteretic nonlinearities, European Journal of Control 9, 2003,
+doi:10.3166/ejc.9.407-418.)
 """
 
 import math
@@ -14,8 +22,28 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.numbers_check import check_numbers
-from soft_gripper.sensors.delay_line import pass_delay_line
-from soft_gripper.sensors.play_operators import PLAYS, lagging_strain, moved_plays
+from soft_gripper.sensors import strain_errors
+from soft_gripper.sensors.error_block import ErrorBlock, pass_delay_line
+from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.signals import describe
+
+PLAYS = 10
+RADII = 0.2 / 2.0 ** np.arange(PLAYS)[:, None]  # strain, (PLAYS, 1): strokes of up to 0.8 have a full loop
+FULL_SCALE = 0.1  # strain up to which a sensor at rest is stretched when the hysteresis leaves no error
+_FOLLOWED = float(np.maximum(1 - RADII / FULL_SCALE, 0).sum())  # sum of the operators, over the strain, there
+
+
+def moved_plays(plays: Array, strain: Array) -> Array:
+    """The play operators, (..., PLAYS, R), after the strain has become `strain`, (..., R)."""
+    strain = strain[..., None, :]
+    return np.clip(plays, strain - RADII, strain + RADII)
+
+
+def lagging_strain(plays: Array, strain: Array, width: float) -> Array:
+    """The strain with hysteresis, (..., R), for a width of the loop as a share of the stroke."""
+    return (1 - width * _FOLLOWED) * strain + width * plays.sum(axis=-2)
+
 
 MINUTE = 60.0  # s, after which `drift` is reached
 RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal numbers that a sensor needs for a run, and besides for every sample
@@ -191,3 +219,39 @@ def _without_lost(errors: StrainErrors, ratio: Array, draws: Array) -> Array:
         ratio = ratio.copy()
         ratio[..., list(errors.dead)] = np.nan
     return ratio
+
+
+@dataclass(frozen=True)
+class _ReadingErrors:
+    """Errors of the extension ratio, between readings before and after."""
+
+    errors: StrainErrors
+    response: ResponseCurve | CalibratedResponse
+    period: float
+    draws = (strain_errors.RUN_DRAWS, strain_errors.SAMPLE_DRAWS)
+
+    def begin(self, draws: Array) -> Array:
+        return strain_errors.stacked(strain_errors.begin(self.errors, draws))
+
+    def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
+        ratio = self.response.ratio(ideal)
+        before = strain_errors.unstacked(memory)
+        after, disturbed = strain_errors.step(self.errors, before, ratio, draws, self.period)
+        return strain_errors.stacked(after), self.response.reading(disturbed)
+
+
+class StrainErrorBlock(ErrorBlock):
+    """Disturbs the readings of the strain sensors of one finger; see `ErrorBlock`.
+
+    ::
+
+        ideal_strain (paths * S) ------> +------------------+
+                                         | StrainErrorBlock | ---> strain (paths * S) readings
+        standard_normal (7 paths * S) -> +------------------+
+    """
+
+    def __init__(self, layout: SensorLayout, errors: StrainErrors, period: float):
+        """Sensors of the given layout, sampled every `period` s."""
+        model = _ReadingErrors(errors, layout.response, period)
+        super().__init__(model, layout.readings, period, "ideal_strain", "strain")
+        describe(self.GetOutputPort("strain"), "1", path=layout.path_names, section=range(layout.sections))

@@ -1,1 +1,5 @@
 """What only a simulation knows, for estimates to be scored against."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

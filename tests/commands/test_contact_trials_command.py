@@ -7,11 +7,11 @@ import pytest
 
 from soft_gripper.commands import contact_trials
 from soft_gripper.commands.dispatch import dispatch
-from soft_gripper.evaluation.contacts import contact_estimates
-from soft_gripper.evaluation.contacts.contact_errors import ContactErrorRow
-from soft_gripper.evaluation.contacts.contact_trials import ContactRow
+from soft_gripper.evaluation.contacts import estimates as contact_estimates
 from soft_gripper.evaluation.contacts.dataset import load_contacts
-from soft_gripper.evaluation.csv_table import read_csv
+from soft_gripper.evaluation.contacts.errors import ContactErrorRow
+from soft_gripper.evaluation.contacts.trials import ContactRow
+from soft_gripper.files.csv_table import read_csv
 
 
 @pytest.fixture(autouse=True)

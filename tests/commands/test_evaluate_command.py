@@ -17,15 +17,15 @@ from PIL import Image
 from published import ROOT, SENTENCES, TABLES, Written, sentence_problems, table_problems
 
 from soft_gripper.commands import main
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
-from soft_gripper.evaluation.csv_table import read_csv
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
-from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
 from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
 from soft_gripper.evaluation.report.report import Evaluation
-from soft_gripper.files import atomic_folder
+from soft_gripper.files.csv_table import read_csv
+from soft_gripper.files.output import atomic_folder
+from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 pytestmark = pytest.mark.slow
 

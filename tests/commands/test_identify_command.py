@@ -20,8 +20,8 @@ from identified import (
     write_motion,
 )
 
-from soft_gripper.evaluation.identify import fit as fit_module
-from soft_gripper.evaluation.identify.finger_file import read_finger
+from soft_gripper.hardware.identification import fit as fit_module
+from soft_gripper.hardware.identification.finger_file import read_finger
 
 WRITTEN = {"fitted.urdf", "fitted.csv", "fitted.png", "fitted.svg"}
 

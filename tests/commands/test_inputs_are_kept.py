@@ -6,9 +6,9 @@ import pytest
 from command_line import soft_gripper
 from identified import BEAM, RELEASED, finger_of, recorded, release, write_motion
 
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.files import keep_inputs
+from soft_gripper.files.output import keep_inputs
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 IDENTIFY = ("identify", "run.csv", "--finger", "guess.urdf", "--free", "youngs_modulus", "--out")
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from command_line import short, soft_gripper
 
-from soft_gripper.commands.terminal.output import run_folder
-from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.commands.terminal.console import run_folder
 from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from command_line import soft_gripper
 
-from soft_gripper.commands.terminal.paths import path
+from soft_gripper.commands.terminal.options import path
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 

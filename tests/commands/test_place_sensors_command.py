@@ -11,9 +11,9 @@ import pytest
 import yaml
 from command_line import LISTENING, SHORT, soft_gripper
 
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.evaluation.contacts.dataset import Contacts, save_contacts
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 FILES = {"placements.csv", "runs.csv", "left_out.csv", "placement.png", "placement.svg"}
 STEPS = [*SHORT, "pressure.settle=0.4"]
@@ -130,7 +130,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
         (["--belief", "100"], "--belief = 100.0"),
         (["--seed", "-1"], "--seed = '-1'"),
         (["--recordings", "nowhere.nc"], "nowhere.nc: file = 'nowhere.nc': cannot be read"),
-        (["--contacts", "nowhere.npz"], "give one of `contact-trials`"),
+        (["--contacts", "nowhere.npz"], "nowhere.npz: file = 'nowhere.npz': cannot be read"),
         (["--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),
     ],
 )
@@ -143,7 +143,9 @@ def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
 
 
 def test_contacts_take_an_estimator_of_contact(tmp_path):
-    save_contacts(Contacts(*(np.zeros(0) for _ in range(10))), tmp_path / "contacts.npz")
+    one, joints, side = np.full(1, 0.08), np.zeros((1, 12)), np.array(["inner"])
+    contact = Contacts(joints, one, one + 0j, one, one, one, joints, side, one, one)
+    save_contacts(contact, tmp_path / "contacts.npz")
     done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.npz")
     assert done.code == 2
     assert "--estimator = 'gaussian': estimates no contact" in done.err

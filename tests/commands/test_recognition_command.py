@@ -9,9 +9,9 @@ import time
 import pytest
 from command_line import LISTENING, soft_gripper
 
-from soft_gripper.diagrams.loading.shape_model_file import load_shape_model
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
-from soft_gripper.evaluation.recognition.grasp import SHAPES
+from soft_gripper.evaluation.recognition import SHAPES
+from soft_gripper.recognition.model_file import load_shape_model
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 FILES = {
     "grasps.csv",

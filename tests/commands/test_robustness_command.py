@@ -7,13 +7,13 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.evaluation.paper.claims import Claim
-from soft_gripper.evaluation.paper.pose_table import PoseRow
 from soft_gripper.evaluation.report.evaluate import SCENARIOS
 from soft_gripper.evaluation.report.report import Evaluation
+from soft_gripper.evaluation.robustness.claims import Robustness
 from soft_gripper.evaluation.robustness.maps import CASES
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
-from soft_gripper.evaluation.robustness.robustness import Robustness
-from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
+from soft_gripper.evaluation.robustness.table import RobustnessRow
+from soft_gripper.runs.scores.poses import PoseRow
 
 SECTIONS = (1, 2, 3, 4)
 POSES = [

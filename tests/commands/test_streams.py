@@ -18,7 +18,7 @@ from soft_gripper.commands import main
 from soft_gripper.commands.terminal.viewing import wait_for_viewer
 from soft_gripper.diagrams.notes import notes
 from soft_gripper.errors import SimulationDivergedError, WorkerDiedError
-from soft_gripper.folder_claims import claim_folder
+from soft_gripper.files.output import claim_folder
 from soft_gripper.models import DIRECTORY
 
 COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())"]

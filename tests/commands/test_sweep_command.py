@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from command_line import LISTENING, short, soft_gripper
 
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 NOISY = [*short("pressure.settle=0.1"), "--set", "sensor.errors.preset=realistic"]
 VARY = ["--vary", "models.0.fingers.all.youngs_modulus=-10..10 %:2", "--vary", "sensor.seed=0..3:4"]

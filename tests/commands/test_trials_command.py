@@ -16,11 +16,11 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario import TrialsConfig
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
-from soft_gripper.evaluation.csv_table import write_csv
-from soft_gripper.evaluation.trials.trials import run_trial
-from soft_gripper.evaluation.trials.variation import draw, random_numbers
+from soft_gripper.files.csv_table import write_csv
+from soft_gripper.runs.trials.trials import run_trial
+from soft_gripper.runs.trials.variation import draw, random_numbers
+from soft_gripper.scenario.scenario import TrialsConfig
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 COMMAND = [*LISTENING, "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
@@ -112,7 +112,12 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
     assert all(record["cause"].startswith("not over at 0.50 s") for record in found)
     assert f"{len(found)} of 200 trials ended" in printed
     assert "Traceback" not in complaint
-    assert {path.name for path in out.iterdir()} == {"trials.yaml", "trials.csv", "trials_details.csv"}
+    assert {path.name for path in out.iterdir()} == {
+        "trials.yaml",
+        "trials.csv",
+        "trials.csv.sha256",
+        "trials_details.csv",
+    }
 
 
 @pytest.mark.parametrize(

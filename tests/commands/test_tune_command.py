@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from command_line import soft_gripper
 
-from soft_gripper.evaluation.step_table import StepRow
+from soft_gripper.runs.scores.steps import StepRow
 
 COLUMNS = "step,from_mm,to_mm,overshoot_percent,crossings,settling_s,steady_error_estimated_mm,steady_error_true_mm"
 SHORT = ("--set", "control.set_points=[0.08, 0.06]", "--set", "control.hold=1")

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from command_line import short
 
-from soft_gripper.diagrams.schema.scenario_file import SHIPPED
+from soft_gripper.scenario.scenario_file import SHIPPED
 
 pytestmark = pytest.mark.slow
 
@@ -66,7 +66,7 @@ def test_holds_every_file_of_every_package(wheel: Path) -> None:
         shipped = {f"{package.replace('.', '/')}/{file}" for file in files if "__pycache__" not in file.parts}
         assert shipped - names == set()
     assert {"soft_gripper/models/package.xml", "soft_gripper/diagrams/scenarios/free_bending.yaml"} <= names
-    assert "soft_gripper/diagrams/schema/sensor_presets.yaml" in names
+    assert "soft_gripper/scenario/sensor_presets.yaml" in names
 
 
 def test_takes_no_name_but_its_own(wheel: Path) -> None:

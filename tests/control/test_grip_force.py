@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.control.grip_force import GripForce
+from soft_gripper.control.grip import GripForce
 from soft_gripper.signals import signal_of
 
 

@@ -7,7 +7,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from soft_gripper.control.grip_torque import GripTorque
+from soft_gripper.control.grip import GripTorque
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY

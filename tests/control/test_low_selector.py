@@ -16,7 +16,7 @@ from pydrake.systems.primitives import (
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.low_selector import LowSelector
+from soft_gripper.control.grip import LowSelector
 from soft_gripper.control.pid_controller import PidGains, SampledPidController
 
 T = 0.01  # s

@@ -4,7 +4,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from soft_gripper.control.sampled_steps import SampledSteps
+from soft_gripper.control.grip import SampledSteps
 
 PERIOD = 0.01  # s
 VALUES = (3.0, -1.0, 4.0, -1.5)

@@ -10,10 +10,10 @@ from finger_plants import free_bending
 
 from soft_gripper.diagrams import kept_stations
 from soft_gripper.diagrams.kept_stations import MOST, kept_station
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.strain_sensor import StrainSensor
 
 SHORT = ["pressure.steps.all=[60e3]", "pressure.settle=0.1", "pressure.hold_samples=2"]

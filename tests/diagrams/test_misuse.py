@@ -99,7 +99,7 @@ def test_a_scenario_of_python_is_checked_too():
 
 def test_a_recording_names_the_users_own_blocks():
     def make(layout, gravity, period):
-        return sg.ArcPoseEstimator(layout, gravity)
+        return sg.estimators.ArcPoseEstimator(layout, gravity)
 
     station = sg.make_station(sg.load_scenario("obstructed_inside"), make_estimator=make)
     assert station.parts.about["sensor"] == "strain"

@@ -145,10 +145,12 @@ def test_nan_for_readings_that_are_missing_is_an_answer(caplog):
     """As those of this project answer; it is noted in the log."""
 
     def make(layout, gravity, period):
-        return sg.ShapeEstimator(lambda readings, driving, gravity: shape(readings, driving), layout, gravity)
+        return sg.estimators.ShapeEstimator(
+            lambda readings, driving, gravity: shape(readings, driving), layout, gravity
+        )
 
     def shape(readings, driving):
-        return sg.ShapeEstimate(driving + 0 * readings.sum(axis=-1, keepdims=True))
+        return sg.estimators.ShapeEstimate(driving + 0 * readings.sum(axis=-1, keepdims=True))
 
     dead = "sensor.errors={dead: [{path: inner, section: 0}]}"
     recording = sg.run_station(sg.make_station(free_bending([20e3], 0.1, dead), make_estimator=make))
@@ -161,15 +163,15 @@ def test_nan_for_readings_that_are_missing_is_an_answer(caplog):
     [
         (lambda readings, driving, gravity: None, "returned a NoneType"),
         (lambda readings, driving, gravity: driving, "returned a ndarray"),
-        (lambda readings, driving, gravity: sg.ShapeEstimate(driving[..., 1:]), "(11,)"),
-        (lambda readings, driving, gravity: sg.ShapeEstimate(np.zeros(12)), "(12,)"),
+        (lambda readings, driving, gravity: sg.estimators.ShapeEstimate(driving[..., 1:]), "(11,)"),
+        (lambda readings, driving, gravity: sg.estimators.ShapeEstimate(np.zeros(12)), "(12,)"),
     ],
 )
 def test_a_function_that_gives_no_shape(function, said):
     with pytest.raises(sg.InputError) as caught:
         sg.make_station(
             free_bending([20e3], 0.1),
-            make_estimator=lambda layout, gravity, period: sg.ShapeEstimator(function, layout, gravity),
+            make_estimator=lambda layout, gravity, period: sg.estimators.ShapeEstimator(function, layout, gravity),
         )
     assert caught.value.field == "function"
     assert "estimator.type = test_own_blocks:" in str(caught.value)
@@ -180,9 +182,11 @@ def test_a_function_that_fails_for_all_samples_at_once():
     def single(readings, driving, gravity):
         if driving.ndim > 1 and len(driving) > 2:
             raise ValueError("one at a time")
-        return sg.ShapeEstimate(driving)
+        return sg.estimators.ShapeEstimate(driving)
 
-    error = refused(make_estimator=lambda layout, gravity, period: sg.ShapeEstimator(single, layout, gravity))
+    error = refused(
+        make_estimator=lambda layout, gravity, period: sg.estimators.ShapeEstimator(single, layout, gravity)
+    )
     assert error.field == "estimator.type"
     assert "ValueError: one at a time" in error.expected
 

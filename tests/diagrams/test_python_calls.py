@@ -9,16 +9,16 @@ from creeping_fingers import FINGER, write_creeping
 from finger_plants import free_bending
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.scenario.scenario_file import load_scenario
 
 BEGIN = 0.5025  # s, between two samples
 OF_THE_PLANT = (
-    *("soft_gripper.truth.contact_patches.", "soft_gripper.truth.finger_contact."),
-    "soft_gripper.manipulation.task_phases._",
+    "soft_gripper.truth.contact.",
+    "soft_gripper.control.task_phases._",
 )
-_REMEMBERED = "shape.driving_torque._remember"
+_REMEMBERED = "estimators.driving_torque._remember"
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
@@ -66,16 +66,16 @@ def baseline():
 def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
     two_fingers = 2 * 100
     assert baseline["soft_gripper.sensors.strain_sensor._sample"] == two_fingers
-    assert baseline["soft_gripper.estimators.section_arcs.bends_from_readings"] == two_fingers
-    assert baseline["soft_gripper.estimation.force_estimator._remember"] == two_fingers
+    assert baseline["soft_gripper.estimators.arcs.bends_from_readings"] == two_fingers
+    assert baseline["soft_gripper.load.force_estimator._remember"] == two_fingers
 
 
 def test_what_nothing_reads_is_left_for_the_recording(baseline):
     for name in (
-        "truth.metrics",
-        "truth.finger_contact.finger_contacts",
-        "estimation.torque_balance",
-        "shape.arcs.join",
+        "truth.poses",
+        "truth.contact.finger_contacts",
+        "load.torque_balance",
+        "estimators.arcs.join",
     ):
         assert not any(call.startswith(f"soft_gripper.{name}") for call in baseline)
 
@@ -100,7 +100,7 @@ def test_errors_of_sensors_work_once_a_sample():
     assert runs[0.01] == runs[0.002]
     blocks = 2 * 2 * 100
     assert [runs[0.01][f"soft_gripper.sensors.error_block.{name}"] for name in ("_calc", "_remember")] == [blocks] * 2
-    for name in ("estimators.section_arcs.bends_from_readings", "estimation.force_estimator._remember"):
+    for name in ("estimators.arcs.bends_from_readings", "load.force_estimator._remember"):
         assert runs[0.01][f"soft_gripper.{name}"] == 200
 
 
@@ -115,19 +115,19 @@ def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
 
 
 CALLBACKS = {  # calls in a second, with two fingers
-    "sensors.base_pose_sensor._sample": 200,
+    "sensors.base_pose._sample": 200,
     "estimators.bend_sharing.joint_angles": 200,
-    "estimation.torque_balance.external_torque": 200,
-    "estimation.force_estimator._remember": 200,
-    "estimation.contact_detector._calc_touch": 200,
-    "estimation.contact_detector._remember": 200,
-    "estimation.object_width._calc_width": 0,  # which nothing reads: it is computed after the run
-    "truth.true_contact._collect": 100,
-    "estimation.gripper_opening._calc_opening": 100,
+    "load.torque_balance.external_torque": 200,
+    "load.force_estimator._remember": 200,
+    "load.contact_detector._calc_touch": 200,
+    "load.contact_detector._remember": 200,
+    "load.object_width._calc_width": 0,  # which nothing reads: it is computed after the run
+    "truth.contact._collect": 100,
+    "load.gripper_opening._calc_opening": 100,
     "control.pid_controller._remember": 100,
     "control.pid_controller._calc_output": 100,
-    "manipulation.task_machine._update": 100,
-    "manipulation.task_phases.step": 100,
+    "control.task_machine._update": 100,
+    "control.task_phases.step": 100,
 }
 
 
@@ -144,12 +144,12 @@ def test_blocks_of_a_task_work_once_a_sample():
 def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
     own, calls = handling(name, time_step)
     assert own == handling(name, 0.01)[0]
-    assert calls["soft_gripper.truth.true_contact._collect"] == 100
+    assert calls["soft_gripper.truth.contact._collect"] == 100
 
 
 @pytest.mark.parametrize("time_step", [0.002, 0.01])
 def test_what_is_remembered_is_computed_once_a_sample(time_step):
     """Whatever the step of the plant; how much work a sample is depends on whether something is touched."""
     _, calls = handling("pick_and_place_delicate", time_step)
-    for name in ("recursive_estimator._calc_known", "recursive_shape.estimate", "recursive_estimator._remember"):
+    for name in ("recursive._calc_known", "recursive.estimate", "recursive._remember"):
         assert calls[f"soft_gripper.estimators.{name}"] == 200

@@ -6,7 +6,7 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import RandomSource
 
-from soft_gripper.diagrams.random_seed import seed_random_sources
+from soft_gripper.diagrams.simulation import seed_random_sources
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ import pytest
 import xarray as xr
 from finger_plants import free_bending
 
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import advance, make_simulator, run_station, simulate, solver_config
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 
 def test_progress_reports_the_time_after_every_step():

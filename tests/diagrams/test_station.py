@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import Diagram
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
 from soft_gripper.signals import signal_of
 
 FINGERS = ("left_finger", "right_finger")

@@ -2,9 +2,9 @@
 
 from source_comments import field_texts, has_fields
 
-from soft_gripper.diagrams.schema.scenario import FingerChanges, FingerConfig, Scenario, SensorConfig
+from soft_gripper.estimators.arcs import Arcs
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.shape.arcs import Arcs
+from soft_gripper.scenario.scenario import FingerChanges, FingerConfig, Scenario, SensorConfig
 
 
 def text_of(cls, name):

@@ -12,9 +12,9 @@ import pytest
 from command_line import short
 from processes import family
 
-from soft_gripper.diagrams.schema.scenario_file import read_override
-from soft_gripper.evaluation.executor.executor import open_executor
-from soft_gripper.evaluation.sweep.sweep import run_sweep
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.sweep.run import run_sweep
+from soft_gripper.scenario.scenario_file import read_override
 
 pytestmark = pytest.mark.slow
 

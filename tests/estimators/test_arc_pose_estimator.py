@@ -16,13 +16,13 @@ from pydrake.systems.primitives import (
 )
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arcs import arcs_from_readings, bends_from_readings, joints_on_arcs
 from soft_gripper.estimators.bend_sharing import BendSharing
-from soft_gripper.estimators.section_arcs import arcs_from_readings, bends_from_readings, joints_on_arcs
+from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.sensor_layout import extension_ratios
 from soft_gripper.sensors.strain_sensor import StrainSensor
-from soft_gripper.shape.bending_plane import pose_entries
 from soft_gripper.signals import signal_of
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
@@ -145,7 +145,7 @@ def test_a_moved_base_moves_the_world_positions_alone(layout, strain):
 
 def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch):
     estimate = Mock(wraps=bends_from_readings)
-    monkeypatch.setattr("soft_gripper.estimators.arc_pose_estimator.bends_from_readings", estimate)
+    monkeypatch.setattr("soft_gripper.estimators.arc_estimator.bends_from_readings", estimate)
     Fixed(layout).read(strain)
     assert estimate.call_count == 1
 

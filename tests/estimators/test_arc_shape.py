@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
-from soft_gripper.estimators.arc_shape import ArcShape
+from soft_gripper.estimators.arc_estimator import ArcPoseEstimator, ArcShape
+from soft_gripper.estimators.plane import bending_plane, pose_entries
 from soft_gripper.fingers.kinematics import as_planar
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.bending_plane import bending_plane, pose_entries
 
 GRAVITY = np.array([0.5, -1.0, -9.0])  # m/s^2
 X_WB = RigidTransform(RollPitchYaw(2.0, 0.3, -0.4), [0.1, 0.2, 0.3])

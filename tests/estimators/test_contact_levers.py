@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.contact_levers import face_offset, unit_torques
+from soft_gripper.estimators.contact import face_offset, unit_torques
 from soft_gripper.fingers.kinematics import forward_kinematics
 
 STEP = 1e-6  # rad

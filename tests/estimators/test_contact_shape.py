@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance
 
-from soft_gripper.estimators.contact_shape import ContactShape
+from soft_gripper.estimators.contact import FRICTION, ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.single_force import FRICTION
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.uncertainty import Uncertainty
 
 TWO, FOUR = {"sections": 2, "borders": (1 / 3,)}, {"sections": 4}
 PLACES = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0]  # of the length

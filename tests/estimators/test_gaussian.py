@@ -7,13 +7,12 @@ import pytest
 from loaded_fingers import in_balance
 from scipy.stats import chi2
 
-from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
-from soft_gripper.estimators.load_prior import torque_covariance
+from soft_gripper.estimators.bends import section_bends
+from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of, torque_covariance
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.section_bends import section_bends
-from soft_gripper.shape.uncertainty import Uncertainty
 
 PRESSURE = 80e3  # Pa
 LAYOUTS = {

@@ -12,17 +12,14 @@ from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource, V
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.load_prior import torque_covariance
-from soft_gripper.estimators.recursive_estimator import RecursiveEstimator
-from soft_gripper.estimators.recursive_shape import Filter, RecursiveShape
+from soft_gripper.estimators.gaussian import GaussianShape, torque_covariance
+from soft_gripper.estimators.recursive import Filter, RecursiveEstimator, RecursiveShape
+from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
-from soft_gripper.shape.position_band import position_std
-from soft_gripper.shape.uncertainty import Uncertainty
 
 PERIOD, NOISE = 0.01, 2e-3
 DOWN = 9.81 + 0j  # the finger hangs

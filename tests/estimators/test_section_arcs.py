@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.section_arcs import arcs_from_readings, joints_on_arcs
+from soft_gripper.estimators.arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios

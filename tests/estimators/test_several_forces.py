@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from soft_gripper.estimators.contact_levers import unit_torques
-from soft_gripper.estimators.several_forces import NEAREST, fit_several_forces
-from soft_gripper.estimators.single_force import Bends, Fit, fit_single_force
+from soft_gripper.estimators.contact import (
+    SEVERAL_NEAREST,
+    Bends,
+    Fit,
+    fit_several_forces,
+    fit_single_force,
+    unit_torques,
+)
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -70,7 +75,7 @@ def test_friction_widens_the_uncertainty(layout, bent, monkeypatch):
     q, s = bent(2, 12) / 4, np.array([0.6, 0.9]) * layout.finger.length
     bends = bends_of(layout, q, s, [-0.8, -0.6], 1e-4)
     rubbing = fitted(layout, q, bends, -1.0).contact
-    monkeypatch.setattr("soft_gripper.estimators.several_forces.FRICTION", 0.0)
+    monkeypatch.setattr("soft_gripper.estimators.contact.FRICTION", 0.0)
     smooth = fitted(layout, q, bends, -1.0).contact
     assert (rubbing.force_std > smooth.force_std).all()
     assert (rubbing.arc_length_std > smooth.arc_length_std).all()
@@ -81,8 +86,8 @@ def test_uncertainty_is_that_of_the_forces_beside_each_other(layout, monkeypatch
 
     That of the sum and of the centre have the covariance between neighbours in them, which nearly cancels.
     """
-    monkeypatch.setattr("soft_gripper.estimators.several_forces.FRICTION", 0.0)
-    s = np.linspace(NEAREST, 1, 29) * layout.finger.length
+    monkeypatch.setattr("soft_gripper.estimators.contact.FRICTION", 0.0)
+    s = np.linspace(SEVERAL_NEAREST, 1, 29) * layout.finger.length
     q, std, at = np.zeros((1, 12)), 5e-4, 14
     fit = fitted(layout, q, bends_of(layout, q, s[[at]], [0.8], std), 1.0)
     units = np.array([bends_of(layout, q, s[[i]], [1.0]).theta[0] for i in range(29)]).T
@@ -113,7 +118,7 @@ def test_errors_lie_within_two_standard_deviations(shipped_finger):
 
 def test_a_force_at_one_place_might_press_beside_it(layout):
     """So its place is uncertain, though there is no other; here it presses where one is looked for."""
-    place = NEAREST * layout.finger.length + 0.003 * 14  # the places are 3 mm apart
+    place = SEVERAL_NEAREST * layout.finger.length + 0.003 * 14  # the places are 3 mm apart
     bends = bends_of(layout, np.zeros((1, 12)), np.array([place]), [0.8], 1e-3)
     contact = fitted(layout, np.zeros((1, 12)), bends, 1.0).contact
     assert contact.arc_length == pytest.approx(place, abs=1e-3)
@@ -125,7 +130,7 @@ def test_a_load_that_is_spread_has_its_sum_and_its_middle(layout, bent):
     fit = fitted(layout, q, bends_of(layout, q, s, [0.1] * 9), 1.0)
     np.testing.assert_allclose(fit.contact.force, 0.9, rtol=0.05)
     np.testing.assert_allclose(fit.contact.arc_length, 0.7 * layout.finger.length, rtol=0.03)
-    assert (fit.contact.arc_length > NEAREST * layout.finger.length).all()
+    assert (fit.contact.arc_length > SEVERAL_NEAREST * layout.finger.length).all()
 
 
 def test_a_batch_is_its_samples(layout, bent):

@@ -11,13 +11,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
+from soft_gripper.estimators.plane import bending_plane, pose_entries
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_sensor import StrainSensor
-from soft_gripper.shape.bending_plane import bending_plane, pose_entries
-from soft_gripper.shape.position_band import position_std
-from soft_gripper.shape.uncertainty import Uncertainty
 from soft_gripper.signals import signal_of
 
 GRAVITY, PRESSURE = np.array([0.5, -1.0, -9.0]), 80e3  # m/s^2, Pa

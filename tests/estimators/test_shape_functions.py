@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.uncertainty import Uncertainty
 
 
 def test_names():

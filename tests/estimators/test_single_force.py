@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.contact_levers import unit_torques
-from soft_gripper.estimators.single_force import TIP_ZONE, Bends, Fit, choose, fit_single_force, misfit, put
+from soft_gripper.estimators.contact import TIP_ZONE, Bends, Fit, choose, fit_single_force, misfit, put, unit_torques
+from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.estimate import ContactForce
 
 USUAL = 2.0  # N
 STD = 2e-4  # rad, of the bends
@@ -94,7 +93,7 @@ def test_a_force_on_the_tips_edge_has_any_direction(layout, along):
 
 def test_uncertainty_without_friction_is_that_of_noise(layout, monkeypatch):
     """The bends of one force with noise, 400 times over: as scattered as it is said to be."""
-    monkeypatch.setattr("soft_gripper.estimators.single_force.FRICTION", 0.0)
+    monkeypatch.setattr("soft_gripper.estimators.contact.FRICTION", 0.0)
     rng, std = np.random.default_rng(6), 5e-4
     bends, _ = bends_of(layout, np.zeros(12), 0.08, 0.6, std)
     theta = bends.theta + std * rng.standard_normal((400, 4))
@@ -110,7 +109,7 @@ def test_friction_widens_the_uncertainty(layout, monkeypatch):
         bends, _ = bends_of(layout, np.full(12, angle), 0.08, -0.6)
         contacts = []
         for friction in (0.25, 0.0):
-            monkeypatch.setattr("soft_gripper.estimators.single_force.FRICTION", friction)
+            monkeypatch.setattr("soft_gripper.estimators.contact.FRICTION", friction)
             contacts.append(fit_single_force(layout, np.full(12, angle), bends, USUAL).contact)
         rubbing, smooth = contacts
         assert rubbing.force == pytest.approx(smooth.force)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.bends import section_bends
 from soft_gripper.estimators.spline import SplineShape
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.section_bends import section_bends
 
 LAYOUTS = {
     "two": {"sections": 2},

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.evaluation.paper.scenario_run import run_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.2", "pressure.hold_samples=5"]
 

@@ -5,10 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.checksums import SUMS
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.evaluation.csv_table import read_csv
 from soft_gripper.evaluation.paper.scenario_run import is_finished
 from soft_gripper.evaluation.pid_regimes import (
     REGIMES,
@@ -18,6 +15,9 @@ from soft_gripper.evaluation.pid_regimes import (
     regimes_figure,
     run_regimes,
 )
+from soft_gripper.files.csv_table import read_csv
+from soft_gripper.files.output import SUMS
+from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow
 

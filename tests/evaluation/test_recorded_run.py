@@ -8,12 +8,12 @@ import xarray as xr
 from damaged_files import damaged_recordings
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.calibrate_recordings import calibrate_recordings
-from soft_gripper.evaluation.placement.held_finger import held_fingers
-from soft_gripper.evaluation.recorded_run import load_run, read_signal
+from soft_gripper.hardware.calibration import calibrate_recordings
+from soft_gripper.placement.held_finger import held_fingers
+from soft_gripper.runs.scores.recorded_run import load_run, read_signal
+from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ("pressure.steps.all=[0, 180e3]", "pressure.settle=0.6", "pressure.hold_samples=10", "sensor.sections=2")
 PLACED_BY = ("link_contact_force", "sampled_joint_angles", "sampled_pressure", "X_WB")

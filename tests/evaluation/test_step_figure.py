@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.colors import same_color
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.evaluation.step_figure import step_figure
+from soft_gripper.runs.scores.steps import step_figure
 
 TIME = np.arange(0.0, 1.0, 0.1)
 NAMES = ("under-damped", "tuned", "over-damped")

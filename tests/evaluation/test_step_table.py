@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.evaluation import step_table as module
-from soft_gripper.evaluation.step_table import step_table
+from soft_gripper.runs.scores import steps as module
+from soft_gripper.runs.scores.steps import step_table
 
 PERIOD, HOLD = 0.01, 4.0
 

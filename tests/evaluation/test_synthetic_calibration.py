@@ -6,9 +6,9 @@ import xarray as xr
 from command_line import soft_gripper
 from synthetic_hardware import CALIBRATION, free_bending
 
-from soft_gripper.diagrams.loading.calibration_file import load_calibration
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.calibration_file import load_calibration
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 ONE_FINGER = """models:
 - name: left_finger
@@ -28,7 +28,7 @@ def recorded(tmp_path):
         time, pressure, strain = free_bending()
         base = np.tile(np.eye(3, 4), (len(time), 1, 1))
         signals = {
-            "left_finger.sampled_pressure": (["time", "one"], pressure[:, None]),
+            "left_finger.sampled_pressure": (["time"], pressure),
             "left_finger.strain": (["time", "path", "section"], strain),
             "left_finger.X_WB": (["time", "row", "column"], base),
         }

@@ -12,15 +12,14 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
 
-from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.creep import advance, memory_torque
-from soft_gripper.fingers.creep_torque import CreepTorque, PressureSoftening, Softened
+from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened, advance, memory_torque
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.scenario import PressureConfig
 
 BRANCHES = (CreepBranch(0.2, 0.3), CreepBranch(0.1, 4.0))
 PRESSURE = 100e3  # Pa

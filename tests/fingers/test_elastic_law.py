@@ -8,14 +8,13 @@ import pytest
 from command_line import soft_gripper
 from finger_plants import built_at, free_bending
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario, scenario_names
 from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.fingers.elastic_law import elastic_law_block
 from soft_gripper.fingers.finger_parts import ElasticLaw
-from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.fingers.statics import elastic_law_block, free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
 
 LAW = ElasticLaw(
     curvature=(-50.0, -10.0, 5.0, 12.0, 40.0),

@@ -11,10 +11,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
-from soft_gripper.diagrams.loading.model_files import load_model
-from soft_gripper.diagrams.schema.scenario import ArmConfig, ModelConfig, Scenario
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.remove_links import remove_links
+from soft_gripper.fingers.urdf import remove_links
+from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.scenario import ArmConfig, ModelConfig, Scenario
 
 PATH = Path("arm.urdf")
 MASS = 2.0  # kg, of every link: see INERTIAL

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.paper.held_steps import held_samples
-from soft_gripper.evaluation.paper.pose_table import PoseRow, pose_table
 from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.runs.scores.poses import PoseRow, held_samples, pose_table
+from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow
 

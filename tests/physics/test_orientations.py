@@ -6,9 +6,9 @@ from arm_plants import HOME, POSTURES, ur5e
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
 
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, TaskConfig
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, TaskConfig
 
 pytestmark = pytest.mark.slow
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.scenario_file import load_scenario
 
 REAL = """
 <creep share="0.2 0.1" time="0.3 4"/>

@@ -5,10 +5,10 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from soft_gripper.estimators.arcs import join_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.pictures.finger_shapes import arrow_of_force, draw_band, point_on_chain
-from soft_gripper.shape.arcs import join_arcs
 
 
 @pytest.mark.parametrize(("force", "face"), [(0.5, "inner_face"), (-0.5, "outer_face")])

@@ -7,14 +7,13 @@ import pytest
 from scenes import Scene
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.diagrams.view.viewpoint import upright_view
 from soft_gripper.pictures.camera import MARGIN, framing_camera
 from soft_gripper.pictures.close_up import CloseUp
-from soft_gripper.pictures.rendering import Picture, SceneRenderer
+from soft_gripper.pictures.rendering import SUN, Picture, SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure, scenes_figure
-from soft_gripper.pictures.studio import SUN
+from soft_gripper.scenario.scenario_file import load_scenario
 
 BOX, IRREGULAR, SKIN = (0.25, 0.47, 0.70), (0.45, 0.62, 0.36), (0.93, 0.55, 0.36)  # as the model files say
 

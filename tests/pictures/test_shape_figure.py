@@ -9,14 +9,14 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.fingers.finger_links import link_name
-from soft_gripper.pictures.shape_figure import shape_figure
+from soft_gripper.pictures.shapes import shape_figure
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 SECTIONS = 3

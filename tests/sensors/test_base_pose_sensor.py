@@ -10,7 +10,7 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from soft_gripper.sensors.base_pose_sensor import BasePoseSensor
+from soft_gripper.sensors.base_pose import BasePoseSensor
 from soft_gripper.signals import signal_of
 
 T = 0.01  # s

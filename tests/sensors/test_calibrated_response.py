@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.sensors.calibrated_response import CalibratedResponse
-from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

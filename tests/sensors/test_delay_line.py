@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.sensors.delay_line import pass_delay_line
+from soft_gripper.sensors.error_block import pass_delay_line
 
 
 @pytest.mark.parametrize("delay", [0, 1, 4])

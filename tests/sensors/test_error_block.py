@@ -12,8 +12,7 @@ from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_error_block import StrainErrorBlock
-from soft_gripper.sensors.strain_errors import RUN_DRAWS, Draws, StrainErrors, disturb
+from soft_gripper.sensors.strain_errors import RUN_DRAWS, Draws, StrainErrorBlock, StrainErrors, disturb
 from soft_gripper.sensors.strain_sensor import StrainSensor
 from soft_gripper.signals import signal_of
 

@@ -5,7 +5,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from soft_gripper.sensors.fixed_base_pose import FixedBasePose
+from soft_gripper.sensors.base_pose import FixedBasePose
 from soft_gripper.signals import signal_of
 
 X_WB = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [1, 2, 3])

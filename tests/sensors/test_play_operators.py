@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from soft_gripper.sensors.play_operators import FULL_SCALE, PLAYS, RADII, lagging_strain, moved_plays
-from soft_gripper.sensors.strain_errors import StrainErrors, disturb
+from soft_gripper.sensors.strain_errors import (
+    FULL_SCALE,
+    PLAYS,
+    RADII,
+    StrainErrors,
+    disturb,
+    lagging_strain,
+    moved_plays,
+)
 
 WIDTH = 0.02  # of the stroke
 

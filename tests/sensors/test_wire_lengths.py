@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.bends import section_bends
 from soft_gripper.sensors.wire_lengths import WireCalibration, as_strain
-from soft_gripper.shape.section_bends import section_bends
 
 SPACING = 0.04
 

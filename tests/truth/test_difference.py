@@ -3,7 +3,7 @@
 import numpy as np
 
 from soft_gripper.signals import signal_of
-from soft_gripper.truth.difference import Difference
+from soft_gripper.truth.poses import Difference
 
 
 def test_the_estimate_less_the_truth():

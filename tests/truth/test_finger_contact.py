@@ -6,9 +6,9 @@ from pydrake.geometry import GeometryId
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.tree import BodyIndex
 
-from soft_gripper.truth.contact_patches import Patch
-from soft_gripper.truth.finger_contact import (
+from soft_gripper.truth.contact import (
     FingerContacts,
+    Patch,
     TouchedLinks,
     contact_signals,
     contact_width,

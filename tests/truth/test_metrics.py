@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.truth.metrics import PoseError, fingertip_error, pose_error
+from soft_gripper.truth.poses import PoseError, fingertip_error, pose_error
 
 
 def test_pose_error_is_the_mean_distance_of_the_joints():

@@ -24,8 +24,7 @@ from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.signals import signal_of
-from soft_gripper.truth.finger_contact import TouchedLinks
-from soft_gripper.truth.true_contact import TrueContact
+from soft_gripper.truth.contact import TouchedLinks, TrueContact
 
 MODELS = ("hydroelastic_with_fallback", "point")
 G = 9.81  # m/s^2

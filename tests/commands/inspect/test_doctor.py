@@ -6,7 +6,7 @@ import numpy as np
 from command_line import soft_gripper
 
 from soft_gripper.commands.inspect import doctor
-from soft_gripper.diagrams.loading import mesh_cache
+from soft_gripper.scenario import mesh_object as mesh_cache
 
 
 def findings(outcome):

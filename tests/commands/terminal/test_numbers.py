@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from soft_gripper.commands.terminal.numbers import number_from_zero, number_of_jobs, whole_number
+from soft_gripper.commands.terminal.options import number_from_zero, number_of_jobs, whole_number
 from soft_gripper.errors import InputError
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from soft_gripper.commands.terminal import options
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario_file import load_scenario
 
 
 @pytest.mark.parametrize(("number", "said"), [(30, ""), (300, "note: reading 300 models, which may take minutes\n")])

@@ -9,10 +9,10 @@ from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
 from soft_gripper.diagrams.manipulation.arm import carried_models, gripper_model
-from soft_gripper.diagrams.scene.arm_home import arm_joints
-from soft_gripper.diagrams.schema.scenario import ModelConfig
+from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_links import link_name
+from soft_gripper.scenario.scenario import ModelConfig
 
 BALL_ARM = """<sdf version="1.7"><model name="arm"><link name="base"/><link name="flange"/>
 <joint name="shoulder" type="ball"><parent>base</parent><child>flange</child></joint></model></sdf>"""

@@ -12,13 +12,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial
 from scenario_plants import add_scene, arm_of
 
+from soft_gripper.control.arm_motion import joint_path
+from soft_gripper.control.task_phases import Phase
 from soft_gripper.diagrams.manipulation import path_check
-from soft_gripper.diagrams.manipulation.collision_check import TOUCH_DEPTH
-from soft_gripper.diagrams.manipulation.path_check import POSTURE_SPACING, check_paths
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
+from soft_gripper.diagrams.manipulation.path_check import POSTURE_SPACING, TOUCH_DEPTH, check_paths
 from soft_gripper.errors import InputError
-from soft_gripper.manipulation.arm_motion import joint_path
-from soft_gripper.manipulation.task_phases import Phase
+from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 
 BALL, SMALL = 0.05, 0.006  # m, radii
 AHEAD = 0.3  # m, from the ball on the slide to the thing in its grasp

@@ -5,8 +5,8 @@ import pytest
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.diagrams.manipulation.reported_pose import reported_pose
-from soft_gripper.diagrams.schema.scenario import ModelConfig, PoseErrorConfig, TaskConfig
+from soft_gripper.diagrams.manipulation.path_check import reported_pose
+from soft_gripper.scenario.scenario import ModelConfig, PoseErrorConfig, TaskConfig
 
 X_WO = RigidTransform(RollPitchYaw(0.3, -0.2, 0.5), [0.4, -0.1, 0.03])
 MODELS = [ModelConfig("table"), ModelConfig("box", X_PC=Transform(X_WO), free=True)]

@@ -8,13 +8,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput, Sine
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.random_seed import seed_random_sources
 from soft_gripper.diagrams.recording.derived_signals import Logged, Output, SignalSources
 from soft_gripper.diagrams.recording.signal_logs import add_logs
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
-from soft_gripper.diagrams.simulation import solver_config
+from soft_gripper.diagrams.simulation import seed_random_sources, solver_config
 from soft_gripper.diagrams.station import add_station
-from soft_gripper.truth.difference import Difference
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.truth.poses import Difference
 
 SHORT = "pressure.settle=0.2", "pressure.hold_samples=5"
 BESIDE = "estimator.beside=[spline, gaussian, contact, recursive]"

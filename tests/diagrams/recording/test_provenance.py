@@ -8,8 +8,8 @@ import pytest
 
 from soft_gripper.diagrams.recording.provenance import provenance
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 EVERYTHING = str(Path(__file__).parents[2] / "scenarios/one_of_everything.yaml")
 SHORT = ["task=null", "pressure.settle=0.02"]

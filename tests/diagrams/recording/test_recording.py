@@ -7,18 +7,18 @@ from finger_plants import free_bending
 from scipy.io import netcdf_file
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
-from soft_gripper.estimation.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.estimators.arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.estimators.bend_sharing import BendSharing
-from soft_gripper.estimators.section_arcs import arcs_from_readings, joints_on_arcs
+from soft_gripper.estimators.plane import bending_plane, pose_entries, to_world
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import extension_ratios
-from soft_gripper.shape.bending_plane import bending_plane, pose_entries, to_world
-from soft_gripper.truth.metrics import fingertip_error, pose_error
+from soft_gripper.truth.poses import fingertip_error, pose_error
 
 RESPONSE = "sensor.response=[[0.7, -0.2], [1.0, 0.0], [1.4, 0.9]]"
 

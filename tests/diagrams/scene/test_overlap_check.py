@@ -2,9 +2,9 @@
 
 import pytest
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario_file import load_scenario
 
 ANOTHER_BOX = "{name: other, file: package://soft_gripper/objects/box.sdf, free: true}"
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario_file import load_scenario
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 GRIPPER = "package://soft_gripper/grippers/two_finger.urdf"

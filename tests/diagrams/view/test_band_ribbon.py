@@ -5,10 +5,10 @@ from drawing import Drawing
 from pydrake.multibody.tree import BodyIndex
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.band_ribbon import BAND, draw_ribbon, place_ribbon
 from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
+from soft_gripper.diagrams.view.estimate_visualizer import BAND, draw_ribbon, place_ribbon
+from soft_gripper.estimators.arcs import join_arcs
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.shape.arcs import join_arcs
 
 STD = np.linspace(0.1e-3, 2e-3, 13)  # m
 

@@ -4,10 +4,10 @@ import sys
 
 import pytest
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.view.block_diagram import graphviz, save_block_diagram
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario_file import load_scenario
 
 BEGINNINGS = {"dot": b"digraph", "gv": b"digraph", "svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
 

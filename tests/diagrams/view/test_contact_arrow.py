@@ -5,10 +5,10 @@ import pytest
 from drawing import Drawing
 from pydrake.multibody.tree import BodyIndex
 
-from soft_gripper.diagrams.view.contact_arrow import CONTACT, LENGTH, draw_arrow, place_arrow
 from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT, LENGTH, draw_arrow, place_arrow
+from soft_gripper.estimators.arcs import Arcs, join_arcs
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.shape.arcs import Arcs, join_arcs
 
 PATH = f"{CONTACT}/finger/arrow"
 ROUNDING = 3e-6  # m

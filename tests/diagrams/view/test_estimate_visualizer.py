@@ -17,10 +17,10 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.bending_plane import pose_entries
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -0.4, 1.1), [0.1, -0.2, 0.3])
 LIMIT = 0.2

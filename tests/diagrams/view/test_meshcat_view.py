@@ -12,17 +12,15 @@ from pydrake.geometry import Meshcat
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.live.open_scenario import open_scenario
-from soft_gripper.diagrams.schema.scenario import Scenario
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.view.band_ribbon import BAND
-from soft_gripper.diagrams.view.contact_arrow import CONTACT
-from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, BAND, CONTACT, CURVE
 from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.diagrams.view.viewpoint import upright_view
+from soft_gripper.play.open_scenario import open_scenario
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import load_scenario
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ import pytest
 from browser import Pixels, open_offline, screenshot
 from pydrake.geometry import Meshcat
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.diagrams.view.torque_colors import color
+from soft_gripper.scenario.scenario_file import load_scenario
 
 END = 0.8  # s
 CONTROLS, LEGEND = 30, -80  # rows of a screenshot above the scene, and below it

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from finger_plants import free_bending
 
-from soft_gripper.diagrams.schema.scenario import BelievedConfig, SensorConfig
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.wiring.belief import believed_finger, believed_layout, describe_belief
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig
 
 CURVE = [[1.0, 0.0], [2.0, 3.0]]
 TWO = "package://soft_gripper/grippers/two_finger.urdf"

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
-from soft_gripper.truth.metrics import fingertip_error, pose_error
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.truth.poses import fingertip_error, pose_error
 
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
 SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "believed.youngs_modulus='+5 %'"]

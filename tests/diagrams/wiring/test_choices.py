@@ -7,7 +7,7 @@ from pydrake.systems.primitives import ZeroOrderHold
 
 from soft_gripper.diagrams.wiring.choices import SENSORS, find_estimator, find_sensor, make_block
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_sensor import StrainSensor

@@ -6,11 +6,11 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.loading.model_files import add_fingers
-from soft_gripper.diagrams.schema.scenario import PressureConfig
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.model_files import add_fingers
+from soft_gripper.scenario.scenario import PressureConfig
 from soft_gripper.signals import signal_of
 
 COMMANDS = {"left_finger": 40e3, "right_finger": -20e3}  # Pa

@@ -7,17 +7,17 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.plane import bending_plane, pose_entries
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.bending_plane import bending_plane, pose_entries
 from soft_gripper.signals import signal_of
 
 GRAVITY, PERIOD = np.array([0.5, -1.0, -9.0]), 0.01  # m/s^2, s

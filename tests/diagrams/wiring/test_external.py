@@ -8,10 +8,10 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.recording.signal_logs import add_logs
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario_file import load_scenario
 
 GAINS = "control.gains={kp: 1.0e5, ki: 5.7e6, kd: 17}"
 TURNED = np.add(HOME, [0.2, -0.1, 0.1, 0.0, 0.3, -0.2])  # rad

@@ -6,15 +6,15 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 
 from soft_gripper.control.pid_controller import PidGains
-from soft_gripper.diagrams.schema.scenario import ControlConfig
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.grip_control import GripControl, Supply
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.gripper_opening import Gripper
-from soft_gripper.estimation.torque_balance import SAMPLES
-from soft_gripper.evaluation.step_table import step_table
+from soft_gripper.load.gripper_opening import Gripper
+from soft_gripper.load.torque_balance import SAMPLES
+from soft_gripper.runs.scores.steps import step_table
+from soft_gripper.scenario.scenario import ControlConfig
+from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow
 

@@ -5,10 +5,10 @@ import pytest
 from arm_plants import MASS, joint, motor, small_arm
 
 from soft_gripper.diagrams.recording.recording import read_logs
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.plant_signals import state_units
+from soft_gripper.scenario.scenario_file import load_scenario
 
 # The file names the last joint first, and the motors in the order of the file.
 LIFT, TURN = "prismatic_to_carriage", "revolute_to_flange"

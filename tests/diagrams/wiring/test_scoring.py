@@ -7,15 +7,15 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.scoring import FingerScoring
-from soft_gripper.estimation.torque_balance import DELAY, SAMPLES
-from soft_gripper.evaluation.true_chain import true_chain
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
+from soft_gripper.load.torque_balance import DELAY, SAMPLES
 from soft_gripper.models import DIRECTORY
-from soft_gripper.truth.metrics import fingertip_error, pose_error
+from soft_gripper.runs.scores.steps import true_chain
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.truth.poses import fingertip_error, pose_error
 
 # Name, overrides, and a finger whose contact torque changes all the time.
 STEPS = ["pressure.settle=0.4", "pressure.hold_samples=10"]

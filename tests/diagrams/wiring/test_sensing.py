@@ -7,17 +7,17 @@ import pytest
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
 
-from soft_gripper.diagrams.schema.scenario import ModelConfig, Scenario
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring import estimation, scoring
-from soft_gripper.estimation.contact_detector import ContactDetector
-from soft_gripper.estimation.force_estimator import ForceEstimator
+from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.fingers.finger_links import joint_name, link_name
+from soft_gripper.load.contact_detector import ContactDetector
+from soft_gripper.load.force_estimator import ForceEstimator
+from soft_gripper.scenario.scenario import ModelConfig, Scenario
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.strain_errors import StrainErrors
-from soft_gripper.shape.sensor_uncertainty import uncertainty_of
-from soft_gripper.truth.true_contact import TrueContact
+from soft_gripper.truth.contact import TrueContact
 
 ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "one finger", "box_grasp", "three_finger_grasp"
 LONELY = "{name: finger, file: package://soft_gripper/grippers/finger.urdf}"

@@ -15,7 +15,7 @@ from soft_gripper.evaluation.contacts.bench import (
     combined_friction,
     read_finger,
 )
-from soft_gripper.evaluation.contacts.peg_place import SIDES, peg_center
+from soft_gripper.evaluation.contacts.random_contact import SIDES, peg_center
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import gravity_torque, resting_angles
 

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.evaluation.contacts.bench import read_finger
-from soft_gripper.evaluation.contacts.contact_errors import contact_errors, error_rows
-from soft_gripper.evaluation.contacts.contact_estimates import ContactEstimate
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.trial_cases import Case
+from soft_gripper.evaluation.contacts.errors import contact_errors, error_rows
+from soft_gripper.evaluation.contacts.estimates import Case, ContactEstimate
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.estimate import ContactForce
 
 SIDES = np.array(["inner", "outer", "outer", "inner"])
 TRUE = Contacts(

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.contacts import contact_estimates
-from soft_gripper.evaluation.contacts.contact_errors import ContactErrorRow
-from soft_gripper.evaluation.contacts.contact_scores import SCORES, score_contacts
+from soft_gripper.evaluation.contacts import estimates as contact_estimates
 from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays
+from soft_gripper.evaluation.contacts.errors import ContactErrorRow
 from soft_gripper.evaluation.contacts.random_contact import run_contact
-from soft_gripper.evaluation.csv_table import read_csv
+from soft_gripper.evaluation.contacts.scores import SCORES, score_contacts
+from soft_gripper.files.csv_table import read_csv
 
 
 @cache

@@ -3,9 +3,9 @@
 import numpy as np
 
 from soft_gripper.evaluation.contacts.bench import Settled
-from soft_gripper.evaluation.contacts.contact_trials import contact_row, redrawn, run_contacts
 from soft_gripper.evaluation.contacts.random_contact import Contact, RandomContact, run_contact
-from soft_gripper.evaluation.executor.executor import open_executor
+from soft_gripper.evaluation.contacts.trials import contact_row, redrawn, run_contacts
+from soft_gripper.runs.executor import open_executor
 
 DRAWN = RandomContact("outer", 5.0, 80.0, 50.0, 20.0, (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0))
 FOUND = Settled(np.zeros(12), 0.0, np.zeros(12), np.zeros(13), -0.5, 0.6, 0.082)

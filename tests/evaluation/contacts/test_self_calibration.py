@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import gravity_torque, resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.shape.uncertainty import Uncertainty
 
 PRESSURES, GRAVITY = np.array([30e3, 90e3]), 6 + 7j
 

@@ -6,8 +6,8 @@ from math import nan
 
 import pytest
 
-from soft_gripper.evaluation.estimators.bars import BARS, ONE_PLACE, Bar, bar_claim, estimator_claims
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.report.bars import BARS, ONE_PLACE, Bar, bar_claim, estimator_claims
+from soft_gripper.runs.scores.poses import PoseRow
 
 SCENARIOS = ("free_bending", *ONE_PLACE, "irregular_grasp")
 ERRORS = {1: 1.4, 2: 0.28, 3: 0.14, 4: 0.14}  # mm, pose; the tip errs 1.9 times as much

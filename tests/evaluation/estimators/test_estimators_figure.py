@@ -4,8 +4,8 @@ from itertools import product
 
 import pytest
 
-from soft_gripper.evaluation.estimators.estimators_figure import LEAST, PAPER, estimators_figure
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.report.figures import LEAST, PAPER, estimators_figure
+from soft_gripper.runs.scores.poses import PoseRow
 
 SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp")
 SCALE = {"arcs": 1.0, "gaussian": 0.1}  # mm

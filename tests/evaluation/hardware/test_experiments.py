@@ -5,10 +5,10 @@ from hardware_files import published
 from synthetic_hardware import write_beam
 
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.hardware import experiments
-from soft_gripper.evaluation.hardware.experiments import BEAM, SEGMENT, identify_published, published_recordings
-from soft_gripper.evaluation.identify.finger_file import read_finger
-from soft_gripper.evaluation.identify.free_parameters import free_parameters
+from soft_gripper.evaluation import hardware as experiments
+from soft_gripper.evaluation.hardware import BEAM, SEGMENT, identify_published, published_recordings
+from soft_gripper.hardware.identification.finger_file import read_finger
+from soft_gripper.hardware.identification.free_parameters import free_parameters
 
 
 @pytest.mark.parametrize("experiment", [BEAM, SEGMENT])

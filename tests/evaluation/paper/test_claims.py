@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from soft_gripper.evaluation.paper.claims import Claim, claims, verdict
-from soft_gripper.evaluation.paper.force_table import ForceRow
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.forces import ForceRow
+from soft_gripper.runs.scores.poses import PoseRow
 
 FREE, INSIDE, GRASP = "free_bending", "obstructed_inside", "box_grasp"
 MEANS = {FREE: (1.0, 0.3, 0.18, 0.11), INSIDE: (7.0, 1.5, 0.7, 0.39), GRASP: (3.2, 0.9, 0.43, 0.24)}  # mm

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.contact_sensors import LAYOUTS
-from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow, contact_force_table
-from soft_gripper.evaluation.paper.held_steps import held_samples
+from soft_gripper.evaluation.contacts.sensors import LAYOUTS
+from soft_gripper.evaluation.paper.forces import ContactForceRow, contact_force_table
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ("pressure.steps.all=[60e3, -30e3]", "pressure.hold_samples=10")
 FINGERS = ("left_finger", "right_finger")

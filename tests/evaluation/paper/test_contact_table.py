@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.paper.contact_table import (
     ContactRow,
@@ -14,6 +13,7 @@ from soft_gripper.evaluation.paper.contact_table import (
     contact_table,
     of_touched_fingers,
 )
+from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[0, 40e3, 80e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
 

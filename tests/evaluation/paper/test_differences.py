@@ -6,9 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.paper.differences import differences
-from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.paper.why_the_paper_differs import TipErrors
+from soft_gripper.evaluation.paper.differences import TipErrors, differences
+from soft_gripper.runs.scores.poses import PoseRow
 
 FREE, CONTACT = "free_bending", ("obstructed_inside", "box_grasp")
 POSE = {FREE: (1.0, 0.3, 0.2, 0.1), CONTACT[0]: (7.0, 1.75, 0.8, 0.5), CONTACT[1]: (4.0, 1.0, 0.45, 0.25)}  # mm

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from soft_gripper.evaluation.figure_style import save_figure
 from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_figure
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.scores.poses import PoseRow
 
 UP_AND_DOWN = (0.0, 100.0, 200.0, 100.0, 0.0)  # kPa
 CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.evaluation.paper.force_table import force_table
-from soft_gripper.evaluation.paper.held_steps import held_samples
+from soft_gripper.evaluation.paper.forces import force_table
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[60e3, 120e3, -30e3]", "pressure.hold_samples=10"]
 FINGERS = ("left_finger", "right_finger")

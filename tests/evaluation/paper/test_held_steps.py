@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario import PressureConfig, Scenario, SensorConfig
-from soft_gripper.evaluation.paper.held_steps import held_samples
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.scenario.scenario import PressureConfig, Scenario, SensorConfig
 
 STEPS = 5
 

@@ -7,12 +7,11 @@ import pytest
 import xarray as xr
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.paper.held_steps import held_samples
-from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator, pose_table, recorded_pose_table
+from soft_gripper.runs.scores.poses import PoseRow, held_samples, of_estimator, pose_table, recorded_pose_table
+from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[-40e3, 200e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
 ERRORS = {"pose_error_mm": "pose_error", "tip_error_mm": "fingertip_error"}

@@ -7,12 +7,12 @@ import pytest
 from creeping_fingers import FINGER, write_creeping
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.paper.readings_again import external_torque_again, read_again, with_sections
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.runs.scores.readings import external_torque_again, read_again, with_sections
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 SHORT = ["pressure.steps.all=[60e3, 150e3, -30e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]

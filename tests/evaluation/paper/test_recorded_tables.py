@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.paper.force_table import force_table, recorded_force_table
-from soft_gripper.evaluation.paper.held_steps import held_samples
-from soft_gripper.evaluation.paper.pose_table import pose_table, recorded_pose_table
+from soft_gripper.evaluation.paper.forces import force_table, recorded_force_table
 from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.runs.scores.poses import held_samples, pose_table, recorded_pose_table
+from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[60e3, -30e3, 120e3]", "pressure.settle=0.5", "pressure.hold_samples=10"]
 # Of silicone and layer alike: the neutral axis, and so what the sensors say, stays.

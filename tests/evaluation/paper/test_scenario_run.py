@@ -5,14 +5,13 @@ from pathlib import Path
 import pytest
 
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.csv_table import read_csv
-from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
 from soft_gripper.evaluation.paper.contact_table import ContactRow
-from soft_gripper.evaluation.paper.force_table import ForceRow
-from soft_gripper.evaluation.paper.pose_table import PoseRow
+from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
 from soft_gripper.evaluation.paper.scenario_run import is_finished, run_scenario
+from soft_gripper.files.csv_table import read_csv
+from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 FILES = {
     "scenario.yaml",
@@ -62,12 +61,12 @@ def test_tables_of_a_run(folder, file, row, number, columns):
     assert {getattr(row, "sections", 1) for row in rows} <= {1, 2, 3, 4}
 
 
-def test_a_second_run_leaves_the_same_in_the_place_of_an_old_one(short, folder, tmp_path):
+def test_a_second_run_leaves_the_same_beside_what_it_did_not_write(short, folder, tmp_path):
     (tmp_path / "again").mkdir()
-    (tmp_path / "again" / "of_an_old_run.csv").touch()
+    (tmp_path / "again" / "notes.txt").touch()
     run_scenario(short, tmp_path / "again")
     first, second = contents(folder), contents(tmp_path / "again")
-    assert set(first) == set(second)
+    assert set(second) == {*first, "notes.txt"}
     for table in ("metrics.csv", "forces.csv", "contact.csv", "contact_forces.csv"):
         assert first[table] == second[table]
 

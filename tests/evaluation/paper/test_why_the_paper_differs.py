@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.paper.why_the_paper_differs import chain_with_joints_at_starts, tip_errors
+from soft_gripper.evaluation.paper.differences import chain_with_joints_at_starts, tip_errors
 from soft_gripper.fingers.statics import free_bending_angles
 
 BENDS = np.radians([20.0, 60.0, 120.0])

@@ -11,13 +11,10 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.recording.recording import read_logs
 from soft_gripper.diagrams.recording.signal_logs import add_logs
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.errors import InputError
-from soft_gripper.estimation.shape_model import ShapeModel
-from soft_gripper.estimation.shape_recognizer import ShapeRecognizer
-from soft_gripper.evaluation.recognition.grasp import (
+from soft_gripper.evaluation.recognition import (
     SHAPES,
     draw,
     free_model,
@@ -26,7 +23,10 @@ from soft_gripper.evaluation.recognition.grasp import (
     run_grasp,
     with_object,
 )
-from soft_gripper.evaluation.trials.variation import RandomObject
+from soft_gripper.recognition.model import ShapeModel
+from soft_gripper.recognition.recognizer import ShapeRecognizer
+from soft_gripper.runs.trials.variation import RandomObject
+from soft_gripper.scenario.scenario_file import load_scenario
 
 DRAWN = RandomObject(x_mm=2.0, y_mm=-3.0, yaw_deg=15.0, mass_g=25.0, friction=0.6, size=1.1)
 NAMES = ("left_finger", "right_finger")
@@ -81,7 +81,7 @@ def test_one_free_model_is_asked_for(scenario):
 
 
 def test_a_grasp_that_cannot_be_simulated_has_a_cause(monkeypatch):
-    monkeypatch.setattr("soft_gripper.evaluation.recognition.grasp.draw", lambda *_: replace(DRAWN, x_mm=40.0))
+    monkeypatch.setattr("soft_gripper.evaluation.recognition.draw", lambda *_: replace(DRAWN, x_mm=40.0))
     grasp = run_grasp("probing_grasp", 1, "test", 0, "box")
     assert not grasp.probes
     assert "begins inside" in grasp.cause
@@ -108,8 +108,8 @@ def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step(changes):
 def test_every_grasp_has_sensors_of_its_own(monkeypatch):
     """One object, so that grasps differ by their sensors alone."""
     noisy = load_scenario("probing_grasp", ["sensor.errors.preset=realistic"])
-    monkeypatch.setattr("soft_gripper.evaluation.recognition.grasp.load_scenario", lambda file: noisy)
-    monkeypatch.setattr("soft_gripper.evaluation.recognition.grasp.draw", lambda *_: DRAWN)
+    monkeypatch.setattr("soft_gripper.evaluation.recognition.load_scenario", lambda file: noisy)
+    monkeypatch.setattr("soft_gripper.evaluation.recognition.draw", lambda *_: DRAWN)
     one, again, other = (run_grasp("noisy", 1, "test", number, "box").probes[4].angles for number in (0, 0, 1))
     np.testing.assert_array_equal(again, one)
     assert 1e-4 < np.abs(other - one).max() < 0.1

@@ -6,24 +6,30 @@ import numpy as np
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.diagrams.loading.shape_model_file import load_shape_model
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError, WorkerDiedError
-from soft_gripper.evaluation.recognition import recognition
-from soft_gripper.evaluation.recognition.confusion_figure import confusion_figure
-from soft_gripper.evaluation.recognition.grasp import SECTIONS, SHAPES, Grasp, Probe, draw, probe, with_object
-from soft_gripper.evaluation.recognition.recognition import (
+from soft_gripper.evaluation import recognition
+from soft_gripper.evaluation.recognition import (
+    SECTIONS,
+    SHAPES,
+    Grasp,
     GraspRow,
+    Probe,
     check_scenario_for_recognition,
     confusion,
+    confusion_figure,
+    draw,
     grasp_row,
+    probe,
     recognized,
     run_grasps,
     train,
+    with_object,
 )
-from soft_gripper.evaluation.trials.variation import RandomObject
+from soft_gripper.recognition.model_file import load_shape_model
+from soft_gripper.runs.trials.variation import RandomObject
+from soft_gripper.scenario.scenario_file import load_scenario
 
 NUMBERS = {"train": 10, "test": 5}
 FAILED = ("test", 2, "box")

@@ -16,17 +16,13 @@ from command_line import LISTENING
 from here_executor import HereExecutor
 from matplotlib.figure import Figure
 
+from soft_gripper.control.task_phases import Outcome
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.schema.scenario_file import dump_scenario, load_scenario
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.csv_table import read_csv, write_csv
-from soft_gripper.evaluation.paper.contact_force_table import ContactForceRow
 from soft_gripper.evaluation.paper.contact_table import ContactRow
-from soft_gripper.evaluation.paper.force_table import ForceRow
-from soft_gripper.evaluation.paper.pose_table import PoseRow, of_estimator
+from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
 from soft_gripper.evaluation.paper.scenario_run import is_finished
-from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.evaluation.report.evaluate import (
     CAPTIONS,
@@ -40,8 +36,11 @@ from soft_gripper.evaluation.report.evaluate import (
     summarize,
     unfinished,
 )
-from soft_gripper.files import atomic_folder
-from soft_gripper.manipulation.task_phases import Outcome
+from soft_gripper.files.csv_table import read_csv, write_csv
+from soft_gripper.files.output import atomic_folder
+from soft_gripper.runs.scores.phases import PhaseRow
+from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 COMMAND = [*LISTENING, "evaluate"]
 

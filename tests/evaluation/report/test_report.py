@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.differences import Difference
-from soft_gripper.evaluation.paper.pose_table import PoseRow
-from soft_gripper.evaluation.phase_table import PhaseRow
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.evaluation.report.evaluate import CAPTIONS
 from soft_gripper.evaluation.report.report import TEMPLATE, Evaluation, write_report
+from soft_gripper.runs.scores.phases import PhaseRow
+from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.scenario.scenario_file import load_scenario
 
 HOLDS = Claim("paper", "one sensor is within 3 mm", True, "2.42 mm")
 FAILS = Claim("ours", "four sensors are within 1 mm & less", False, "nan mm")

@@ -2,10 +2,10 @@
 
 import pytest
 
-from soft_gripper.diagrams.schema.scenario_file import load_scenario
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.evaluation.robustness.finger_at_rest import FingerAtRest
+from soft_gripper.evaluation.robustness.plants import FingerAtRest
+from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ["pressure.steps.all=[0.0, 150e3]", "pressure.settle=0.3", "pressure.hold_samples=20"]
 

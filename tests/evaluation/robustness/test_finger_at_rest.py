@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.paper.held_steps import held_samples
-from soft_gripper.evaluation.paper.readings_again import read_again
-from soft_gripper.evaluation.robustness.finger_at_rest import EVERY, points_along, touched_fingers
+from soft_gripper.evaluation.robustness.plants import EVERY, points_along, touched_fingers
 from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.runs.scores.poses import held_samples
+from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.strain_errors import StrainErrors
 
 

@@ -3,7 +3,6 @@
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.evaluation.csv_table import read_csv
 from soft_gripper.evaluation.robustness import maps
 from soft_gripper.evaluation.robustness.maps import (
     CASES,
@@ -14,7 +13,8 @@ from soft_gripper.evaluation.robustness.maps import (
     unfinished_cases,
     write_case,
 )
-from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
+from soft_gripper.evaluation.robustness.table import RobustnessRow
+from soft_gripper.files.csv_table import read_csv
 
 
 def write(out, case, seeds=20) -> None:

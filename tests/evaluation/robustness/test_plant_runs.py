@@ -3,8 +3,6 @@
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.checksums import SUMS
-from soft_gripper.evaluation.csv_table import read_csv, write_csv
 from soft_gripper.evaluation.robustness import plant_runs
 from soft_gripper.evaluation.robustness.plant_runs import (
     RUNS,
@@ -16,7 +14,8 @@ from soft_gripper.evaluation.robustness.plant_runs import (
 )
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.plants import RUBBER
-from soft_gripper.files import atomic_folder
+from soft_gripper.files.csv_table import read_csv, write_csv
+from soft_gripper.files.output import SUMS, atomic_folder
 
 
 def row(run, seeds=20) -> PlantRow:

@@ -6,13 +6,12 @@ from math import nan
 
 import pytest
 
-from soft_gripper.evaluation.estimators.bars import BARS
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
-from soft_gripper.evaluation.robustness.cases import BELIEFS
+from soft_gripper.evaluation.report.bars import BARS
+from soft_gripper.evaluation.robustness.claims import realistic, robustness_claims
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.plants import PLANTS
-from soft_gripper.evaluation.robustness.robustness_claims import realistic, robustness_claims
-from soft_gripper.evaluation.robustness.robustness_table import RobustnessRow
+from soft_gripper.evaluation.robustness.table import BELIEFS, RobustnessRow
 
 MEANS = {"arcs": 0.9, "gaussian": 0.8}
 ROWS = [

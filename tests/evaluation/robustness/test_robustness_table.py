@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
-from soft_gripper.evaluation.robustness import robustness_table as module
-from soft_gripper.evaluation.robustness.cases import Belief
-from soft_gripper.evaluation.robustness.robustness_table import robustness_table
+from soft_gripper.evaluation.robustness import table as module
 from soft_gripper.evaluation.robustness.sample_errors import estimated
+from soft_gripper.evaluation.robustness.table import Belief, robustness_table
 
 BELIEFS = (Belief(), Belief(-0.1, 0.01))
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.recursive_shape import RecursiveShape
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.evaluation.robustness.sample_errors import Errors, covered, errors_of, estimated, in_mm, together
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.shape.estimate import ShapeEstimate
-from soft_gripper.shape.uncertainty import Uncertainty
 
 
 def points(finger, q):

@@ -6,7 +6,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.learning.station import peak_force as module
-from soft_gripper.truth.contact_patches import Patch
+from soft_gripper.truth.contact import Patch
 
 
 def test_forces_are_along_normals_of_any_length_and_not_those_of_a_finger_on_itself(monkeypatch):

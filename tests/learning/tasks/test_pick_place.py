@@ -9,8 +9,7 @@ from soft_gripper.learning.episode_variation import Draw, apply_draw
 from soft_gripper.learning.schema.config import PickPlaceConfig
 from soft_gripper.learning.schema.environment_file import load_environment
 from soft_gripper.learning.station.learning_station import make_learning_station
-from soft_gripper.learning.tasks.pick_place import PickPlace
-from soft_gripper.learning.tasks.task import Handled, HandledObject
+from soft_gripper.learning.tasks import Handled, HandledObject, PickPlace
 
 BEGINS = -0.08  # m, along x in the world
 CONFIG = PickPlaceConfig(object="block", tolerance=0.01, force_weight=0.05, crushing_force=5.0)

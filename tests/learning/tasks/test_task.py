@@ -5,7 +5,7 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.learning.episode_variation import Draw, apply_draw
 from soft_gripper.learning.station.peak_force import PeakForce
-from soft_gripper.learning.tasks.task import Handled, HandledObject
+from soft_gripper.learning.tasks import Handled, HandledObject
 
 
 def begun(station):

@@ -1,1 +1,0 @@
-"""Models from files: what is put right on the way into the plant."""

@@ -1,0 +1,179 @@
+"""The plant: models put in their places, and the fingers found in them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pydrake.geometry import (
+    ContactSurface,
+    HydroelasticContactRepresentation,
+    SceneGraph,
+    SceneGraphInspector,
+)
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.drake_reading import drake_reads
+from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.scenario import ArmConfig, ModelConfig
+
+
+def set_home_posture(plant: MultibodyPlant, arm: ArmConfig) -> None:
+    """Makes the home posture of the arm its default.
+
+    Raises:
+        InputError: if there is no such model, or the posture does not fit its joints.
+    """
+    if not plant.HasModelInstanceNamed(arm.model):
+        raise InputError("arm", "model", arm.model, "is none of the models")
+    joints = arm_joints(plant, plant.GetModelInstanceByName(arm.model))
+    if len(arm.home) != len(joints):
+        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(j.name() for j in joints)}")
+    for joint, position in zip(joints, arm.home, strict=True):
+        (low,), (high,) = joint.position_lower_limits(), joint.position_upper_limits()
+        if not low <= position <= high:
+            expected = f"give a position within its limits, {low:g} to {high:g}"
+            raise InputError("arm.home", joint.name(), position, expected)
+        joint.set_default_positions([position])
+
+
+def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
+    """The movable joints of a model, each of one degree of freedom, in the order of its positions.
+
+    Raises:
+        InputError: if a joint has more than one degree of freedom.
+    """
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices(model)]
+    for joint in joints:
+        if joint.num_positions() > 1:
+            raise InputError("arm", "joint", joint.name(), "has several degrees of freedom; an arm's joints have one")
+    return sorted((j for j in joints if j.num_positions()), key=lambda joint: joint.position_start())
+
+
+def add_model(
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool
+) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
+    """Loads a model and puts it in its place; returns it and the fingers in it.
+
+    Raises:
+        InputError: if its file or a frame that it names is wrong.
+    """
+    model, fingers = load_model(plant, config, where, is_arm)
+    X_PC = config.X_PC.GetDeterministicValue()
+    if config.free:
+        plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
+    else:
+        plant.WeldFrames(find_frame(plant, config.parent, where, "parent"), own_frame(plant, config, where), X_PC)
+    return model, fingers
+
+
+def own_frame(plant: MultibodyPlant, config: ModelConfig, where: str) -> Frame:
+    """The frame of a model by which it is welded to its parent."""
+    if config.child is not None:
+        return find_frame(plant, f"{config.name}::{config.child}", where, "child")
+    return first_body(plant, config.name).body_frame()
+
+
+def first_body(plant: MultibodyPlant, model: str) -> RigidBody:
+    """The first link of a model."""
+    return plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(model))[0])
+
+
+def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Frame:
+    """The frame called "world" or "model::frame".
+
+    Raises:
+        InputError: if there is none, naming those of the model.
+    """
+    if name == "world":
+        return plant.world_frame()
+    model, _, frame = name.rpartition("::")
+    if not model:
+        raise InputError(where, field, name, 'write "model::frame", or "world"')
+    if not plant.HasModelInstanceNamed(model):
+        raise InputError(where, field, name, f"no such frame: no model '{model}' stands before this one")
+    instance = plant.GetModelInstanceByName(model)
+    if not plant.HasFrameNamed(frame, instance):
+        frames = (plant.get_frame(index).name() for index in plant.GetFrameIndices(instance))
+        known = ", ".join(name for name in frames if not name.endswith(("_parent", "_child")))  # Drake's, of joints
+        raise InputError(where, field, name, f"no such frame; known: {known}")
+    return plant.GetFrameByName(frame, instance)
+
+
+class Scene(NamedTuple):
+    """What is simulated."""
+
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    fingers: list[PlantFinger]
+
+
+def add_plant(
+    builder: DiagramBuilder,
+    config: MultibodyPlantConfig,
+    models: Sequence[ModelConfig],
+    gravity: Sequence[float],
+    arm: ArmConfig | None = None,
+) -> Scene:
+    """Adds a finalized plant named "plant" and its SceneGraph, with all models in their places.
+
+    Args:
+        builder: of the diagram.
+        config: of the plant, Drake's own.
+        models: in an order in which each is welded to one before it.
+        gravity: in the world, (3,) m/s^2.
+        arm: which of the models is an arm, and the posture in which it begins.
+
+    Raises:
+        InputError: if a model or a finger in it is wrong.
+    """
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    plant.mutable_gravity_field().set_gravity_vector(gravity)
+    fingers: list[PlantFinger] = []
+    for i, model in enumerate(models):
+        where = f"models[{i}]"
+        _, found = add_model(plant, model, where, is_arm=arm is not None and model.name == arm.model)
+        if model.free and found:
+            raise InputError(where, "free", True, "fingers need a base that is welded")
+        fingers += found
+    with drake_reads("models", "file", [model.file for model in models]):
+        plant.Finalize()
+    if arm is not None:
+        set_home_posture(plant, arm)
+    return Scene(plant, scene_graph, fingers)
+
+
+MAX_RELATIVE_DEPTH = 0.1  # of the depth at which a compliant body is pressed through to its middle
+MAX_RIGID_DEPTH = 1e-3  # m, between bodies that are both rigid
+
+
+def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
+    """Looks at the contacts of the initial state.
+
+    Raises:
+        InputError: if a body begins deeper in another one than a touch.
+    """
+    context = scene_graph.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    query = scene_graph.get_query_output_port().Eval(context)
+    kind = HydroelasticContactRepresentation.kTriangle
+    surfaces, point_pairs = query.ComputeContactSurfacesWithFallback(kind)
+    inspector = query.inspector()
+    deep = [(s.id_M(), s.id_N()) for s in surfaces if _depth(inspector, s) > MAX_RELATIVE_DEPTH]
+    deep += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > MAX_RIGID_DEPTH]
+    for pair in deep:
+        one, other = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
+        raise InputError(
+            "models", "X_PC", one, f"begins inside '{other}'; move one of them away, or leave links out with `without`"
+        )
+
+
+def _depth(inspector: SceneGraphInspector, surface: ContactSurface) -> float:
+    """How deep the bodies lie in each other, as a part of the softer one's half thickness."""
+    moduli = [
+        inspector.GetProximityProperties(id).GetPropertyOrDefault("hydroelastic", "hydroelastic_modulus", float("inf"))
+        for id in (surface.id_M(), surface.id_N())
+    ]
+    pressure = surface.tri_e_MN()
+    return max(pressure.EvaluateAtVertex(v) for v in range(surface.num_vertices())) / min(moduli)

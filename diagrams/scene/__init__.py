@@ -1,1 +1,0 @@
-"""The plant: models in their places."""

@@ -1,1 +1,0 @@
-"""What a scenario may say, and reading it."""

@@ -1,1 +1,0 @@
-"""Where calls run that are many: processes of this machine, or a cluster; a concurrent.futures.Executor either way."""

@@ -1,1 +1,0 @@
-"""What was identified and replayed on real hardware, in one go, and what of it has to hold."""

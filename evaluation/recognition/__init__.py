@@ -1,1 +1,0 @@
-"""Recognition of the shape that is held: random grasps, training and test."""

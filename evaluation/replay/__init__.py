@@ -1,1 +1,0 @@
-"""Estimators on recorded readings of hardware."""

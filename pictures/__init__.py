@@ -1,1 +1,0 @@
-"""Pictures of recordings: renderings, the shape of a finger, videos. None needs a display."""

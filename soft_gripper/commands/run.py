@@ -1,0 +1,138 @@
+"""soft-gripper run: one scenario, headless, in Meshcat, or as a replay to keep."""
+
+import argparse
+import logging
+from contextlib import nullcontext
+from pathlib import Path
+
+from pydrake.geometry import Meshcat
+
+from soft_gripper.commands.terminal.console import Console, add_console_options, fits, run_folder
+from soft_gripper.commands.terminal.options import Subparsers, add_command, add_scenario_options, chosen_station, path
+from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
+from soft_gripper.commands.terminal.viewing import add_host_option, viewed
+from soft_gripper.control.task_phases import Outcome
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.simulation import check_closed, run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
+from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.evaluation.paper.forces import recorded_force_table
+from soft_gripper.files.csv_table import write_csv
+from soft_gripper.files.output import atomic_file, check_file, claim_folder, keep_inputs
+from soft_gripper.pictures.phases import phases_figure
+from soft_gripper.pictures.video import check_video, write_video
+from soft_gripper.runs.scores.phases import outcome, phase_table
+from soft_gripper.runs.scores.poses import recorded_pose_table
+from soft_gripper.runs.scores.steps import step_table
+from soft_gripper.runs.trials.trial import judged
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import dump_scenario
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Declares the command."""
+    parser = add_command(
+        subparsers,
+        "run",
+        "run a scenario and record every signal",
+        "box_grasp                       tables, and every signal in results/box_grasp",
+        "box_grasp --meshcat             watch it in a browser",
+        "box_grasp --html replay.html    keep a 3-D replay that opens offline",
+        "my_scenario.yaml --set sensor.sections=2 --json",
+    )
+    add_console_options(parser)
+    add_scenario_options(parser)
+    parser.add_argument(
+        "--out", metavar="DIR", type=path, help="default: results/SCENARIO, or one beside it if that holds another run"
+    )
+    parser.add_argument("--meshcat", action="store_true", help="show the run in a browser and wait at its end")
+    add_host_option(parser)
+    parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
+    parser.add_argument("--video", metavar="FILE", type=path, help="write a film: .mp4, .gif, .webp or .png")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    name, station = Path(options.scenario).stem, chosen_station(options)
+    scenario = station.scenario
+    check_closed(station)
+    out = run_folder(options.out, name, scenario)
+    _check_files(options, out, scenario)
+    claim_folder(out)
+    logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
+    meshcat = hidden_meshcat() if options.meshcat or options.html else None
+    if meshcat is not None:
+        station = make_station(scenario, meshcat)
+    with viewed(meshcat, options.host) if meshcat is not None and options.meshcat else nullcontext():
+        recording = _simulated(options, name, station, meshcat, out)
+    return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
+
+
+def _simulated(
+    options: argparse.Namespace, name: str, station: Station, meshcat: Meshcat | None, out: Path
+) -> Recording:
+    """Runs a station and writes everything that is asked for."""
+    console, scenario = options.console, station.scenario
+    with console.progress(name, scenario.duration) as progress:
+        recording = run_station(station, meshcat, progress)
+    written = [out / file for file in _write(out, name, station, recording, console)]
+    if meshcat is not None and options.html is not None:
+        write_replay(meshcat, options.html)
+        written.append(options.html)
+    if options.video is not None:
+        with console.progress("film", float(recording.data["time"][-1])) as progress:
+            write_video(options.video, scenario, recording, progress)
+        written.append(options.video)
+    console.wrote(*written)
+    return recording
+
+
+def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:
+    """All files that are asked for can be written, and none that is read is lost; or nothing is begun."""
+    written = [file for file in (options.video, options.html) if file is not None]
+    written += [] if fits(out, scenario) else [out / "scenario.yaml"]
+    keep_inputs([options.scenario, *(model.file for model in scenario.models)], written)
+    if options.video is not None:
+        check_video(options.video)
+    for file in (options.video, options.html):
+        if file is not None:
+            check_file(file)
+
+
+def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
+    """Writes what was recorded, with the table that fits the scenario, and prints the table; returns the files."""
+    files = ["recording.nc", "scenario.yaml"]
+    recording.save(out / "recording.nc")
+    with atomic_file(out / "scenario.yaml") as partial:
+        partial.write_text(dump_scenario(station.scenario, out), encoding="utf-8")
+    if station.task is not None:
+        phases = phase_table(station, recording)
+        write_csv(out / "phases.csv", phases)
+        with atomic_file(out / "phases.png") as partial:
+            phases_figure(station.scenario, recording, station.task.phases).savefig(partial, format="png")
+        assert station.scenario.task is not None
+        print_phases(phases, outcome(recording), station.scenario.task)
+        console.table("phases", phases)
+        console.document["outcome"] = outcome(recording).words
+        looked_for = station.scenario.estimator.contact_threshold is not None
+        if looked_for and any(phase.holds for phase in station.task.phases):
+            truth = judged(station, recording)
+            print_truth(truth)
+            console.table("truth", [truth])
+        return [*files, "phases.csv", "phases.png"]
+    if station.scenario.control.set_points is not None:
+        steps = step_table(station, recording)
+        write_csv(out / "steps.csv", steps)
+        print_steps(steps)
+        console.table("steps", steps)
+        return [*files, "steps.csv"]
+    poses = recorded_pose_table(name, station, recording)
+    write_csv(out / "metrics.csv", poses)
+    forces = recorded_force_table(name, station, recording)
+    write_csv(out / "forces.csv", forces)
+    print_poses(poses)
+    console.table("poses", poses)
+    console.table("forces", forces)
+    return [*files, "metrics.csv", "forces.csv"]

@@ -1,0 +1,92 @@
+"""The grip: steps of a set point, opening and force held through the pressure, and the lower of two commands."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from soft_gripper.signals import describe
+
+
+class LowSelector(LeafSystem):
+    """Override control: puts out the smaller of two inputs.
+
+    ::
+
+        first (1) ----> +-------------+
+                        | LowSelector | ---> selected  (1)
+        second (1) ---> +-------------+
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._ports = [self.DeclareVectorInputPort(name, 1) for name in ("first", "second")]
+        self.DeclareVectorOutputPort("selected", 1, self._select, {self.all_input_ports_ticket()})
+
+    def _select(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([min(port.Eval(context)[0] for port in self._ports)])
+
+
+class GripTorque(LeafSystem):
+    """The mean torque that opens the fingers of a gripper at their base joints; a swing of the palm across cancels out.
+
+    ::
+
+        {finger}.external_torque (N) N m ---> GripTorque ---> torque  (1) N m
+    """
+
+    def __init__(self, joints: Mapping[str, int]):
+        """`joints` are the numbers of joints of the fingers, by their names."""
+        super().__init__()
+        self._torques = [self.DeclareVectorInputPort(f"{name}.external_torque", n) for name, n in joints.items()]
+        port = self.DeclareVectorOutputPort("torque", 1, self._calc_torque, {self.all_input_ports_ticket()})
+        describe(port, "N m")
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+        torques = [port.Eval(context)[0] for port in self._torques]
+        output.SetAtIndex(0, -sum(torques) / len(torques))
+
+
+class GripForce(LeafSystem):
+    """The mean estimated contact force of the fingers of a gripper, which holds with it from all sides.
+
+    ::
+
+        {finger}.contact_force (1) N ---> GripForce ---> force  (1) N
+
+    A force that is not known, NaN, makes the mean NaN.
+    """
+
+    def __init__(self, fingers: Iterable[str]):
+        """`fingers` are their names."""
+        super().__init__()
+        self._forces = [self.DeclareVectorInputPort(f"{name}.contact_force", 1) for name in fingers]
+        port = self.DeclareVectorOutputPort("force", 1, self._calc_force, {self.all_input_ports_ticket()})
+        describe(port, "N")
+
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
+        forces = [float(port.Eval(context)[0]) for port in self._forces]
+        output.SetAtIndex(0, math.fsum(forces) / len(forces))
+
+
+class SampledSteps(LeafSystem):
+    """A source that changes with the samples only, so that what follows it in Python is called no more often.
+
+    ::
+
+        +--------------+
+        | SampledSteps | ---> value  (1)
+        +--------------+
+    """
+
+    def __init__(self, values: Sequence[float], duration: float, period: float):
+        """Each value lasts `duration` s, the last one for ever; samples every `period` s."""
+        super().__init__()
+        self._values, self._duration = tuple(values), duration
+        self.DeclareStateOutputPort("value", self.DeclareDiscreteState([values[0]]))
+        if len(values) > 1:
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        step = int((context.get_time() + 1e-9) / self._duration)
+        values.set_value([self._values[min(step, len(self._values) - 1)]])

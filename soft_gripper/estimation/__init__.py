@@ -1,1 +1,0 @@
-"""Shape, driving torque and base pose -> load, contact, width."""

@@ -1,0 +1,29 @@
+"""The estimators of the shape, and the block that holds one."""
+
+from .arc_estimator import ArcPoseEstimator as ArcPoseEstimator
+from .arcs import arcs_from_readings as arcs_from_readings
+from .arcs import joints_on_arcs as joints_on_arcs
+from .arcs import points_on_arcs as points_on_arcs
+from .bend_sharing import BendSharing as BendSharing
+from .bends import section_bends as section_bends
+from .calibration import Calibration as Calibration
+from .calibration import FreeBending as FreeBending
+from .calibration import calibrate as calibrate
+from .contact import ContactShape as ContactShape
+from .driving_torque import DrivingTorque as DrivingTorque
+from .driving_torque import driving_torques as driving_torques
+from .driving_torque import recorded_driving as recorded_driving
+from .estimate import ContactForce as ContactForce
+from .estimate import ShapeEstimate as ShapeEstimate
+from .estimate import ShapeFunction as ShapeFunction
+from .finger_shape import FingerShape as FingerShape
+from .gaussian import GaussianShape as GaussianShape
+from .plane import bending_plane as bending_plane
+from .plane import pose_entries as pose_entries
+from .recursive import RecursiveEstimator as RecursiveEstimator
+from .recursive import RecursiveShape as RecursiveShape
+from .shape_estimator import ShapeEstimator as ShapeEstimator
+from .shape_functions import SHAPE_FUNCTIONS as SHAPE_FUNCTIONS
+from .uncertainty import Uncertainty as Uncertainty
+from .uncertainty import position_std as position_std
+from .uncertainty import uncertainty_of as uncertainty_of

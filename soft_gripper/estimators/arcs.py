@@ -1,0 +1,128 @@
+"""The arc model of a finger: sensor lengths -> one circular arc a section -> the whole curve.
+
+Equations (2) to (6) of the paper, with the slips in its (3) and (6) put right, for a section whose paths measure L_1
+(inner) and L_2 (outer) and run Delta_R apart:
+
+    (2)  R_2 = R_1 + Delta_R                 the paths are arcs about one centre
+    (3)  L_1 = R_1 theta ,  L_2 = R_2 theta  length of an arc
+    (4)  R_1 = L_1 Delta_R / (L_2 - L_1)     from both; singular where the finger is straight
+    (5)  R = R_1 + Delta_R / 2               the axis runs midway between the paths, or wherever it is neutral
+    (6)  theta = L_1 / R_1                   bend of the section
+
+Eliminating the radii leaves what `arcs_from_lengths` computes, smooth through zero, so that no case is special:
+
+    theta = (L_2 - L_1) / Delta_R ,   l = (L_1 + L_2) / 2 ,   kappa = theta / l = 1 / R
+
+Shapes: leading axes are free, S sections. Planar vectors are complex, z + i x (see `kinematics`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+_TINY = 1e-100  # lost in any other number; added to 0 it makes sin(x) / x exactly 1
+
+
+class Arcs(NamedTuple):
+    """Arcs joined end to end from the base of the finger, each (..., S)."""
+
+    theta: Array  # rad, bend of each arc, positive when closing
+    length: Array  # m, along the axis of the finger
+    heading: Array  # rad, tangent where the arc begins
+    start: Planar  # m in B, where it begins
+    end: Planar  # m in B, where it ends
+
+    @property
+    def kappa(self) -> Array:
+        """Curvature of each arc, 1/m."""
+        return self.theta / self.length
+
+    @property
+    def centers(self) -> Planar:
+        """Centre of each arc, m in B; NaN where the arc is straight and has none."""
+        radius = self.length / np.where(self.theta == 0, np.nan, self.theta)
+        return self.start + 1j * radius * np.exp(1j * self.heading)
+
+    @property
+    def tip_heading(self) -> Array:
+        """Tangent at the end of the last arc, rad, (...)."""
+        return self.heading[..., -1] + self.theta[..., -1]
+
+
+def chord(theta: Array, length: Array, heading: Array) -> Planar:
+    """Vector from the beginning to the end of an arc; exact for every angle, zero included."""
+    half = theta / 2 + _TINY
+    return length * (np.sin(half) / half) * np.exp(1j * (heading + half))
+
+
+def join_arcs(theta: Array, length: Array) -> Arcs:
+    """Arcs of angles `theta` and lengths `length`, one after the other from the base."""
+    heading = theta.cumsum(axis=-1) - theta
+    step = chord(theta, length, heading)
+    end = step.cumsum(axis=-1)
+    return Arcs(theta, length, heading, end - step, end)
+
+
+class Bends(NamedTuple):
+    """How far arcs bend, and how long they are, each (..., S)."""
+
+    theta: Array  # rad
+    length: Array  # m, along the axis of the finger
+
+
+def arcs_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> Arcs:
+    """The arcs of `bends_from_lengths`, one after the other from the base."""
+    return join_arcs(*bends_from_lengths(inner, outer, spacing, axis_at))
+
+
+def bends_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> Bends:
+    """Equations (2)-(6): the arcs whose two sensor paths are `inner` and `outer` m long, each (..., S).
+
+    `spacing` is the distance between the paths, m; `axis_at` says where between them the neutral axis of the
+    finger runs (0: on the inner path, 1: on the outer, below 0: beyond the inner one). A length that is NaN makes its
+    own arc NaN and the start of all that follow: what hangs on an unknown arc is unknown.
+    """
+    difference = outer - inner
+    return Bends(difference / spacing, inner + axis_at * difference)
+
+
+def points_on_arcs(arcs: Arcs, section: NDArray[np.int_], fraction: Array) -> Planar:
+    """Points at `fraction` (0 to 1) of the arcs of index `section`, both (M,) -> (..., M) m in B."""
+    theta = arcs.theta.take(section, axis=-1) * fraction
+    length = arcs.length.take(section, axis=-1) * fraction
+    heading, start = arcs.heading.take(section, axis=-1), arcs.start.take(section, axis=-1)
+    return start + chord(theta, length, heading)
+
+
+def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:
+    """The arcs of a finger, (..., S), from its sensor readings, (..., paths * S).
+
+    A reading that is NaN or infinite makes its arc NaN, and the place of all that follow.
+    """
+    return join_arcs(*bends_from_readings(layout, readings))
+
+
+def bends_from_readings(layout: SensorLayout, readings: Array) -> Bends:
+    """What `arcs_from_readings` joins."""
+    ratios = layout.response.ratio(np.where(np.isfinite(readings), readings, np.nan))
+    lengths = ratios.reshape(*readings.shape[:-1], layout.paths, layout.sections) * layout.rest_lengths
+    outer = lengths[..., -1, :]
+    if layout.one_sided:
+        return bends_from_lengths(layout.rest_lengths, outer, -layout.offsets[0], axis_at=0.0)
+    return bends_from_paths(layout.finger, lengths[..., 0, :], outer)
+
+
+def bends_from_paths(finger: Finger, inner: Array, outer: Array) -> Bends:
+    """The arcs of a finger whose two sensor paths are `inner` and `outer` m long, each (..., S)."""
+    spacing = finger.sensor_spacing
+    return bends_from_lengths(inner, outer, spacing, axis_at=finger.sensor_offsets[0] / spacing)
+
+
+def joints_on_arcs(layout: SensorLayout, arcs: Arcs) -> Planar:
+    """The simulation's joints re-mapped onto the estimated curve, (..., N) m in B."""
+    return points_on_arcs(arcs, layout.joint_sections, layout.joint_fractions)

@@ -1,0 +1,372 @@
+"""The shape under few contact forces, and these forces: what bends a finger most often is one thing that it touches.
+
+Free bending under driving torque and weight, q_0, is taken out of the measured bends. Where what remains is as small as
+noise and uncertainty make it, nothing is touched. Else the single force is looked for that explains it
+(`fit_single_force`); where that leaves more than noise and there are sections enough, several that press on one side
+(`fit_several_forces`). What the forces leave unexplained goes to the joints as `gaussian` shares it, so that every
+measured bend is met. With fewer than two sections that read anything, the shape is that of `gaussian`, and the force
+is unknown.
+
+Force and place of a single contact from a curved shape: Rucker and Webster (2011, doi 10.1109/IROS.2011.6094526) for
+continuum robots; from sparse readings: arXiv 2109.12469.
+
+What a force on a finger does to its joints.
+
+A force of 1 N at arc length s presses across the finger, from the inner to the outer side: it points along -i d ,
+with d the direction of the link that it presses on. At a joint i before it, at r_i, it has the torque
+
+    Im conj(r(s) - r_i) (-i d)  =  - Re conj(r(s) - r_i) d ,
+
+which opens the finger. One along the finger, toward the tip, in the line of the neutral axis has  Im conj(r(s) - r_i)
+d . A force that rubs on a face at the offset o from the axis has the torque -o more; the inner face is close to the
+axis.
+
+One force on a finger, from the bends that driving torque and weight do not explain.
+
+A force F at arc length s bends the sections by  F a(s) ,  a(s) = A C u(s) , with u the torque of 1 N at the joints, C
+their compliance and A the sums over sections. For bends r with the covariance R the most probable F at a given s, and
+what it explains, are
+
+    F(s) = a^T W r / (a^T W a + 1 / f^2) ,   E(s) = F(s) a^T W r ,   W = R^-1 ,
+
+with f the standard deviation of usual forces, which decides where the readings do not: two sections of which only the
+first is bent cannot tell a large force near by from a small one far out. The place with the largest E is found by
+scanning, with ever smaller steps. Its uncertainty and that of the force follow from  d(F a) = a dF + F a' ds , with the
+friction along the finger as a further unknown: it is anything up to the coefficient times the force, and acts on the
+face, off the axis. A force that seems to press close to the tip most likely presses on the edge of the tip, where the
+object's surface, not the finger's, says in which direction: it is fitted with both components, at the tip; that it
+may press a little before the tip is one more unknown.
+
+Forces on several places of one side, from the bends that driving torque and weight do not explain.
+
+Forces f_m >= 0 at many places bend the sections by  M f . Those that leave least unexplained, with a little weight on
+their squares so that there is one answer, are a non-negative least-squares problem (Lawson and Hanson 1974, ch. 23).
+Few of them are not zero: a contact only pushes, and that alone makes it sparse (Slawski and Hein 2013, doi
+10.1214/13-EJS868). How uncertain their sum and centre are follows from those that are not zero and the places beside
+them, with friction along the finger at each.
+
+Leading axes are free; K samples, M places, S sections, N joints.
+"""
+
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.special import chdtri
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.bends import UNKNOWN, section_bends
+from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
+from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import Chain, forward_kinematics
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+
+def unit_torques(finger: Finger, chain: Chain, s: Array) -> Planar:
+    """Torques of forces of 1 N at the joints, N m, (..., M, N): across the finger (real) and along it (imaginary).
+
+    Args:
+        finger: whose skin the forces press on.
+        chain: where the bent finger lies, of leading axes (...).
+        s: arc lengths where they press, m, (..., M).
+    """
+    link = np.searchsorted(finger.joint_arc_lengths, s)
+    begins = np.concatenate([np.zeros_like(chain.tip)[..., None], chain.joints], axis=-1)
+    direction = np.exp(1j * np.take_along_axis(chain.headings, link, axis=-1))
+    place = np.take_along_axis(begins, link, axis=-1) + direction * (s - finger.link_ends[link])
+    before = np.arange(finger.segments) < link[..., None]
+    lever = np.conj(place[..., None] - chain.joints[..., None, :]) * direction[..., None] * before
+    torques: Planar = -lever.conj()
+    return torques
+
+
+def face_offset(finger: Finger, s: Array, side: Array) -> Array:
+    """How far the face lies from the neutral axis, m: the inner one where `side` is positive, else the outer, (...)."""
+    section = finger.section(s)
+    offset: Array = np.where(side > 0, section.inner_face, section.outer_face)
+    return offset
+
+
+NEAREST = 0.1  # of the length from the base, where a contact is looked for
+FRICTION = 0.25  # of the force, standard deviation of what rubs along the finger
+TIP_ZONE = 0.04  # of the length from the tip: a force that seems to press there presses on the tip's edge
+NEAR_TIP = 0.1  # of the length: within it the tip's edge is tried where a force at the side leaves much unexplained,
+_UNLIKELY = 9.0  # in variances
+_PLACES = 28, 9, 9  # of each scan
+_FINER = 4  # times, the steps of a scan than those of the scan before
+_DS = 1e-3  # m, for differences
+
+
+class Fit(NamedTuple):
+    """What forces were found to explain bends best."""
+
+    contact: ContactForce  # each (...)
+    torque: Array  # (..., N) N m, at the joints
+    misfit: Array  # (...) of the bends, in variances: chi-squared where nothing but noise is left
+
+
+class Bends(NamedTuple):
+    """What is to be explained."""
+
+    theta: Array  # (..., S) rad, bends of the sections beyond those of driving torque and weight
+    covariance: Array  # (..., S, S) rad^2
+    compliance: Array  # (..., N) or (N) rad/(N m), of the joints
+
+
+def fit_single_force(layout: SensorLayout, q: Array, bends: Bends, usual: float) -> Fit:
+    """The single force that explains bends best.
+
+    Args:
+        layout: sensors and finger as they are believed to be.
+        q: joint angles, rad, about as they are, (..., N).
+        bends: what is to be explained.
+        usual: standard deviation of usual forces, N.
+    """
+    length, weights = layout.finger.length, np.linalg.inv(bends.covariance)
+    chain = forward_kinematics(q, layout.finger.segment_length)
+    s = np.broadcast_to(np.linspace(NEAREST, 1, _PLACES[0]) * length, (*chain.tip.shape, _PLACES[0]))
+    step = (1 - NEAREST) * length / (_PLACES[0] - 1)
+    place = _best(layout, chain, bends, weights, usual, s)
+    for places in _PLACES[1:]:
+        s = place + step * np.linspace(-1, 1, places)
+        place = _best(layout, chain, bends, weights, usual, np.clip(s, NEAREST * length, length))
+        step /= _FINER
+    aside, near_tip = _fit_aside(layout, chain, bends, weights, usual, place), place[..., 0] / length > 1 - NEAR_TIP
+    if not near_tip.any():
+        return aside
+    tip = _fit_tip(layout, chain, bends, usual, aside.contact.force)
+    at_tip = (place[..., 0] / length > 1 - TIP_ZONE) | (aside.misfit > np.maximum(tip.misfit, _UNLIKELY))
+    return choose(near_tip & at_tip, tip, aside)
+
+
+def choose(first: NDArray[np.bool_], one: Fit, other: Fit) -> Fit:
+    """One fit where `first`, (...), and the other elsewhere."""
+    contact = ContactForce(*(np.where(first, a, b) for a, b in zip(one.contact, other.contact, strict=True)))
+    torque = np.where(first[..., None], one.torque, other.torque)
+    return Fit(contact, torque, np.where(first, one.misfit, other.misfit))
+
+
+def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
+    """The fit `into`, of K samples, with that of the chosen ones, (K), in their places."""
+    fields = zip((*found.contact, found.torque, found.misfit), (*into.contact, into.torque, into.misfit), strict=True)
+    filled = []
+    for values, before in fields:
+        after = before.copy()
+        after[chosen] = values
+        filled.append(after)
+    return Fit(ContactForce(*filled[:4]), *filled[4:])
+
+
+def _best(layout: SensorLayout, chain: Chain, bends: Bends, weights: Array, usual: float, s: Array) -> Array:
+    """The place among s, (..., M) m, at which a force leaves least unexplained, (..., 1)."""
+    a = layout.sums(unit_torques(layout.finger, chain, s).real * bends.compliance[..., None, :])
+    weighted = a @ weights
+    explained = (weighted * bends.theta[..., None, :]).sum(axis=-1)
+    gain = explained**2 / ((weighted * a).sum(axis=-1) + 1 / usual**2)
+    return np.take_along_axis(s, gain.argmax(axis=-1)[..., None], axis=-1)
+
+
+def _fit_aside(layout: SensorLayout, chain: Chain, bends: Bends, weights: Array, usual: float, place: Array) -> Fit:
+    """The force across the finger at a place, (..., 1) m."""
+    finger, around = layout.finger, place + _DS * np.array([-1.0, 0.0, 1.0])
+    torques = unit_torques(finger, chain, around)
+    before, unit, after = np.moveaxis(torques.real, -2, 0)
+    a = layout.sums(unit * bends.compliance)
+    weighted = (a[..., None, :] @ weights)[..., 0, :]
+    force = (weighted * bends.theta).sum(axis=-1) / ((weighted * a).sum(axis=-1) + 1 / usual**2)
+    moved = force[..., None] * (after - before) / (2 * _DS)
+    rubbing = torques.imag[..., 1, :] - face_offset(finger, place, force[..., None]) * (unit != 0)
+    friction = FRICTION * force[..., None] * layout.sums(rubbing * bends.compliance)
+    uncertain = bends.covariance + friction[..., :, None] * friction[..., None, :]
+    by_both = np.stack([a, layout.sums(moved * bends.compliance)], axis=-1)
+    weights = np.linalg.inv(uncertain)
+    stds = np.sqrt(_variance(by_both, weights, np.array([usual, finger.length / 2])))
+    contact = ContactForce(force, place[..., 0], stds[..., 0], stds[..., 1])
+    return Fit(contact, force[..., None] * unit, misfit(bends.theta - force[..., None] * a, weights))
+
+
+def _fit_tip(layout: SensorLayout, chain: Chain, bends: Bends, usual: float, across: Array) -> Fit:
+    """The force on the tip's edge, in any direction; `across`, (...) N, is about what it is across the finger."""
+    finger, across = layout.finger, across[..., None]
+    s = np.broadcast_to([finger.length - _DS, finger.length], (*chain.tip.shape, 2))
+    before, unit = np.moveaxis(unit_torques(finger, chain, s), -2, 0)
+    units = np.stack([unit.real, unit.imag - face_offset(finger, s[..., 1:], across)], axis=-1)
+    by_both = np.swapaxes(layout.sums(np.swapaxes(units * bends.compliance[..., None], -1, -2)), -1, -2)
+    place_std = TIP_ZONE * finger.length / 2
+    moved = layout.sums(across * (unit - before).real / _DS * bends.compliance) * place_std
+    weights = np.linalg.inv(bends.covariance + moved[..., :, None] * moved[..., None, :])
+    weighted = np.swapaxes(by_both, -1, -2) @ weights
+    prior = np.diag([usual**-2.0, usual**-2.0])
+    both = np.linalg.solve(weighted @ by_both + prior, weighted @ bends.theta[..., None])
+    force_std = np.sqrt(_variance(by_both, weights, np.array([usual, usual]))[..., 0])
+    contact = ContactForce(both[..., 0, 0], s[..., 1], force_std, np.full_like(force_std, place_std))
+    return Fit(contact, (units @ both)[..., 0], misfit(bends.theta - (by_both @ both)[..., 0], weights))
+
+
+def misfit(left: Array, weights: Array) -> Array:
+    """What is left unexplained of bends, (..., S) rad, in variances, (...)."""
+    return ((left[..., None, :] @ weights)[..., 0, :] * left).sum(axis=-1)
+
+
+def _variance(by_both: Array, weights: Array, usual: Array) -> Array:
+    """Variances of two unknowns that move the bends by columns (..., S, 2), (..., 2); `usual` are those before."""
+    information = np.swapaxes(by_both, -1, -2) @ weights @ by_both + np.diag(usual**-2.0)
+    return np.diagonal(np.linalg.inv(information), axis1=-2, axis2=-1)
+
+
+SEVERAL_NEAREST = 0.3  # of the length from the base, where contacts are looked for
+_SEVERAL_PLACES = 29
+
+
+def fit_several_forces(layout: SensorLayout, q: Array, bends: Bends, side: Array, usual: float) -> Fit:
+    """The forces on one side that explain bends best, as their sum and their centre.
+
+    Args:
+        layout: sensors and finger as they are believed to be.
+        q: joint angles, rad, about as they are, (K, N).
+        bends: what is to be explained, of K samples.
+        side: 1 for the inner, -1 for the outer side, (K).
+        usual: standard deviation of usual forces, N.
+    """
+    finger, chain = layout.finger, forward_kinematics(q, layout.finger.segment_length)
+    s = np.linspace(SEVERAL_NEAREST, 1, _SEVERAL_PLACES) * finger.length
+    unit = unit_torques(finger, chain, np.broadcast_to(s, (len(q), _SEVERAL_PLACES)))
+    torques = side[:, None, None] * unit.real
+    rubbing = unit.imag - face_offset(finger, s, side[:, None])[..., None] * (unit.real != 0)
+    responses, frictions = (_responses(layout, bends, torque) for torque in (torques, rubbing))
+    whitening = np.linalg.inv(np.linalg.cholesky(bends.covariance))
+    theta = (whitening @ bends.theta[..., None])[..., 0]
+    forces = np.array([_fit(*sample, usual) for sample in zip(whitening @ responses, theta, strict=True)])
+    total = forces.sum(axis=-1)
+    pressing = np.where(total > 0, total, np.nan)[:, None]
+    center = forces @ s[:, None] / pressing
+    after = _covariance(responses, frictions, forces, bends.covariance, usual)
+    stds = (_std_of_sum(after, weights) for weights in (np.ones_like(forces), (s - center) / pressing))
+    left = bends.theta - (responses @ forces[..., None])[..., 0]
+    contact = ContactForce(side * total, center[:, 0], *stds)
+    return Fit(contact, (forces[:, None, :] @ torques)[:, 0], misfit(left, np.linalg.inv(bends.covariance)))
+
+
+def _responses(layout: SensorLayout, bends: Bends, torques: Array) -> Array:
+    """How torques, (K, M, N), bend the sections, (K, S, M)."""
+    return np.swapaxes(layout.sums(torques * bends.compliance[..., None, :]), -1, -2)
+
+
+def _fit(responses: Array, bends: Array, usual: float) -> Array:
+    """The forces of one sample at M places, N; whitened."""
+    ridge = np.eye(responses.shape[-1]) / usual
+    forces, _ = nnls(np.vstack([responses, ridge]), np.concatenate([bends, np.zeros(len(ridge))]))
+    return forces
+
+
+def _covariance(responses: Array, frictions: Array, forces: Array, of_bends: Array, usual: float) -> Array:
+    """The covariance of the forces, (K, M, M) N^2, each of which might as well press on the next place beside it."""
+    pressing = forces > 0
+    near = pressing | ~pressing.any(axis=-1, keepdims=True)  # where none is found there may be one anywhere
+    near[:, 1:] |= pressing[:, :-1]
+    near[:, :-1] |= pressing[:, 1:]
+    friction = FRICTION * forces[:, None, :] * frictions
+    uncertain = of_bends + friction @ np.swapaxes(friction, -1, -2)
+    before = usual**2 * near[..., None] * np.eye(forces.shape[-1])
+    shared = before @ np.swapaxes(responses, -1, -2)
+    return before - shared @ np.linalg.solve(responses @ shared + uncertain, np.swapaxes(shared, -1, -2))
+
+
+def _std_of_sum(covariance: Array, weights: Array) -> Array:
+    """The standard deviation of a weighted sum of the forces, (K)."""
+    return np.sqrt(((weights[:, None, :] @ covariance)[:, 0] * weights).sum(axis=-1))
+
+
+_PASSES = 2  # under an elastic law, whose slope is first taken where the most probable shape is
+_CHANCE = 1e-3  # that noise alone leaves more than what counts as noise
+
+
+@dataclass(frozen=True)
+class ContactShape:
+    """The estimator `contact` of one finger; a ShapeFunction."""
+
+    layout: SensorLayout
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """Joint angles, their covariance and the contact force; see ShapeFunction."""
+        layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
+        gaussian = self._gaussian(readings, driving, gravity)
+        theta, variance = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
+        weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
+        known, q = driving + weight, gaussian.q
+        for _ in range(1 if finger.elastic_law is None else _PASSES):
+            fit = explain(layout, self.uncertainty, q, self._unexplained(q, theta, variance, driving, weight))
+            q = finger.angle(known + fit.torque)
+        gain, _ = condition(layout, self._gaussian.prior(gaussian.q, driving), variance)
+        q = q + (gain @ (theta - layout.sums(q))[..., None])[..., 0]
+        return ShapeEstimate(q, gaussian.covariance, fit.contact)
+
+    def _unexplained(self, q: Array, theta: Array, variance: Array, driving: Array, weight: Array) -> Bends:
+        """What driving torque and weight, (..., N) N m, leave of the bends of the sections, about the shape q."""
+        layout, compliance = self.layout, self._gaussian.compliance(q)
+        free = q + compliance * (driving + weight - layout.finger.elastic_torque(q))
+        of_model = sections_of(layout, self._gaussian.of_model(q, driving))
+        return Bends(theta - layout.sums(free), of_model + variance[..., None] * np.eye(layout.sections), compliance)
+
+    @cached_property
+    def _gaussian(self) -> GaussianShape:
+        return GaussianShape(self.layout, self.uncertainty)
+
+
+def explain(layout: SensorLayout, uncertainty: Uncertainty, q: Array, bends: Bends) -> Fit:
+    """The contact that explains best what driving torque and weight do not bend.
+
+    NaN where fewer than two sections are read.
+
+    Args:
+        layout: sensors and finger as they are believed to be.
+        uncertainty: says how large loads usually are.
+        q: joint angles, rad, about as they are, (..., N).
+        bends: what is to be explained.
+    """
+    shape, finger = q.shape[:-1], layout.finger
+    usual = float(uncertainty.load_pressure * finger.pressure_gain[0] / (finger.length / 2))
+    fit = _explain(layout, *_flat(q, bends), usual)
+    contact = ContactForce(*(values.reshape(shape) for values in fit.contact))
+    return Fit(contact, fit.torque.reshape(q.shape), fit.misfit.reshape(shape))
+
+
+def _explain(layout: SensorLayout, q: Array, bends: Bends, usual: float) -> Fit:
+    """The same of K samples; `usual` is the size of a usual force, N."""
+    sections = (np.diagonal(bends.covariance, axis1=-2, axis2=-1) < UNKNOWN / 2).sum(axis=-1)
+    noise = _quantiles(layout.sections)
+    remaining = misfit(bends.theta, np.linalg.inv(bends.covariance))
+    nan = np.full(len(q), np.nan)
+    unknown = Fit(ContactForce(nan, nan, nan, nan), np.zeros_like(q), remaining)
+    if (sections < 2).all():
+        return unknown
+    fit = fit_single_force(layout, q, bends, usual)
+    several = (sections > 2) & (fit.misfit > noise[np.maximum(sections - 2, 0)])
+    several &= fit.contact.arc_length < layout.finger.length
+    if several.any():
+        part, side = Bends(*(values[several] for values in bends)), np.sign(fit.contact.force[several])
+        fit = put(several, fit_several_forces(layout, q[several], part, side, usual), fit)
+    free = Fit(ContactForce(np.zeros(len(q)), nan, fit.contact.force_std, nan), np.zeros_like(q), remaining)
+    return choose(sections < 2, unknown, choose(remaining < noise[sections], free, fit))
+
+
+def _flat(q: Array, bends: Bends) -> tuple[Array, Bends]:
+    """The same with a single leading axis."""
+    joints, count = q.shape[-1], bends.theta.shape[-1]
+    compliance = np.broadcast_to(bends.compliance, q.shape).reshape(-1, joints)
+    covariance = np.broadcast_to(bends.covariance, (*q.shape[:-1], count, count)).reshape(-1, count, count)
+    return q.reshape(-1, joints), Bends(bends.theta.reshape(-1, count), covariance, compliance)
+
+
+@cache
+def _quantiles(most: int) -> Array:
+    """The misfits that noise does not exceed, by the number of what is free, from 0 to `most`; of none, that of one."""
+    quantiles: Array = chdtri(np.maximum(np.arange(most + 1), 1), _CHANCE)
+    return quantiles

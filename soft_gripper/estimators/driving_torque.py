@@ -1,0 +1,129 @@
+"""What drives a finger: the torque at its joints that is known before its sensors are read.
+
+    driving torque = torque of the pressure + memory torque of creep
+
+What a creeping finger remembers (`fingers.creep`) follows from how it was bent, as far as that is estimated: the
+internal angles go by the estimate of the sample before, held for a period. So an estimate asks for what drives the
+finger, this for the estimates before, and there is no loop. Where no angle is estimated they stay as they are: a sensor
+that fails for a few samples leaves no trace, and a finger that is not seen is taken to rest.
+
+Leading axes are free; T samples, B branches of creep, N joints.
+"""
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.estimate import ShapeFunction
+from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.fingers.creep import advance, memory_torque
+from soft_gripper.fingers.finger import Finger
+
+DRIVING_TORQUE = "driving_torque"
+_SETTLED = 1e-7  # N m, by which a driving torque that is found may still change
+
+
+def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array, period: float) -> Array:
+    """Those of creep a period later, (..., B, N) rad, by estimated joint angles and a pressure that are held.
+
+    Args:
+        finger: as it is believed to be.
+        z: internal angles, (..., B, N) rad.
+        q: joint angles, (..., N) rad; z of those that are not finite stays.
+        pressure: in the chamber, (...) Pa.
+        period: s.
+    """
+    held = q / finger.softening(pressure)[..., None]
+    later = advance(finger.creep, z, held, held, period)
+    return np.where(np.isfinite(q)[..., None, :], later, z)
+
+
+def driving_torque(finger: Finger, pressure: Array, z: Array) -> Array:
+    """Of a pressure, (...) Pa, and of internal angles of creep, (..., B, N) rad, at the joints, (..., N) N m."""
+    torque = finger.pressure_torque(pressure)
+    return torque + memory_torque(finger, z, pressure) if finger.creep else torque  # which are most
+
+
+def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) -> Array:
+    """The driving torque at every sample of a recording, (T, ..., N) N m; the finger begins straight.
+
+    Args:
+        finger: as it is believed to be.
+        q: joint angles, (T, ..., N) rad, each held for a period.
+        pressure: in the chamber, (T, ...) Pa, likewise.
+        period: of the samples, s.
+    """
+    torques, z = np.zeros_like(q), np.zeros((*q.shape[1:-1], len(finger.creep), q.shape[-1]))
+    for i, (angles, inside) in enumerate(zip(q, pressure, strict=True)):
+        torques[i] = driving_torque(finger, inside, z)
+        z = internal_angles(finger, z, angles, inside, period)
+    return torques
+
+
+def recorded_driving(
+    function: ShapeFunction, finger: Finger, readings: Array, pressure: Array, gravity: Planar, period: float
+) -> Array:
+    """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque finds it beside an estimator.
+
+    Shape and memory are found by turns, all samples at once. A sample depends on those before it alone, and every turn
+    leaves of an error no more than the shares of the branches, so that this ends.
+
+    Args:
+        function: the estimator.
+        finger: as it is believed to be.
+        readings: of the strain sensors, (T, ..., paths * S).
+        pressure: in the chamber, Pa, (T, ...).
+        gravity: in the bending plane, z + i x in B, m/s^2, (T, ...).
+        period: of the samples, s.
+    """
+    driving, settled = finger.pressure_torque(pressure), not finger.creep
+    while not settled:
+        q, before = function(readings, driving, gravity).q, driving
+        driving = driving_torques(finger, q, pressure, period)
+        settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
+    return driving
+
+
+class DrivingTorque(ArrayBlock):
+    """What drives one finger, sample for sample.
+
+    ::
+
+        pressure (1) Pa ------------------> +---------------+
+                                            | DrivingTorque | ---> driving_torque  (N) N m, positive closes
+        estimated_joint_angles (N) rad ---> +---------------+
+
+    Only a finger that creeps has its estimated joint angles for an input, and state. They act from the next sample on,
+    so they may be estimated from this very torque. Give it inputs that are sampled together every `period` s, from
+    time 0, in discrete state.
+    """
+
+    def __init__(self, finger: Finger, period: float):
+        """The finger as it is believed to be; it begins straight."""
+        super().__init__()
+        self._finger, self._period, joints = finger, period, finger.segments
+        self._pressure = self.take("pressure", 1)
+        followed, nothing = ["pressure"], np.zeros((0, joints))
+        if finger.creep:
+            self._angles = self.take(ANGLES, joints)
+            self.DeclareDiscreteState(len(finger.creep) * joints)
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
+            self.remember("internal angles", self._internal_angles)
+            followed.append("internal angles")
+
+        def torque(pressure: Array, z: Array = nothing) -> Array:
+            return driving_torque(finger, pressure[..., 0], z)
+
+        self.put_out(DRIVING_TORQUE, torque, *followed, unit="N m", joint=range(joints))
+
+    def _internal_angles(self, context: Context) -> Array:
+        """(B, N) rad."""
+        z: Array = context.get_discrete_state_vector().value().reshape(-1, self._finger.segments)
+        return z
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        """Goes on by what was estimated a period ago; at time 0 there is nothing."""
+        if context.get_time() > 0:
+            z, q, pressure = self._internal_angles(context), self._angles.Eval(context), self._pressure.Eval(context)[0]
+            values.set_value(internal_angles(self._finger, z, q, pressure, self._period).ravel())

@@ -1,0 +1,77 @@
+"""FingerShape: estimated joint angles -> all that follows from them.
+
+This is the contract between the estimators of the shape and what uses it. An estimator is a system with the output
+port `estimated_joint_angles` (N) rad; it takes what it needs of `strain`, `pressure`, `driving_torque` and `X_WB`, by
+these names. What
+else is asked of the shape follows from the joint angles, by this block; an estimator that knows it better puts it out
+by itself, under the same names. Where it is known, it adds `joint_angle_covariance` (N x N) rad^2.
+"""
+
+import numpy as np
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.arcs import Arcs, join_arcs
+from soft_gripper.estimators.plane import bending_plane, to_world
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.signals import POSE, XYZ, XZ
+
+ANGLES = "estimated_joint_angles"
+ARC = ("x", "z", "heading", "kappa", "length", "center_x", "center_z")
+ARC_UNITS = ("m", "m", "rad", "1/m", "m", "m", "m")
+POSE_UNITS = ("m", "m", "rad")
+
+
+def segment_arcs(finger: Finger, q: Array) -> Arcs:
+    """The chain at joint angles (..., N) rad as a curve, an arc for every segment."""
+    return join_arcs(q, np.full(finger.segments, finger.segment_length))
+
+
+def planar_pose(place: Planar, heading: Array) -> Array:
+    """What ports such as `tip_pose` carry, (..., 3) x, z, heading."""
+    return np.stack([place.imag, place.real, heading], axis=-1)
+
+
+def arc_table(arcs: Arcs) -> Array:
+    """What the port `arcs` carries, (..., S, 7): where and how each begins, with its centre for drawing."""
+    start, center, length = arcs.start, arcs.centers, np.broadcast_to(arcs.length, arcs.theta.shape)
+    columns = (start.imag, start.real, arcs.heading, arcs.kappa, length, center.imag, center.real)
+    return np.stack(columns, axis=-1)
+
+
+class FingerShape(ArrayBlock):
+    """The pose of one finger from its estimated joint angles.
+
+    ::
+
+        estimated_joint_angles (N) rad ---> +-------------+ ---> arcs                   (N x 7) an arc a segment
+                                            | FingerShape | ---> joint_positions        (N x 2) x, z; m in B
+        X_WB (12) [R | p] ----------------> |             | ---> joint_positions_world  (N x 3) m
+                                            +-------------+ ---> tip_pose               (3) x, z, heading in B
+
+    Matrices leave their ports row after row. Stateless.
+    """
+
+    def __init__(self, finger: Finger):
+        super().__init__()
+        joints = range(finger.segments)
+        self.take(ANGLES, finger.segments)
+        self.take("X_WB", 12)
+        self.derive("plane", bending_plane, "X_WB")
+        self.derive("chain", lambda q: forward_kinematics(q, finger.segment_length), ANGLES)
+        self.put_out(
+            *("arcs", lambda q: arc_table(segment_arcs(finger, q)), ANGLES), unit=ARC_UNITS, segment=joints, arc=ARC
+        )
+        self.put_out("joint_positions", lambda chain: as_points(chain.joints), "chain", unit="m", joint=joints, xz=XZ)
+        self.put_out(
+            *("tip_pose", lambda chain: planar_pose(chain.tip, chain.headings[..., -1]), "chain"),
+            unit=POSE_UNITS,
+            pose=POSE,
+        )
+        self.put_out(
+            *("joint_positions_world", lambda chain, plane: to_world(chain.joints, plane), "chain", "plane"),
+            unit="m",
+            joint=joints,
+            xyz=XYZ,
+        )

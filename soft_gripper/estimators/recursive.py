@@ -1,0 +1,336 @@
+"""The shape from sample to sample, with what is wrong with sensors and finger learnt on the way.
+
+A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of the sensors, whose state x is
+
+    z     the load, as its strongest modes:  tau = V z ; it changes slowly, or jumps
+    r, d  how much more the finger bends than is believed, and the pressure that is measured too low:
+          k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
+    c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
+
+All but the load are slow: next to constant, the offsets drift. They are learnt in free motion alone. Whether the
+finger is free is seen from what the readings differ from those of the free finger, averaged over some samples: as
+long as it is no more than noise and the uncertainty of the slow states explain, the slow states are corrected, and
+cautiously, for errors of sensors are not white. While the finger is loaded they are kept as they are, with their
+uncertainty counted (Schmidt 1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an
+offset. What cannot be seen is a load that begins before anything is learnt and looks like a finger that bends less
+than believed: let the finger move freely first, or give a smaller `bend_per_pressure`.
+
+A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
+While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
+
+Leading axes are free; R readings, N joints, n states.
+"""
+
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context, DiscreteValues
+from scipy.special import chdtri
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.contact import Bends, explain
+from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
+from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.gaussian import sections_of, torque_covariance
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+_MODES = 5  # of the load
+_LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
+_LOAD_JUMP = 0.2  # of a usual load, standard deviation of how far it may jump in a sample
+_AVERAGE = 0.1  # weight of the newest sample in what is compared with the free finger
+_CAUTION = 30.0  # times the variance of the noise, with which slow states are corrected
+_SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
+_BLIND_SAMPLES = 5  # without a bend's reading, after which a load can no longer be ruled out
+_OUTLIER = 6.0  # standard deviations
+_MISSING = 1e6  # variance of a reading that is left out
+
+
+class Filter(NamedTuple):
+    """What is known after a sample."""
+
+    mean: Array  # (..., n)
+    covariance: Array  # (..., n, n)
+    difference: Array  # (..., R) averaged, of the readings from those of the free finger
+    loaded: NDArray[np.bool_]  # (...)
+    q: Array  # (..., N) rad
+
+
+@dataclass(frozen=True)
+class RecursiveShape:
+    """The estimator `recursive` of one finger; a ShapeFunction of recordings, whose first axis is time."""
+
+    layout: SensorLayout
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    period: float = 0.01  # s, between samples
+
+    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """Joint angles, covariance and contact of samples (T, ...) that follow each other; see ShapeFunction."""
+        return self.at(np.arange(len(readings)), readings, driving, gravity)
+
+    def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+        """The same at some of the samples, by their numbers, which increase; all are gone through."""
+        gravity, known = np.broadcast_to(gravity, driving.shape[:-1]), self.begin(driving.shape[1:-1])
+        wanted, passed = set(rows.tolist()), []
+        for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
+            known = self.step(known, *sample)
+            if i in wanted:
+                passed.append(known)
+        return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), driving[rows])
+
+    def begin(self, shape: tuple[int, ...] = ()) -> Filter:
+        """What is known of a straight finger before the first sample, with leading axes."""
+        states, joints = self._states, self.layout.finger.segments
+        covariance = np.broadcast_to(np.diag(self._before), (*shape, states, states))
+        nothing = np.zeros((*shape, self.layout.readings))
+        return Filter(
+            np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool), np.zeros((*shape, joints))
+        )
+
+    def step(self, before: Filter, readings: Array, driving: Array, gravity: Planar | complex) -> Filter:
+        """What is known after one more sample."""
+        layout, finger = self.layout, self.layout.finger
+        mean, covariance = before.mean, before.covariance + np.diag(self._walks)
+        weight = gravity_torque(finger, before.q, np.asarray(gravity)[..., None])
+        torque = self.effective_driving(mean, driving) + weight
+        free = finger.angle(torque)
+        strain, gain = extension_ratios(layout, free) - 1, 1 + self._gains(mean)
+        by_state = self._by_state(free, strain, gain, driving)
+        difference: Array = layout.response.ratio(readings) - 1 - gain * strain - self._offsets(mean)
+        read = np.isfinite(difference)
+        difference = np.where(read, difference, 0.0)
+        noise = np.where(read, self.uncertainty.reading**2, _MISSING)
+        covariance = self._after_jump(difference, noise, mean, covariance, by_state)
+        noise = np.where(self._is_outlier(difference, noise, mean, covariance, by_state), _MISSING, noise)
+        average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
+        loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
+        blind = self._is_blind(noise)
+        loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
+        mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded, blind & ~loaded)
+        torque = self.effective_driving(mean, driving) + weight
+        q = finger.angle(torque + mean[..., :_MODES] @ self._modes.T)
+        return Filter(mean, covariance, average, loaded, q)
+
+    def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
+        """The shape after a sample at a driving torque, N m, (..., N)."""
+        by_joint = self._joints_by_state(known.q, driving)
+        covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
+        covariance = covariance + self.uncertainty.angle**2 * np.eye(known.q.shape[-1])
+        load = by_joint[..., :_MODES]
+        of_load = load @ known.covariance[..., :_MODES, :_MODES] @ np.swapaxes(load, -1, -2)
+        bends = Bends(
+            self.layout.sums((load @ known.mean[..., :_MODES, None])[..., 0]),
+            sections_of(self.layout, of_load) + self.uncertainty.angle**2 * np.eye(self.layout.sections),
+            self._compliance(known.q),
+        )
+        return ShapeEstimate(known.q, covariance, explain(self.layout, self.uncertainty, known.q, bends).contact)
+
+    def effective_driving(self, mean: Array, driving: Array) -> Array:
+        """What would drive the finger, as it is believed to be, as far as it is driven, N m, (..., N)."""
+        share, pressure = mean[..., _MODES, None], mean[..., _MODES + 1, None]
+        return driving * (1 + share) + pressure * self.layout.finger.pressure_gain
+
+    def _gains(self, mean: Array) -> Array:
+        return mean[..., _MODES + 2 : _MODES + 2 + self.layout.readings]
+
+    def _offsets(self, mean: Array) -> Array:
+        return mean[..., _MODES + 2 + self.layout.readings :]
+
+    @property
+    def _states(self) -> int:
+        return _MODES + 2 + 2 * self.layout.readings
+
+    @cached_property
+    def _is_slow(self) -> NDArray[np.bool_]:
+        return np.arange(self._states) >= _MODES
+
+    @cached_property
+    def _strongest(self) -> tuple[Array, Array]:
+        """Variances of the modes of the load, (n_z), and the modes V, (N, n_z)."""
+        values, vectors = np.linalg.eigh(torque_covariance(self.layout.finger, self.uncertainty.load_pressure))
+        return values[::-1][:_MODES], vectors[:, ::-1][:, :_MODES]
+
+    @property
+    def _modes(self) -> Array:
+        return self._strongest[1]
+
+    @cached_property
+    def _before(self) -> Array:
+        """Variances of the states before the first sample, (n,)."""
+        believed, readings = self.uncertainty, self.layout.readings
+        slow = [believed.bend_per_pressure, believed.pressure]
+        slow += [believed.gain] * readings + [believed.offset] * readings
+        variances: Array = np.concatenate([self._strongest[0], np.square(slow)])
+        return variances
+
+    @cached_property
+    def _walks(self) -> Array:
+        """Variances that a period adds, (n,)."""
+        readings = self.layout.readings
+        slow = [_SLOW_BEND, 0.0] + [_SLOW_GAIN] * readings + [self.uncertainty.drift] * readings
+        variances = np.concatenate([_LOAD_CHANGE**2 * self._strongest[0], np.square(slow)])
+        return variances * self.period
+
+    def _compliance(self, q: Array) -> Array:
+        finger = self.layout.finger
+        return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
+
+    def _joints_by_state(self, q: Array, driving: Array) -> Array:
+        """By how much the joint angles move with the states, (..., N, n)."""
+        compliance, finger = self._compliance(q), self.layout.finger
+        moved = np.zeros((*q.shape, self._states))
+        moved[..., :_MODES] = compliance[..., None] * self._modes
+        moved[..., _MODES + 1] = compliance * finger.pressure_gain
+        moved[..., _MODES] = compliance * driving
+        return moved
+
+    def _by_state(self, q: Array, strain: Array, gain: Array, driving: Array) -> Array:
+        """By how much the readings' strains move with the states, (..., R, n)."""
+        layout, readings = self.layout, np.arange(self.layout.readings)
+        sums = np.add.reduceat(self._joints_by_state(q, driving), layout.section_ends[:-1], axis=-2)
+        bend = -(layout.offsets[:, None] / layout.rest_lengths).ravel()
+        moved = (gain * bend)[..., None] * np.concatenate([sums] * layout.paths, axis=-2)
+        moved[..., readings, _MODES + 2 + readings] = strain
+        moved[..., readings, _MODES + 2 + layout.readings + readings] = 1.0
+        return moved
+
+    def _after_jump(self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
+        """The covariance, with the load less known where the readings are far from what was expected."""
+        spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + noise[..., None] * np.eye(noise.shape[-1])
+        jumped = _size(difference - self._by_load(mean, by_state), spread) > _limits(noise.shape[-1])[0]
+        return covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
+
+    def _is_outlier(
+        self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array
+    ) -> NDArray[np.bool_]:
+        """Which readings are far from what any change of the load would make of them."""
+        variance = ((by_state @ covariance) * by_state).sum(axis=-1) + noise
+        outlier: NDArray[np.bool_] = np.abs(difference - self._by_load(mean, by_state)) > _OUTLIER * np.sqrt(variance)
+        return outlier
+
+    def _by_load(self, mean: Array, by_state: Array) -> Array:
+        """What the load makes of the readings, (..., R)."""
+        by_load: Array = (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
+        return by_load
+
+    def _is_loaded(
+        self, before: Filter, average: Array, difference: Array, covariance: Array, by_state: Array, noise: Array
+    ) -> NDArray[np.bool_]:
+        """Whether more than noise and slow states is needed to explain the readings, of late or all at once."""
+        slow, identity = by_state * self._is_slow, np.eye(noise.shape[-1])
+        spread = slow @ covariance @ np.swapaxes(slow, -1, -2)
+        noises = noise[..., None] * identity
+        of_late = _size(average, spread + _AVERAGE / (2 - _AVERAGE) * noises)
+        begin, end, at_once = _limits(noise.shape[-1])
+        loaded = np.where(before.loaded, of_late > end, of_late > begin)
+        return loaded | (_size(difference, spread + noises) > at_once)
+
+    def _is_blind(self, noise: Array) -> NDArray[np.bool_]:
+        """Whether the bend of any section is hardly read, so that a load there cannot be ruled out."""
+        layout, squares = self.layout, self.layout.offsets**2
+        read = (noise < _MISSING).reshape(*noise.shape[:-1], layout.paths, layout.sections)
+        blind: NDArray[np.bool_] = (squares @ read < squares.sum() / 2).any(axis=-1)
+        return blind
+
+    def _update(
+        self,
+        mean: Array,
+        covariance: Array,
+        difference: Array,
+        by_state: Array,
+        noise: Array,
+        loaded: NDArray[np.bool_],
+        blind: NDArray[np.bool_],
+    ) -> tuple[Array, Array]:
+        """Loaded: the load corrected, slow states kept. Free: no load, slow states corrected. Blind: all kept."""
+        loads = (loaded | blind)[..., None] | self._is_slow
+        mean = mean * loads
+        covariance = covariance * (loads[..., :, None] & loads[..., None, :])
+        noise = np.where(loaded[..., None], noise, _CAUTION * noise)
+        crossed = covariance @ np.swapaxes(by_state, -1, -2)
+        spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
+        gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
+        gain = gain * ((loaded[..., None] != self._is_slow) & ~blind[..., None])[..., None]
+        left = difference - self._by_load(mean, by_state)
+        keep = np.eye(self._states) - gain @ by_state
+        covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
+        covariance = covariance + (gain * noise[..., None, :]) @ np.swapaxes(gain, -1, -2)
+        return mean + (gain @ left[..., None])[..., 0], covariance
+
+
+def _size(difference: Array, spread: Array) -> Array:
+    """How large a difference is, in variances, (...)."""
+    size: Array = (difference * np.linalg.solve(spread, difference[..., None])[..., 0]).sum(axis=-1)
+    return size
+
+
+@cache
+def _limits(readings: int) -> Array:
+    """Of differences, in variances: a load begins above the first, ends below the second, is there above the third."""
+    limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
+    return limits
+
+
+EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
+
+
+class RecursiveEstimator(ShapeEstimator):
+    """Estimates the shape of one finger from sample to sample.
+
+    ::
+
+        strain (paths * S) -------> +--------------------+ ---> all outputs of ShapeEstimator
+        driving_torque (N) N m ---> | RecursiveEstimator | ---> effective_driving_torque  (N) N m, see RecursiveShape
+        X_WB (12) [R | p] --------> +--------------------+ ---> loaded                    (1) 0 or 1: something bends
+                                                                                          the finger
+
+    Give it inputs that are sampled together every period of its function, from time 0, in discrete state.
+    """
+
+    def __init__(self, function: RecursiveShape, gravity: Array):
+        """`gravity` in the world, (3,) m/s^2, zero for none."""
+        super().__init__(function, function.layout, gravity)
+        joints = range(function.layout.finger.segments)
+        self.put_out(
+            *(EFFECTIVE_DRIVING_TORQUE, lambda known, driving: function.effective_driving(known.mean, driving)),
+            *("known", DRIVING_TORQUE),
+            unit="N m",
+            joint=joints,
+        )
+        self.put_out("loaded", lambda known: float(known.loaded), "known", meanings=("free", "loaded"))
+
+    def _derive_shape(self, function: ShapeFunction, layout: SensorLayout) -> ShapeEstimate:
+        assert isinstance(function, RecursiveShape)
+        self._recursive, self._start = function, function.begin()
+        self.DeclareDiscreteState(_flat(self._start))
+        self.DeclarePeriodicDiscreteUpdateEvent(function.period, 0.0, self._remember)
+        self.remember("known", self._calc_known, "strain", DRIVING_TORQUE, "gravity")
+        self.derive("shape", function.estimate, "known", DRIVING_TORQUE)
+        return function.estimate(self._start, np.zeros(layout.finger.segments))
+
+    def _remember(self, context: Context, values: DiscreteValues) -> None:
+        """Keeps what was known a period ago; at time 0 there is nothing."""
+        if context.get_time() > 0:
+            values.set_value(_flat(self.read("known", context)))
+
+    def _calc_known(self, context: Context) -> Filter:
+        before = _unflat(context.get_discrete_state_vector().value(), self._start)
+        sample = (self.read(name, context) for name in ("strain", DRIVING_TORQUE, "gravity"))
+        return self._recursive.step(before, *sample)
+
+
+def _flat(known: Filter) -> Array:
+    return np.concatenate([np.ravel(part).astype(float) for part in known])
+
+
+def _unflat(numbers: Array, like: Filter) -> Filter:
+    """The filter that was flattened, of parts as large as those of another."""
+    ends = np.cumsum([np.size(part) for part in like])[:-1]
+    parts = (part.reshape(np.shape(own)) for part, own in zip(np.split(numbers, ends), like, strict=True))
+    mean, covariance, difference, loaded, q = parts
+    return Filter(mean, covariance, difference, loaded > 0, q)

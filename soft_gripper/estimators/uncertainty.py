@@ -1,0 +1,101 @@
+"""What is believed to be uncertain about a finger, its sensors and its load.
+
+What is uncertain to an estimator whose sensors have errors, and who knows the finger to some accuracy only.
+
+Hysteresis and creep count as a share of the strain, as a gain does. A drift, which is steady, counts as a random walk
+that comes as far in a minute.
+
+How uncertain the places of a finger's joints and its tip are, from the covariance of its joint angles.
+
+A joint j that turns by dq moves what lies beyond it by  i (r - r_j) dq , r being its place as a planar vector. To
+first order the place across the finger, along the normal n, has the variance  J P J^T  with  J_j = Re(conj(n) i (r -
+r_j)) .
+
+Leading axes are free; N joints.
+"""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import Chain, forward_kinematics
+from soft_gripper.numbers_check import check_numbers
+from soft_gripper.sensors.pressure_errors import PressureErrors
+from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
+
+
+@dataclass
+class Uncertainty:
+    """Standard deviations, as an estimator believes them.
+
+    Raises:
+        InputError: unless all are finite, `reading` and `load_pressure` are above 0 and the others are not below.
+    """
+
+    reading: float = 1e-4  # of the extension ratios that sensors read
+    angle: float = 2e-4  # rad, of a joint's angle where the finger is not as it is believed to be
+    bend_per_pressure: float = 0.005  # share of the bend that pressure, and the memory of creep, lead to
+    pressure: float = 0.0  # Pa, of the pressure's measurement
+    gain: float = 0.0  # share of the strain, of each sensor; learnt by `recursive`
+    offset: float = 0.0  # of the extension ratio, of each sensor; learnt by `recursive`
+    drift: float = 0.0  # 1/sqrt(s), random walk of the offsets; followed by `recursive`
+    load_pressure: float = 1.5e5  # Pa, whose torque at the base is that of a usual load
+
+    def __post_init__(self) -> None:
+        check_numbers("uncertainty", self)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            never_zero = field.name in ("reading", "load_pressure")
+            if not np.isfinite(value) or value < 0 or (never_zero and value == 0):
+                least = "above 0" if never_zero else "of at least 0"
+                raise InputError("uncertainty", field.name, value, f"give a finite number {least}")
+
+    @property
+    def any_reading(self) -> float:
+        """Of an extension ratio that is read at any time within a minute, to whoever does not learn what is lasting."""
+        return math.hypot(self.reading, self.offset, self.drift * math.sqrt(MINUTE))
+
+
+def uncertainty_of(
+    strain: StrainErrors | None = None, pressure: PressureErrors | None = None, finger: float = 0.0
+) -> Uncertainty:
+    """What follows from the errors of the sensors, None for ideal ones; see `Uncertainty` for what is known without.
+
+    `finger` is the standard deviation of the bend per pressure that is believed, as a share: of Young's modulus, say.
+    """
+    ideal, strain, pressure = Uncertainty(), strain or StrainErrors(), pressure or PressureErrors()
+    rounding = (strain.quantization or 0.0) / math.sqrt(12)
+    return Uncertainty(
+        reading=math.hypot(ideal.reading, strain.low_frequency_noise, strain.noise, rounding),
+        gain=math.hypot(strain.gain_error, strain.hysteresis, strain.creep),
+        offset=strain.offset,
+        drift=strain.drift / math.sqrt(MINUTE),
+        bend_per_pressure=math.hypot(ideal.bend_per_pressure, pressure.gain_error, finger),
+        pressure=math.hypot(ideal.pressure, pressure.offset, pressure.noise),
+    )
+
+
+def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
+    """Standard deviations across the finger of its joints and of its tip, m, (..., N + 1).
+
+    Args:
+        finger: as it is believed to be.
+        q: estimated joint angles, rad, (..., N).
+        covariance: of these, rad^2, (..., N, N).
+    """
+    chain = forward_kinematics(q, finger.segment_length)
+    moved = position_jacobian(chain)
+    across = (np.conj(1j * np.exp(1j * chain.headings))[..., None] * moved).real
+    return np.sqrt(np.maximum(((across @ covariance) * across).sum(axis=-1), 0))
+
+
+def position_jacobian(chain: Chain) -> Planar:
+    """By how much joints and tip move with every joint angle, z + i x, m/rad, (..., N + 1, N)."""
+    points = np.concatenate([chain.joints, chain.tip[..., None]], axis=-1)
+    beyond = np.tri(*(points.shape[-1], chain.joints.shape[-1]), -1)
+    jacobian: Planar = 1j * (points[..., :, None] - chain.joints[..., None, :]) * beyond
+    return jacobian

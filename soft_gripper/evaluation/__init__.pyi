@@ -1,0 +1,6 @@
+"""What recordings say: averages over held steps, tables, figures, and the claims of the paper."""
+
+from .contacts.dataset import Contacts as Contacts
+from .contacts.dataset import load_contacts as load_contacts
+from .pid_regimes import regime_scenarios as regime_scenarios
+from .pid_regimes import regimes_figure as regimes_figure

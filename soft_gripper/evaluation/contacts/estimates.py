@@ -1,0 +1,195 @@
+"""Force and place of single contacts as an estimator finds them under a case.
+
+What sensors read in contacts: a finger bends freely for its calibration, is let go, and is pressed.
+
+All is held in turn for a fifth of a second, so that sensors with errors read the contact with the
+history of a finger in use. Free motion needs no simulation: it is the balance of `resting_angles`.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wiring.belief import believed_finger, describe_belief
+from soft_gripper.estimators.estimate import ContactForce
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.evaluation.contacts.bench import G
+from soft_gripper.evaluation.contacts.dataset import Contacts
+from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
+from soft_gripper.evaluation.contacts.sensors import LAYOUTS
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.statics import resting_angles
+from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.sensor_presets import strain_errors
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.strain_errors import StrainErrors, disturb
+
+HELD, PERIOD = 20, 0.01  # samples of every posture, s between them
+PRESSURES = np.array([30e3, 60e3, 90e3, 120e3])  # Pa, of the free motion
+HANGING = G + 0j  # m/s^2, gravity in the free motion: the finger hangs
+
+
+class Readings(NamedTuple):
+    """Of M contacts, by E sets of sensors."""
+
+    free: FreeMotion  # with readings (E, M, K, paths * S)
+    pressed: Array  # (E, M, paths * S)
+
+
+def ideal_readings(layout: SensorLayout, contacts: Contacts) -> Readings:
+    """By one set of sensors without errors."""
+    free = layout.response.reading(extension_ratios(layout, _free_angles(layout)))
+    pressed = layout.response.reading(extension_ratios(layout, contacts.q))
+    return Readings(_motion(np.broadcast_to(free, (1, len(pressed), *free.shape))), pressed[None])
+
+
+def disturbed_readings(
+    layout: SensorLayout, contacts: Contacts, errors: StrainErrors, seeds: int, averaged: int
+) -> Readings:
+    """By sensors with errors: for every seed other ones, and for every contact.
+
+    Each reading is the mean of the last `averaged` samples, up to HELD, of a posture.
+    """
+    read = [_disturbed(layout, contacts, errors, seed, averaged) for seed in range(seeds)]
+    free, pressed = (np.array(part) for part in zip(*read, strict=True))
+    return Readings(_motion(free), pressed)
+
+
+def _disturbed(
+    layout: SensorLayout, contacts: Contacts, errors: StrainErrors, seed: int, averaged: int
+) -> tuple[Array, Array]:
+    straight, free = np.zeros((1, layout.finger.segments)), _free_angles(layout)
+    way = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
+    ratios = np.repeat(extension_ratios(layout, np.array(way)), HELD, axis=0)  # (time, contact, reading)
+    disturbed = disturb(errors, ratios, PERIOD, np.random.default_rng(seed))
+    held = layout.response.reading(disturbed).reshape(len(way), HELD, *ratios.shape[1:])
+    read = held[:, -averaged:].mean(axis=1)
+    return np.moveaxis(read[1:-2], 0, 1), read[-1]
+
+
+def _free_angles(layout: SensorLayout) -> Array:
+    """Joint angles of the free motion, (K, N) rad."""
+    return resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), HANGING))
+
+
+def _motion(readings: Array) -> FreeMotion:
+    return FreeMotion(readings, PRESSURES, HANGING)
+
+
+REALISTIC = "realistic"
+# Those that estimate contact from a sample by itself: here no sample follows another, so `recursive` can learn nothing.
+ESTIMATORS = ("contact",)
+CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
+    "none": lambda believed, free: Scale(),
+    "trusting stiffness": trusting_stiffness,
+    "trusting chamber": trusting_chamber,
+}
+
+
+SHOWN_LAYOUT = LAYOUTS[1]  # in the figure
+
+
+@dataclass(frozen=True)
+class Case:
+    """Belief and sensors."""
+
+    youngs_modulus: str | None = None  # believed, as a change; None: as simulated
+    calibration: str = "none"  # of CALIBRATIONS
+    preset: str | None = None  # errors of the sensors; None: they are ideal
+    averaged: int = 1  # samples
+    reading: float = Uncertainty.reading  # standard deviation of the extension ratios, as it is believed
+
+    @property
+    def belief(self) -> str:
+        """What is believed of the finger, in a few words."""
+        return describe_belief(self._believed)
+
+    @property
+    def sensors(self) -> str:
+        """In one word."""
+        return self.preset or "ideal"
+
+    def believed_finger(self, finger: Finger) -> Finger:
+        """The finger as it is believed to be."""
+        return believed_finger(finger, self._believed)
+
+    @property
+    def _believed(self) -> BelievedConfig:
+        return BelievedConfig(youngs_modulus=self.youngs_modulus)
+
+
+# What gain errors and hysteresis of a hundredth make of strains up to 0.15, and the noise of 0.002, all in all.
+_SINGLE, _MEAN = 0.0025, 0.0015
+CASES = (
+    Case(),
+    *(Case(change, calibration) for calibration in CALIBRATIONS for change in ("+10 %", "-10 %")),
+    Case(preset=REALISTIC, averaged=1, reading=_SINGLE),
+    Case(preset=REALISTIC, averaged=HELD, reading=_MEAN),
+    *(
+        Case(change, calibration, REALISTIC, HELD, _MEAN)
+        for calibration in CALIBRATIONS
+        for change in ("+10 %", "-10 %")
+    ),
+)
+SHOWN_CASES = (CASES[0], Case("+10 %", "trusting chamber"), Case(preset=REALISTIC, averaged=HELD, reading=_MEAN))
+
+
+SEEDS = 20  # sets of sensors with errors
+
+
+@dataclass(frozen=True)
+class ContactEstimate:
+    """What an estimator makes of M contacts, read by E sets of sensors."""
+
+    estimator: str
+    layout: SensorLayout  # as simulated
+    case: Case
+    contact: ContactForce  # each (E, M)
+
+
+def contact_estimates(contacts: Contacts) -> Iterator[ContactEstimate]:
+    """Of every estimator, under every layout of sensors and every case."""
+    for sections, borders in LAYOUTS:
+        layout = SensorLayout(contacts.finger, sections, borders=borders)
+        unlike = {(case.preset, case.averaged): case for case in CASES}
+        read = {sensors: _read(layout, contacts, case) for sensors, case in unlike.items()}
+        for case in CASES:
+            readings = read[case.preset, case.averaged]
+            for name in ESTIMATORS:
+                yield ContactEstimate(name, layout, case, estimate_contacts(name, layout, case, readings, contacts))
+
+
+def estimate_contacts(
+    estimator: str, layout: SensorLayout, case: Case, readings: Readings, contacts: Contacts
+) -> ContactForce:
+    """What an estimator of contact finds, each (E, M).
+
+    Args:
+        estimator: of ESTIMATORS.
+        layout: as simulated.
+        case: what is believed of the finger, and how it is calibrated.
+        readings: by E sets of sensors.
+        contacts: of them pressure and gravity are used.
+    """
+    believed = SensorLayout(case.believed_finger(layout.finger), layout.sections, borders=layout.borders)
+    scale, shape = CALIBRATIONS[case.calibration](believed, readings.free), readings.pressed.shape[:-1]
+    pressure, gravity = (
+        np.broadcast_to(factor * known, shape)
+        for factor, known in ((scale.pressure, contacts.pressure), (scale.gravity, contacts.gravity))
+    )
+    function = SHAPE_FUNCTIONS[estimator](believed, Uncertainty(reading=case.reading))
+    found = function(readings.pressed, believed.finger.pressure_torque(pressure), gravity).contact
+    assert found is not None
+    return found._replace(force=scale.force * found.force, force_std=scale.force * found.force_std)
+
+
+def _read(layout: SensorLayout, contacts: Contacts, case: Case) -> Readings:
+    if case.preset is None:
+        return ideal_readings(layout, contacts)
+    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=case.preset)))
+    assert errors is not None
+    return disturbed_readings(layout, contacts, errors, SEEDS, case.averaged)

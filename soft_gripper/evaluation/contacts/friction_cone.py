@@ -1,0 +1,98 @@
+"""How friction spoils the estimates of single contacts, from none to the edge of the friction cone.
+
+    python -m soft_gripper.evaluation.contacts.friction_cone
+
+A finger that is pressed on a peg until it rests mobilises only a part of the friction that the coefficient allows.
+Here contacts follow from statics instead: a force on a face of the finger, and friction along it of any share.
+"""
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.evaluation.contacts.bench import PEG_FRICTION, G, combined_friction, read_finger
+from soft_gripper.evaluation.contacts.dataset import Contacts
+from soft_gripper.evaluation.contacts.errors import contact_errors
+from soft_gripper.evaluation.contacts.estimates import ESTIMATORS, Case, estimate_contacts, ideal_readings
+from soft_gripper.evaluation.contacts.random_contact import SIDES
+from soft_gripper.evaluation.contacts.sensors import LAYOUTS, describe_borders
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.statics import gravity_torque, relaxed_law
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+SHARES = 0.0, 1 / 3, 2 / 3, 1.0  # of the friction that the coefficient allows
+PLACES = 0.42, 0.99  # of the length
+FORCES = {"inner": (0.1, 2.0), "outer": (0.1, 1.8)}  # N
+PRESSURES = {"inner": (30e3, 150e3), "outer": (-30e3, 100e3)}  # Pa
+MOST_BEND = 2.6  # rad of the whole finger
+_REPETITIONS, _STEP, _BALANCED = 400, 0.3, 1e-9  # rad
+
+
+def rubbing_contacts(number: int, friction: float, share: float, seed: int) -> Contacts:
+    """Random contacts in balance, with a share of the friction along the face, one way or the other.
+
+    Left out are those that bend the finger by more than MOST_BEND, or that no balance is found of.
+    """
+    rng, finger = np.random.default_rng(seed), read_finger()
+    side = rng.choice(list(SIDES), number)
+    sign = np.array([SIDES[one] for one in side])
+    place = finger.length * rng.uniform(*PLACES, number)
+    force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
+    rub = share * friction * rng.choice([-1, 1], number)
+    gravity = G * rng.uniform(size=number) * np.exp(2j * np.pi * rng.uniform(size=number))
+    section = finger.section(place)
+    offset = np.where(side == "inner", section.inner_face, section.outer_face)
+    driven, angle = finger.pressure_torque(pressure), relaxed_law(finger).inverse()
+    q = angle(driven)
+    torque, moved = np.zeros_like(q), q
+    for _ in range(_REPETITIONS):
+        torque = rubbing_torque(finger, q, place, offset, sign * force, rub)
+        moved = angle(driven + gravity_torque(finger, q, gravity[:, None]) + torque) - q
+        q = q + _STEP * moved
+    kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q.sum(axis=-1)) < MOST_BEND)
+    rest = np.zeros(number), np.full(number, friction)  # radius of a peg that there is not, and the coefficient
+    values = q, pressure, gravity, sign * force, force * np.hypot(1, rub), place, torque, side, *rest
+    return Contacts(*(value[kept] for value in values))
+
+
+def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force: Array, rub: Array) -> Array:
+    """Torque of M forces at the joints, N m, (M, N).
+
+    Args:
+        finger, q: the finger and its joint angles, (M, N) rad.
+        place, offset: of the points of contact, (M) m from the base and from the neutral axis, inner side positive.
+        force: across the finger, (M) N, positive where it presses on the inner side.
+        rub: friction along the finger, toward its tip, over the size of the force, (M).
+    """
+    chain, rows = forward_kinematics(q, finger.segment_length), np.arange(len(q))
+    link = np.searchsorted(finger.joint_arc_lengths, place)
+    begins = np.concatenate([np.zeros((len(q), 1)), chain.joints], axis=-1)[rows, link]
+    along = np.exp(1j * chain.headings[rows, link])
+    point = begins + along * (place - finger.link_ends[link] + 1j * offset)
+    pushed = along * (np.abs(force) * rub - 1j * force)
+    lever = point[:, None] - chain.joints
+    beyond = finger.joint_arc_lengths < place[:, None]
+    torque: Array = np.where(beyond, (np.conj(lever) * pushed[:, None]).imag, 0.0)
+    return torque
+
+
+def main(number: int = 400, seed: int = 1) -> None:
+    """Prints medians and 90th percentiles: ideal sensors, and a finger that is exactly known."""
+    friction = combined_friction(PEG_FRICTION)
+    widths = 15, 8, 15, 8
+    names = "force: median", "90 %", "place: median", "90 %"
+    titles = "".join(f"{name:>{width}}" for name, width in zip(names, widths, strict=True))
+    print(f"{'friction':<10}{'sections':<12}{'contacts':>8}{titles}")
+    for share in SHARES:
+        contacts = rubbing_contacts(number, friction, share, seed)
+        for sections, borders in LAYOUTS:
+            layout = SensorLayout(contacts.finger, sections, borders=borders)
+            found = estimate_contacts(ESTIMATORS[0], layout, Case(), ideal_readings(layout, contacts), contacts)
+            errors = contact_errors(found, contacts)
+            numbers = [100 * np.nanpercentile(e, p) for e in (errors.force, errors.place) for p in (50, 90)]
+            what = f"{share * friction:<10.2f}{sections}: {describe_borders(layout):<9}{len(contacts.q):>8}"
+            print(what + "".join(f"{number:>{width}.2f}" for number, width in zip(numbers, widths, strict=True)))
+
+
+if __name__ == "__main__":
+    main()

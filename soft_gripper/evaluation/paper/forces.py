@@ -1,0 +1,118 @@
+"""External torques of a run, estimated and true: as recorded, or for several numbers of sensor sections."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.belief import describe_belief
+from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
+from soft_gripper.evaluation.contacts.sensors import describe_borders
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.poses import HeldStep, held_samples
+from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
+
+
+@dataclass(frozen=True)
+class ForceRow(HeldStep):
+    """Averages over one held step at one joint, counted from the base."""
+
+    joint: int
+    estimated_nm: float
+    true_nm: float
+
+
+def force_table(name: str, station: Station, recording: Recording, sections: Sequence[int]) -> list[ForceRow]:
+    """A row for every finger, number of sections, held step and joint, in this order, of the estimator `arcs`."""
+    rows: list[ForceRow] = []
+    for finger in station.fingers:
+        for count in sections:
+            again = read_again(station, recording, finger, count)
+            estimate = external_torque_again(station, recording, finger, again)
+            rows += _rows(name, station, recording, finger, "arcs", count, estimate)
+    return rows
+
+
+def recorded_force_table(name: str, station: Station, recording: Recording) -> list[ForceRow]:
+    """A row for every finger, held step and joint, of the estimator of the scenario."""
+    rows: list[ForceRow] = []
+    for finger in station.fingers:
+        estimate = recording[f"{finger.name}.external_torque"].values
+        rows += _rows(
+            name, station, recording, finger, station.parts.estimator, station.scenario.sensor.sections, estimate
+        )
+    return rows
+
+
+def _rows(
+    name: str,
+    station: Station,
+    recording: Recording,
+    finger: PlantFinger,
+    estimator: str,
+    sections: int,
+    torque: Array,
+) -> Iterator[ForceRow]:
+    """The rows of one finger from its estimated torque at every sample, N m, (T, N)."""
+    scenario = station.scenario
+    steps, belief = pressure_steps(scenario.pressure, finger.name) / 1e3, describe_belief(scenario.believed)
+    estimated = held_samples(scenario, recording, torque).mean(axis=1)
+    true = held_samples(scenario, recording, f"{finger.name}.true_external_torque").mean(axis=1)
+    for step, joint in np.ndindex(estimated.shape):
+        values = float(estimated[step, joint]), float(true[step, joint])
+        yield ForceRow(name, finger.name, estimator, belief, sections, float(steps[step]), joint, *values)
+
+
+ESTIMATOR = "contact"
+_TRUTH = ("true_contact_force", "true_contact_total", "normal_force")
+
+
+@dataclass(frozen=True)
+class ContactForceRow(HeldStep):
+    """Averages over one held step; see `ContactForce` and `TrueContact`. Places are NaN where nothing presses."""
+
+    borders: str  # mm from the base, where the sections meet
+    estimated_n: float  # across the finger, positive on the inner side
+    true_n: float
+    total_n: float  # true, friction included
+    normal_n: float  # true, along the normals of what is touched
+    estimated_mm: float  # from the base
+    true_mm: float
+
+
+def contact_force_table(
+    name: str, station: Station, recording: Recording, layouts: Sequence[tuple[int, tuple[float, ...] | None]]
+) -> list[ContactForceRow]:
+    """A row for every finger, layout (sections and borders) and held step, in this order."""
+    rows: list[ContactForceRow] = []
+    for finger in station.fingers:
+        for sections, borders in layouts:
+            again = read_again(station, recording, finger, sections, borders)
+            rows += _contact_rows(name, station, recording, finger, again)
+    return rows
+
+
+def _contact_rows(
+    name: str, station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain
+) -> Iterator[ContactForceRow]:
+    scenario, layout = station.scenario, again.layout
+    contact = again.shape(ESTIMATOR).contact
+    assert contact is not None
+    force, s = (held_samples(scenario, recording, part) for part in (contact.force, contact.arc_length))
+    forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUTH)
+    place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
+    columns = [each.mean(axis=-1) for each in (force, *forces)]
+    columns += [1e3 * _mean_place(each) for each in (s, place)]
+    steps, belief = pressure_steps(scenario.pressure, finger.name) / 1e3, describe_belief(scenario.believed)
+    for pressure, *values in zip(steps, *columns, strict=True):
+        which = name, finger.name, ESTIMATOR, belief, layout.sections, float(pressure), describe_borders(layout)
+        yield ContactForceRow(*which, *map(float, values))
+
+
+def _mean_place(place: Array) -> Array:
+    """The mean over the samples of a step, (steps, samples) -> (steps), in which something presses; else NaN."""
+    presses = np.isfinite(place)
+    return np.where(presses, place, 0).sum(axis=-1) / np.where(presses.any(axis=-1), presses.sum(axis=-1), np.nan)

@@ -1,0 +1,183 @@
+"""The evaluation: scenarios side by side, then the tables, figures and claims of them all."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.wiring.sensors import sensor_layout
+from soft_gripper.evaluation.paper.claims import claims
+from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
+from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
+from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_figure
+from soft_gripper.evaluation.paper.force_figure import contact_force_figure, force_figure
+from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
+from soft_gripper.evaluation.paper.scenario_run import CONTACT, FREE, SCENARIOS, is_finished, run_scenario
+from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
+from soft_gripper.evaluation.report.bars import estimator_claims
+from soft_gripper.evaluation.report.figures import difference_figure, estimators_figure
+from soft_gripper.evaluation.report.report import Evaluation, write_report
+from soft_gripper.evaluation.report.task_run import run_task
+from soft_gripper.files.csv_table import Row, read_csv, write_csv
+from soft_gripper.files.output import read_folder, write_folder
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.pictures.scenes_figure import scenes_figure
+from soft_gripper.pictures.section_figure import section_figure
+from soft_gripper.pictures.shapes import shape_figure
+from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.executor import Call, make_calls
+from soft_gripper.runs.scores.phases import PhaseRow, outcome
+from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import load_scenario
+
+GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
+RUNS = (*SCENARIOS, GRIP, TASK)
+CAPTIONS = {
+    "fig8_scenarios": "The scenarios as they begin and at their largest pressure (the paper's Fig. 8), the fingers"
+    " coloured by the external torque at their joints.",
+    "finger_section": "The section of the finger at base and tip, to scale: walls, chamber, layer, neutral axis.",
+    "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
+    "fig5_free_bending": "Free bending (Fig. 5): errors of the estimated pose against the bend angle, both panels on"
+    " one scale.",
+    "difference": "Why the paper's fingertip error in free bending hardly depends on the number of sensors: with joints"
+    " where the segments begin, half of the first joint's angle is turned before the sensors, and none measures it.",
+    "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure, all panels on one logarithmic scale.",
+    "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure, all panels on one logarithmic"
+    " scale.",
+    "estimators": "Mean pose error of the estimators with one to four sensors a side, on one logarithmic scale. Dashed:"
+    " what the paper reports of arcs with four. Errors below 1 µm are drawn at 1 µm.",
+    "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
+    "contact_force": "Contact force across a finger and its place, estimated from strain and pressure alone, beside the"
+    " true ones.",
+    "pid_regimes": "A step of the opening in three regimes of the grip control: kp in kPa/m, ki in kPa/(m s), kd in"
+    " kPa s/m.",
+}
+Advance = Callable[[float], Any]
+
+
+def unfinished(out: Path) -> list[str]:
+    """Of RUNS, those of which `out` holds no whole run."""
+    return [name for name in RUNS if not is_finished(out / name, load_scenario(name))]
+
+
+def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: Advance) -> None:
+    """Runs scenarios, tasks and closed loops, each into its own folder below `out`.
+
+    Args:
+        executor: runs them.
+        advance: called with the seconds of simulated time of every scenario that has ended.
+
+    Raises:
+        InputError, SimulationDivergedError, WorkerDiedError: if a scenario fails; the others are finished first.
+    """
+    scenarios = {name: load_scenario(name) for name in names}
+    longest_first = sorted(names, key=lambda name: -len(scenarios[name].models))
+    failed: list[BaseException] = []
+
+    def ended(call: Call, future: Future[dict[str, bytes]]) -> None:
+        (name,) = call
+        if error := future.exception():
+            failed.append(error)
+        else:
+            write_folder(out / name, future.result())
+        advance(scenarios[name].duration)
+
+    make_calls(executor, files_of_run, [(name,) for name in longest_first], ended)
+    if failed:
+        raise failed[0]
+
+
+def files_of_run(name: str) -> dict[str, bytes]:
+    """Runs a scenario, task or closed loop; the files that it leaves, by their names."""
+    with TemporaryDirectory(prefix="soft-gripper-") as temporary:
+        folder = Path(temporary) / "run"
+        _runner(load_scenario(name))(name, folder)
+        return read_folder(folder)
+
+
+def _runner(scenario: Scenario) -> Callable[[str, Path], None]:
+    """What runs a scenario of this kind."""
+    if scenario.task is not None:
+        return run_task
+    return run_scenario if scenario.control.set_points is None else run_regimes
+
+
+def summarize(out: Path) -> Evaluation:
+    """Writes the tables, the figures and the report from the finished runs in `out`."""
+    poses, forces = _gather(out, "metrics.csv", PoseRow), _gather(out, "forces.csv", ForceRow)
+    contacts = _gather(out, "contact.csv", ContactRow)
+    pressing = of_touched_fingers(_gather(out, "contact_forces.csv", ContactForceRow), contacts)
+    poses, forces = of_touched_fingers(poses, contacts), of_touched_fingers(forces, contacts)
+    found = _evaluate(out, poses, forces, contacts, pressing)
+    write_report(out, SCENARIOS, found, CAPTIONS, out / TASK / "phases.png")
+    return found
+
+
+def _gather(out: Path, file: str, kind: type[Row]) -> list[Row]:
+    """The rows of a table of all scenarios, which are written into one."""
+    rows = [row for name in SCENARIOS for row in read_csv(out / name / file, kind)]
+    write_csv(out / file, rows)
+    return rows
+
+
+def _evaluate(
+    out: Path,
+    poses: list[PoseRow],
+    forces: list[ForceRow],
+    contacts: list[ContactRow],
+    pressing: list[ContactForceRow],
+) -> Evaluation:
+    """What follows from the tables; the figures are written on the way. All that is the paper's is of arcs."""
+    runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
+    bend, errors = held_tip_errors(*runs[FREE], _finger(*runs[FREE]))
+    arcs = of_estimator(poses, "arcs")
+    figures = {
+        **_scenario_figures(runs, arcs, forces),
+        "estimators": estimators_figure(poses, SCENARIOS),
+        "contact_force": contact_force_figure(pressing, CONTACT),
+        "difference": difference_figure(bend, errors),
+        "pid_regimes": regimes_figure(load_scenario(GRIP), read_regimes(out / GRIP)),
+    }
+    for name, figure in figures.items():
+        save_figure(figure, out / name)
+    return Evaluation(
+        poses,
+        forces,
+        claims(arcs, forces) + estimator_claims(poses),
+        contacts,
+        differences(arcs, FREE, CONTACT, errors),
+        read_csv(out / GRIP / "regimes.csv", RegimeRow),
+        read_csv(out / TASK / "phases.csv", PhaseRow),
+        outcome(Recording.load(out / TASK / "recording.nc")).words,
+    )
+
+
+def _scenario_figures(
+    runs: dict[str, tuple[Scenario, Recording]], poses: list[PoseRow], forces: list[ForceRow]
+) -> dict[str, Figure]:
+    """The figures of the scenarios, by the names of `CAPTIONS`."""
+    scenario, recording = runs["obstructed_inside"]
+    layout = sensor_layout(_finger(scenario, recording), scenario.sensor)
+    return {
+        "finger_section": section_figure(layout.finger),
+        "fig4_shape": shape_figure(layout, recording, scenario.duration),
+        "fig5_free_bending": free_bending_figure([row for row in poses if row.scenario == FREE]),
+        "fig6_pose_error": contact_figure(poses, CONTACT, "pose_error_mm"),
+        "fig7_fingertip_error": contact_figure(poses, CONTACT, "tip_error_mm"),
+        "fig8_scenarios": scenes_figure(runs),
+        "force_estimate": force_figure(forces, CONTACT),
+    }
+
+
+def _finger(scenario: Scenario, recording: Recording) -> Finger:
+    """The finger of a scenario on which something presses hardest at the end; the first, if nothing does."""
+    fingers = make_station(scenario).fingers
+    pressed = [recording[f"{finger.name}.link_contact_force"].values[-1].sum() for finger in fingers]
+    return fingers[int(np.argmax(pressed))].finger

@@ -1,0 +1,90 @@
+"""What is claimed of the best estimator where sensors err, beliefs are wrong, and the plant is another."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from soft_gripper.evaluation.paper.claims import Claim
+from soft_gripper.evaluation.report.bars import ARCS, BARS, BEST, Bar
+from soft_gripper.evaluation.robustness.maps import FOLDER, gather_maps, map_figure
+from soft_gripper.evaluation.robustness.plant_runs import gather_plants
+from soft_gripper.evaluation.robustness.plant_table import PlantRow
+from soft_gripper.evaluation.robustness.plants import RUBBER
+from soft_gripper.evaluation.robustness.table import PRESET, RobustnessRow
+from soft_gripper.pictures.style import save_figure
+
+SENSORS, MORE = 2, 4
+MEAN, P95 = 1.0, 2.5  # mm
+COVERED = 0.90, 0.99  # share of places that 95 % bands cover
+HIGHER = 1.5  # times the bars of the shipped finger, for others that are known as they are
+
+
+def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow]) -> list[Claim]:
+    """All of them."""
+    others = [name for name in dict.fromkeys(row.plant for row in plants) if name != RUBBER.name]
+    return [
+        _errors(rows),
+        _better_than_arcs(rows),
+        _covered(rows),
+        *(
+            _bar([row for row in plants if row.plant == name], bar.times(HIGHER), name)
+            for name in others
+            for bar in BARS
+        ),
+    ]
+
+
+def realistic(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> list[RobustnessRow]:
+    """The rows of an estimator with sensors that err as the preset, of all scenarios and beliefs, in their order."""
+    return [row for row in rows if (row.estimator, row.sections, row.noise) == (estimator, sections, 1.0)]
+
+
+def _errors(rows: Sequence[RobustnessRow]) -> Claim:
+    found = realistic(rows, BEST, SENSORS)
+    mean, p95 = float(np.max([row.mean_mm for row in found])), float(np.max([row.p95_mm for row in found]))
+    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
+    return Claim("ours", text, mean <= MEAN and p95 <= P95, f"{mean:.2f} and {p95:.2f} mm")
+
+
+def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
+    ours, arcs = realistic(rows, BEST, SENSORS), realistic(rows, ARCS, MORE)
+    ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
+    worst = ours[int(np.argmax(ratios))]
+    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: better than {ARCS} with {MORE}"
+    number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.belief}"
+    return Claim("ours", text, bool(ratios.max() < 1), number)
+
+
+def _covered(rows: Sequence[RobustnessRow]) -> Claim:
+    shares = np.array([row.coverage for row in realistic(rows, BEST, SENSORS)])
+    bounds = " to ".join(f"{100 * share:.0f}" for share in COVERED)
+    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: 95 % bands cover {bounds} %"
+    holds = bool(shares.min() >= COVERED[0] and shares.max() <= COVERED[1])
+    return Claim("ours", text, holds, f"{100 * shares.min():.1f} to {100 * shares.max():.1f} %")
+
+
+def _bar(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
+    best = [row for row in rows if (row.plant, row.estimator) == (plant, BEST) and row.sections in bar.sections]
+    within = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
+    columns = ("mean_mm", "worst_mm", "tip_mm")
+    mean, worst, tip = (float(np.max([getattr(row, column) for row in within])) for column in columns)
+    holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or worst <= bar.worst)
+    return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {worst:.2f} mm; tip {tip:.2f} mm")
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """The tables of all cases and plants, and what follows from them."""
+
+    rows: list[RobustnessRow]
+    plants: list[PlantRow]
+    claims: list[Claim]
+
+
+def summarize_robustness(out: Path) -> Robustness:
+    """Writes the tables and the map from the finished cases and plants below the folder `out` of the evaluation."""
+    rows, plants = gather_maps(out), gather_plants(out)
+    save_figure(map_figure(rows), out / FOLDER / "robustness")
+    return Robustness(rows, plants, robustness_claims(rows, plants))

@@ -1,0 +1,270 @@
+"""Files that are written whole or not at all, and where they may be written."""
+
+import fcntl
+import hashlib
+import itertools
+import os
+import re
+import shutil
+import stat
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from soft_gripper.errors import InputError
+
+SUMS = "SHA256SUMS"
+
+
+def write_checksums(folder: Path) -> None:
+    """Writes the checksums of all files below a folder; `sha256sum -c SHA256SUMS` checks them too."""
+    (folder / SUMS).write_text(_checksums(folder), encoding="utf-8")
+
+
+def is_whole(folder: Path) -> bool:
+    """Whether all files are in a folder that `write_checksums` saw there, and none of them has changed."""
+    try:
+        written = (folder / SUMS).read_text(encoding="utf-8").splitlines()
+        return bool(written) and set(written) <= set(_checksums(folder).splitlines())
+    except (OSError, UnicodeError):
+        return False
+
+
+def _checksums(folder: Path) -> str:
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != SUMS)
+    return "".join(f"{_digest(path)}  {path.relative_to(folder).as_posix()}\n" for path in files)
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+_PREFIX = ".soft-gripper-"  # of what is not whole yet; host and process follow, so that nobody else's is removed
+_HOST = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
+_KEPT = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
+
+
+@contextmanager
+def atomic_file(path: Path) -> Iterator[Path]:
+    """A name to write to; when the block ends without an error, what was written takes the place of `path`.
+
+    A symlink is followed. What is not a regular file, such as a named pipe, stays and is written to.
+    """
+    _require_name(path)
+    target = Path(os.path.realpath(path))
+    try:
+        with (_written_through if _is_special(target) else _replaced)(target, path.name) as partial:
+            yield partial
+    except OSError as error:
+        raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
+
+
+@contextmanager
+def _replaced(target: Path, name: str) -> Iterator[Path]:
+    partial = _partial(target.with_name(name))
+    try:
+        yield partial
+        os.replace(partial, target)
+    finally:
+        with suppress(OSError):
+            partial.unlink()
+
+
+@contextmanager
+def _written_through(target: Path, name: str) -> Iterator[Path]:
+    with TemporaryDirectory(prefix="soft-gripper-") as folder:
+        partial = Path(folder) / name
+        yield partial
+        with partial.open("rb") as written, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
+            shutil.copyfileobj(written, file)
+
+
+def _is_special(path: Path) -> bool:
+    """Whether there is something that is not a regular file; a folder is not meant."""
+    try:
+        return not stat.S_ISREG(path.stat().st_mode)
+    except FileNotFoundError:
+        return False
+
+
+@contextmanager
+def atomic_folder(folder: Path) -> Iterator[Path]:
+    """A folder to fill; when the block ends without an error, it appears as `folder`.
+
+    If `folder` is there already, it keeps its other files: only those of the same names are replaced. It then holds the
+    checksums of the files that were written, by which `is_whole` knows it.
+    """
+    partial = _partial(folder)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    for left in filter(_is_left_over, folder.parent.glob(f"{_PREFIX}*")):
+        if left.name.endswith(f"-{folder.name[-_KEPT:]}") and left.is_dir() and not left.is_symlink():
+            shutil.rmtree(left, ignore_errors=True)
+    partial.mkdir()
+    try:
+        yield partial
+        write_checksums(partial)
+        _move(partial, folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _move(partial: Path, folder: Path) -> None:
+    """Moves a folder or, file by file, into one that is there; its checksums leave first and come last."""
+    if not folder.is_dir():
+        partial.rename(folder)
+        return
+    (folder / SUMS).unlink(missing_ok=True)
+    files = [path for path in partial.rglob("*") if path.is_file()]
+    for file in sorted(files, key=lambda file: file.name == SUMS):
+        target = folder / file.relative_to(partial)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(file, target)
+
+
+def read_folder(folder: Path) -> dict[str, bytes]:
+    """The files of a folder by their names."""
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Writes what `read_folder` gave, whole.
+
+    Raises:
+        InputError: if it cannot be written.
+    """
+    try:
+        with atomic_folder(folder) as partial:
+            for name, content in files.items():
+                (partial / name).write_bytes(content)
+    except OSError as error:
+        raise InputError("output", "folder", str(folder), f"cannot be written: {_reason(error)}") from None
+
+
+def _partial(path: Path) -> Path:
+    """Where something is written until it takes the place of `path`."""
+    return path.with_name(f"{_PREFIX}{_HOST}-{os.getpid()}-{path.name[-_KEPT:]}")
+
+
+def writable_folder(path: Path) -> Path:
+    """Makes a folder for output, or says before any work is done that it cannot be written to.
+
+    Raises:
+        InputError: if the folder cannot be made or written to.
+    """
+    _try_writing("folder", path, path, "probe")
+    _remove_left_over(path)
+    return path
+
+
+def _remove_left_over(folder: Path) -> None:
+    """Removes the files that killed processes of this machine left half written, see `atomic_file`; nothing else."""
+    with os.scandir(folder) as entries:
+        left = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_left_over(Path(entry))]
+    for entry in left:
+        with suppress(OSError):  # another user's
+            os.unlink(entry)
+
+
+def _is_left_over(path: Path) -> bool:
+    """Whether a name is one of `_partial`, of a process of this machine that has ended."""
+    host, _, rest = path.name.removeprefix(_PREFIX).partition("-")
+    pid, _, _ = rest.partition("-")
+    return path.name.startswith(_PREFIX) and host == _HOST and pid.isdecimal() and not _is_alive(int(pid))
+
+
+def _is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
+def check_file(path: Path) -> None:
+    """Says before any work is done whether a file of this name can be written; makes the folder for it.
+
+    Raises:
+        InputError: if it cannot.
+    """
+    _require_name(path)
+    try:
+        target = Path(os.path.realpath(path))
+        special = _is_special(target)
+    except (OSError, ValueError) as error:
+        raise InputError("output", "file", str(path), f"cannot be written: {_reason(error)}") from None
+    if not special:
+        _try_writing("file", path, target.parent, path.name)
+
+
+def keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
+    """Says before any work is done whether an output would take the place of a file that is read.
+
+    Raises:
+        InputError: if one would.
+    """
+    for output, file in itertools.product(outputs, list(inputs)):
+        if _are_same(output, Path(file)):
+            expected = "is an input of this command, and would be lost: name another file"
+            raise InputError("output", "file", str(output), expected)
+
+
+def _are_same(one: Path, other: Path) -> bool:
+    """Whether two paths lead to one file, which may be lost: not a pipe or a device."""
+    try:
+        return one.samefile(other) and not _is_special(one)
+    except (OSError, ValueError):  # there is no such file
+        return False
+
+
+def _require_name(path: Path) -> None:
+    if not path.name or os.path.isdir(path):
+        raise InputError("output", "file", str(path), "cannot be written: it is a folder; name a file")
+
+
+def _try_writing(field: str, asked: Path, folder: Path, name: str) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = _partial(folder / name)
+        probe.touch()
+        probe.unlink()
+    except (OSError, ValueError) as error:
+        raise InputError("output", field, str(asked), f"cannot be written to: {_reason(error)}") from None
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
+
+
+_claims: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
+
+
+def claim_folder(path: Path) -> Path:
+    """Makes a folder, and keeps other processes from writing to it until `release_folders` or the end of this process.
+
+    Raises:
+        InputError: if it cannot be written to, or another process has claimed it.
+    """
+    folder = writable_folder(path)
+    name = os.path.realpath(folder)
+    if name not in _claims:
+        lock = os.open(name, os.O_RDONLY)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(lock)
+            expected = "another soft-gripper writes there; wait for it, or give another folder"
+            raise InputError("output", "folder", str(folder), expected) from None
+        except OSError:
+            pass  # a file system without locks
+        _claims[name] = lock
+    return folder
+
+
+def release_folders() -> None:
+    """Lets others write to what this process has claimed."""
+    while _claims:
+        os.close(_claims.popitem()[1])

@@ -1,0 +1,102 @@
+"""XML text of the user's: the one place where it is parsed."""
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.text import read_text
+
+_DEEPEST = 100  # elements inside each other
+
+
+def read_xml(path: Path) -> ET.Element:
+    """The root element of a file; raises as `parse_xml` and `read_text`."""
+    return parse_xml(path, read_text(path))
+
+
+def parse_xml(where: Path | str, text: str) -> ET.Element:
+    """The root element of XML text, with its comments.
+
+    A DOCTYPE is refused: no model file needs one, and its entities can grow without bound or name other files.
+
+    Raises:
+        InputError: if the text is not well-formed, has a DOCTYPE, or is nested without end.
+    """
+    try:
+        return ET.fromstring(text, ET.XMLParser(target=_Builder(where)))
+    except ET.ParseError as error:
+        raise InputError(where, "file", Path(where).name, f"is not well-formed XML: {error}") from None
+    except UnicodeEncodeError:
+        raise InputError(where, "file", Path(where).name, "is not well-formed XML: it holds half characters") from None
+
+
+class _Builder(ET.TreeBuilder):
+    def __init__(self, where: Path | str):
+        super().__init__(insert_comments=True)
+        self._where, self._depth = where, 0
+
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        raise InputError(self._where, "DOCTYPE", name, "leave it out; a model needs none, nor entities")
+
+    def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST} others")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> ET.Element:
+        self._depth -= 1
+        return super().end(tag)
+
+
+LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: all that models are made of, in SI units
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?inf(inity)?", re.ASCII | re.IGNORECASE)
+_WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
+
+
+def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[float, ...]:
+    """The numbers of a text, which may be infinite.
+
+    Args:
+        where, field: for the message.
+        text: numbers with white space between them.
+        counts: how many there may be; none: any number of them.
+
+    Raises:
+        InputError: if it holds something else, or another number of them.
+    """
+    words = text.split()
+    if any(_NUMBER.fullmatch(word) is None for word in words) or (counts and len(words) not in counts):
+        expected = " or ".join(_WORDS.get(count, f"{count} numbers") for count in counts if count) or "numbers"
+        raise InputError(where, field, text, f"give {expected}")
+    return tuple(map(float, words))
+
+
+def finite_numbers(where: object, field: str, text: str, *counts: int, least: float = LEAST) -> tuple[float, ...]:
+    """The numbers of a text, as `read_numbers`, but finite and of a size that can be meant.
+
+    `least` is 0 where rounding leaves numbers of any size that stand for 0, as in places, angles and products of
+    inertia.
+
+    Raises:
+        InputError: if it holds anything else.
+    """
+    numbers = read_numbers(where, field, text, *counts)
+    for number in numbers:
+        if not (number == 0 or least <= abs(number) <= MOST):
+            sizes = f"0, or {least:g} to {MOST:g}" if least else f"up to {MOST:g}"
+            raise InputError(where, field, text, f"give finite numbers: {sizes} in size")
+    return numbers
+
+
+def number(where: object, element: ET.Element | None, attribute: str) -> float:
+    """The value of an attribute; 0, as URDF has it, if the attribute or the element is missing.
+
+    Raises:
+        InputError: if it is no number.
+    """
+    text = "0" if element is None else element.get(attribute, "0")
+    tag = "" if element is None else element.tag
+    (value,) = read_numbers(where, f"{tag}.{attribute}", text, 1)
+    return value

@@ -1,0 +1,5 @@
+"""Fingers and arms on hardware: recordings read, replayed, identified and calibrated."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,123 @@
+"""Recordings of free bending -> a calibration of the fingers in them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.wiring.belief import believed_layout
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
+from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.runs.scores.recorded_run import load_run, read_signal
+from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+ASSUMED = "the mean gain of the sensors of a finger is 1, and nothing but its own weight is on it"
+_REST = 0.3  # s, for which the pressure has not changed where a finger is taken to rest
+_STEADY = 0.02  # of the range of the pressure, by which it may vary in that time
+_SAMPLES = 300  # of a recording, spread evenly over those at rest
+_MOTION = 0.01  # extension ratio: the least range, of the sensor that is stretched most
+_LEAST_GAIN = 0.5  # or its inverse: what is further from 1 is taken for a mistake
+_RESIDUAL = 0.05  # of that range: more is left where something was touched, or the finger is another
+
+
+def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
+    """Fits gains, offsets and the bend ratio of every finger to all recordings together.
+
+    What was believed in the recordings is where the fit begins, without the calibration that was loaded then.
+
+    Raises:
+        InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.
+    """
+    layouts: dict[str, SensorLayout] = {}
+    samples: dict[str, list[FreeBending]] = {}
+    for file in files:
+        for layout, found in _free_bending(file):
+            name = layout.finger.name
+            if layouts.setdefault(name, layout) != layout:
+                raise InputError(file, "finger", name, f"finger or sensors are others than in {files[0]}")
+            samples.setdefault(name, []).append(found)
+    fingers = {}
+    for name, layout in layouts.items():
+        together = FreeBending(*map(np.concatenate, zip(*samples[name], strict=True)))
+        calibration = calibrate(layout, together)
+        _check_fit(name, calibration, _range(together.ratios))
+        fingers[name] = as_config(layout, calibration)
+    return CalibrationConfig(ASSUMED, fingers)
+
+
+def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
+    """The believed layout of every finger of a recording, and its samples at rest."""
+    recording, scenario, fingers = load_run(file)
+    believed = replace(scenario.believed, calibration=None)
+    found = []
+    for finger in fingers:
+        layout = believed_layout(finger.finger, scenario.sensor, believed)
+        layout = replace(layout, finger=replace(layout.finger, name=finger.name))
+        found.append((layout, _samples(file, recording, scenario, layout)))
+    return found
+
+
+def _samples(file: Path, recording: Recording, scenario: Scenario, layout: SensorLayout) -> FreeBending:
+    name = layout.finger.name
+    pressure = read_signal(file, recording, f"{name}.sampled_pressure")
+    strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, gaps=True)
+    X_WB = read_signal(file, recording, f"{name}.X_WB", 3, 4)
+    ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
+    _check_readings(file, name, ratios)
+    rest = _at_rest(pressure, round(_REST / scenario.sensor.period)) & np.isfinite(ratios).all(axis=1)
+    _check_motion(file, name, ratios[rest])
+    contact = f"{name}.contact"
+    if contact in recording.data and np.any(read_signal(file, recording, contact)[rest] > 0):
+        expected = "contact was detected; record free bending, and leave the threshold out if that was noise"
+        raise InputError(file, contact, True, expected)
+    chosen = np.flatnonzero(rest)
+    chosen = chosen[np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen))).astype(int)]
+    gravity = planar_gravity(X_WB[chosen], np.array(scenario.gravity))
+    return FreeBending(pressure[chosen], gravity, ratios[chosen])
+
+
+def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:
+    """Where the pressure, (T,) Pa, has been steady for `window` samples before."""
+    rest = np.zeros(pressure.shape, dtype=bool)
+    if len(pressure) > window:
+        spans = np.ptp(np.lib.stride_tricks.sliding_window_view(pressure, window + 1), axis=-1)
+        rest[window:] = spans <= _STEADY * np.ptp(pressure)
+    return rest
+
+
+def _range(ratios: Array) -> float:
+    """Of the sensor that is stretched most, between the rarest hundredths, extension ratio."""
+    low, high = np.percentile(ratios, [1, 99], axis=0)
+    return float((high - low).max())
+
+
+def _check_readings(file: Path, name: str, ratios: Array) -> None:
+    for reading, lost in enumerate(np.isnan(ratios).mean(axis=0)):
+        if lost > 0.5:
+            expected = f"reading {reading} is NaN in {100 * lost:.0f} % of the samples; a dead sensor has no gain"
+            raise InputError(file, f"{name}.strain", np.nan, expected)
+
+
+def _check_motion(file: Path, name: str, ratios: Array) -> None:
+    moved = _range(ratios) if len(ratios) else 0.0
+    if moved < _MOTION:
+        expected = f"too little motion at rest; step the pressure so that sensors stretch by {_MOTION:g} at least"
+        raise InputError(file, f"{name}.strain", round(moved, 6), expected)
+
+
+def _check_fit(name: str, found: Calibration, moved: float) -> None:
+    because = "something was touched, or it is another finger"
+    for gain in (found.bend_ratio, *found.gains):
+        if not _LEAST_GAIN <= gain <= 1 / _LEAST_GAIN:
+            expected = f"no finger differs that much from what is believed of it; {because}"
+            raise InputError("calibrate", f"gain or bend ratio of '{name}'", round(float(gain), 4), expected)
+    if not found.residual <= _RESIDUAL * moved:
+        expected = f"more than {_RESIDUAL * moved:.2g} is left; {because}"
+        raise InputError("calibrate", f"residual of '{name}'", round(found.residual, 6), expected)

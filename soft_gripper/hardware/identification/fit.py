@@ -1,0 +1,260 @@
+"""Free parameters fitted to recordings: nonlinear least squares over simulations, in processes.
+
+What is made small is the distance between markers measured and simulated, in parts of the largest displacement of their
+recording, so that every recording counts alike. The times of a recording's events are unknown too and fitted with the
+rest; of a recording that only tests a fit they are all that is fitted.
+
+How well fitted parameters are known: standard deviations, correlations, and what cannot be told apart.
+
+With the Jacobian J of the residuals by the parameters and s^2 their variance, the covariance is  s^2 (J^T J)^-1  were
+residuals independent. Those of a simulation that is not quite the hardware last: samples that follow each other say the
+same. So the variance counts the time over which they last,  1 + 2 sum of autocorrelations , up to the first that is not
+positive.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.hardware.identification.free_parameters import FreeParameters, Model
+from soft_gripper.hardware.identification.measured_motion import MeasuredMotion
+from soft_gripper.hardware.identification.simulated_motion import simulated_markers
+
+_OF_SCALE = 0.02  # by which a number is moved to see what it changes, in usual changes
+_EVENT_SCALE = 0.01  # s
+_OF_HAND, _OF_VALVE = 0.1, 0.05  # s, by which an event may be off from where it is seen
+_TOLERANCE = 2e-4  # relative, of the sum of squares
+_MOST_STEPS = 40
+_IMPOSSIBLE = 10.0  # largest displacements, that a finger which cannot be, or diverges, is taken to be off by
+
+Report = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What was found."""
+
+    free: FreeParameters
+    x: Array  # (P,) the vector of the free parameters
+    motions: tuple[MeasuredMotion, ...]  # as fitted, with their events
+    residuals: Array  # (R,)
+    jacobian: Array  # (R, P) by the free parameters, with that of the events taken out
+
+    @property
+    def model(self) -> Model:
+        """The fitted finger in its set-up."""
+        return self.free.at(self.x)
+
+    @property
+    def root_mean_square(self) -> float:
+        """Of the residuals, in parts of the largest displacements."""
+        return _root_mean_square(self.residuals, len(self.motions))
+
+
+def fit(
+    free: FreeParameters,
+    motions: Sequence[MeasuredMotion],
+    executor: Executor,
+    report: Report = lambda error: None,
+    start: Array | None = None,
+) -> Fit:
+    """Fits free parameters, and the times of events, to recordings.
+
+    Args:
+        free: and where the fit begins.
+        motions: of the recordings.
+        executor: runs the simulations.
+        report: called with the root mean square that every step has reached.
+        start: vector of the free parameters to begin from; None: of the model as it is.
+
+    Raises:
+        InputError: if the fit does not converge.
+    """
+    problem = _Problem(free, tuple(motions), executor, report)
+    x0 = np.concatenate([free.start if start is None else start, *(motion.events for motion in motions)])
+    bounds = problem.bounds(x0)
+    found = least_squares(
+        problem.residuals,
+        np.clip(x0, *bounds),
+        problem.jacobian,
+        bounds=bounds,
+        x_scale=problem.scales,
+        ftol=_TOLERANCE,
+        xtol=_TOLERANCE,
+        max_nfev=_MOST_STEPS,
+    )
+    of_free = len(free.start)
+    if not found.success or not np.isfinite(found.cost) or _root_mean_square(found.fun, len(motions)) > 1:
+        rms = f"{100 * _root_mean_square(found.fun, len(motions)):.3g} % of the largest displacement"
+        expected = f"the fit does not converge in {_MOST_STEPS} steps: begin closer, or free fewer keys"
+        raise InputError("identify", "residual", rms, expected)
+    fitted = tuple(problem.with_events(found.x))
+    of_events = found.jac[:, of_free:]
+    seen = found.jac[:, :of_free]
+    seen = seen - of_events @ np.linalg.lstsq(of_events, seen, rcond=None)[0]
+    return Fit(free, found.x[:of_free], fitted, found.fun, seen)
+
+
+def fit_events(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
+    """A recording with the events at which a model that is not fitted to it agrees best."""
+
+    def residuals(events: Array) -> Array:
+        return marker_residuals(model, motion.with_events(events))
+
+    seen = np.array(motion.events)
+    bounds = (seen - _event_range(motion), seen + _event_range(motion))
+    step = _OF_SCALE * _EVENT_SCALE / np.maximum(np.abs(seen), _EVENT_SCALE)
+    found = least_squares(
+        residuals, seen, bounds=bounds, x_scale=_EVENT_SCALE, diff_step=step, ftol=_TOLERANCE, max_nfev=_MOST_STEPS
+    )
+    return motion.with_events(found.x)
+
+
+def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
+    """Markers simulated less measured, in parts of the largest displacement; 0 where none was seen.
+
+    Their squares sum up to the mean square, so that a recording counts alike however long it is.
+    """
+    away = (simulated_markers(model.finger, model.setup, motion) - motion.markers) / motion.largest
+    parts: Array = np.nan_to_num(away).ravel().view(float)
+    return parts / np.sqrt(away.size)
+
+
+def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Array:
+    """Those of a model; large ones where there can be no such finger, or it diverges."""
+    try:
+        if model is not None:
+            return marker_residuals(model, motion)
+    except (InputError, SimulationDivergedError):
+        pass
+    return np.full(2 * motion.markers.size, _IMPOSSIBLE / np.sqrt(motion.markers.size))
+
+
+def _event_range(motion: MeasuredMotion) -> float:
+    return _OF_HAND if motion.pressure is None else _OF_VALVE
+
+
+def _root_mean_square(residuals: Array, recordings: int) -> float:
+    return float(np.sqrt(np.sum(residuals**2) / recordings))
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """The least squares of a fit; a vector holds the free parameters and then the events of every recording."""
+
+    free: FreeParameters
+    motions: tuple[MeasuredMotion, ...]
+    executor: Executor
+    report: Report
+
+    @property
+    def scales(self) -> Array:
+        events = sum(len(motion.events) for motion in self.motions)
+        return np.concatenate([self.free.scales, np.full(events, _EVENT_SCALE)])
+
+    def bounds(self, x0: Array) -> tuple[Array, Array]:
+        """Events stay near where they are seen."""
+        (lower, upper), events = self.free.bounds, x0[len(self.free.start) :]
+        room = np.concatenate([np.full(len(motion.events), _event_range(motion)) for motion in self.motions])
+        return np.concatenate([lower, events - room]), np.concatenate([upper, events + room])
+
+    def events_of(self, i: int) -> NDArray[np.int_]:
+        """Where in the vector the events of a recording are."""
+        before = len(self.free.start) + sum(len(motion.events) for motion in self.motions[:i])
+        return before + np.arange(len(self.motions[i].events))
+
+    def with_events(self, x: Array) -> list[MeasuredMotion]:
+        return [motion.with_events(x[self.events_of(i)]) for i, motion in enumerate(self.motions)]
+
+    def residuals(self, x: Array) -> Array:
+        return np.concatenate([future.result() for future in self._submit(x, range(len(self.motions)))])
+
+    def jacobian(self, x: Array) -> Array:
+        """By differences to one side; a recording's events change nothing of the others."""
+        base = [future.result() for future in self._submit(x, range(len(self.motions)))]
+        self.report(_root_mean_square(np.concatenate(base), len(base)))
+        steps, everything = _OF_SCALE * self.scales, range(len(self.motions))
+        owner = {column: i for i in everything for column in self.events_of(i)}
+        pending = {}
+        for column, step in enumerate(steps):
+            moved = x.copy()
+            moved[column] += step
+            concerned = [owner[column]] if column in owner else list(everything)
+            for i, future in zip(concerned, self._submit(moved, concerned), strict=True):
+                pending[column, i] = future
+        rows = np.concatenate([[0], np.cumsum([len(part) for part in base])])
+        jacobian = np.zeros((rows[-1], len(x)))
+        for (column, i), future in pending.items():
+            jacobian[rows[i] : rows[i + 1], column] = (future.result() - base[i]) / steps[column]
+        return jacobian
+
+    def _submit(self, x: Array, which: Sequence[int]) -> list["Future[Array]"]:
+        motions = self.with_events(x)
+        try:
+            model = self.free.at(x[: len(self.free.start)])
+        except InputError:
+            model = None  # a step of the search may lead to what cannot be
+        return [self.executor.submit(_residuals_or_impossible, model, motions[i]) for i in which]
+
+
+_ALIKE = 0.98  # correlation, from which on two parameters are not told apart
+_FLAT = 1e-3  # of the strongest: a direction in which the residuals change less is not seen at all
+_NOTHING = 1e-12  # a change of the residuals that is rounding, were it the strongest
+
+
+class Confidence(NamedTuple):
+    """Of P parameters."""
+
+    std: Array  # (P,) of the vector: of logarithms where these were fitted
+    correlation: Array  # (P, P)
+    unresolved: list[tuple[str, ...]]  # names of parameters that cannot be told apart
+
+
+def confidence(fit: Fit) -> Confidence:
+    """What the residuals and the Jacobian of a fit say."""
+    jacobian, names = fit.jacobian * fit.free.scales, fit.free.names
+    _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
+    least = max(_FLAT * strengths[0], _NOTHING)
+    variance = np.sum(fit.residuals**2) / max(len(fit.residuals) - len(names), 1) * _lasting(fit)
+    covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
+    spread = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(spread, spread)
+    std = np.sqrt(variance) * spread * fit.free.scales
+    return Confidence(std, correlation, _unresolved(names, correlation, directions[strengths <= least]))
+
+
+def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple[str, ...]]:
+    """Pairs that are next to fully correlated, and all that takes part in a direction that nothing shows."""
+    pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(correlation[i, j]) > _ALIKE]
+    found: set[tuple[str, ...]] = {(names[j], names[i]) for i, j in pairs}
+    for direction in flat:
+        part = np.abs(direction) > 0.2 * np.abs(direction).max()
+        found.add(tuple(name for name, is_part in zip(names, part, strict=True) if is_part))
+    return sorted(found)
+
+
+def _lasting(fit: Fit) -> float:
+    """For how many samples the residuals of the recordings last, in the mean, at least 1."""
+    lasting, begin = [], 0
+    for motion in fit.motions:
+        samples, markers = motion.markers.shape
+        part = fit.residuals[begin : begin + 2 * samples * markers].reshape(samples, -1)
+        begin += part.size
+        lasting += [_correlation_time(column) for column in part.T if np.ptp(column) > 0]
+    return float(np.mean(lasting)) if lasting else 1.0
+
+
+def _correlation_time(series: Array) -> float:
+    centred = series - series.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
+    correlations = np.fft.irfft(spectrum)[: len(centred)]
+    correlations = correlations / correlations[0]
+    ends = np.flatnonzero(correlations <= 0)
+    return float(1 + 2 * correlations[1 : ends[0] if len(ends) else None].sum())

@@ -1,0 +1,220 @@
+"""What of a finger and of its set-up can be fitted: keys, and how values of them change it.
+
+Values that are positive are fitted as logarithms. Of a pressure law, it is the logarithm of the gain that is fitted, as
+an even power series,
+
+    effective = p exp(c_0 + c_1 x + c_2 x^2) ,   x = (p / p_max)^2 ,
+
+since the bend that a silicone chamber brings about grows faster than the pressure, and alike for every finger of its
+kind; as many coefficients as there are pressures, three at most. The file gets it as points.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.hardware.identification.simulated_motion import Setup
+
+_COEFFICIENTS = 3  # of a pressure law, at most
+_POINTS = 25  # of a pressure law in a file
+_LARGEST_EXPONENT = 6.0  # of a pressure law: a gain 400 times that of the chamber alone
+_RISE = 1e-3  # of a pressure law, relative to its end: the least rise, that the digits of a file still show
+
+
+@dataclass(frozen=True)
+class Model:
+    """A finger in its set-up."""
+
+    finger: Finger
+    setup: Setup = field(default_factory=Setup)
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a user may free: values of a model, and the model with other values."""
+
+    unit: str
+    get: Callable[[Model], Sequence[float]]
+    put: Callable[[Model, Sequence[float]], Model]
+    positive: bool = True
+    scale: float = 0.1  # a usual change: of the logarithm, or of the value if that may be negative
+    room: tuple[float, float] = (-np.inf, np.inf)  # within which values make sense, and a search stays
+
+
+def _of_sections(name: str, unit: str) -> Key:
+    """A field of both cross-sections: that of the base is fitted, and that of the tip keeps its ratio to it."""
+
+    def put(model: Model, values: Sequence[float]) -> Model:
+        finger, ratio = model.finger, values[0] / getattr(model.finger.base, name)
+        ends = {end: getattr(finger, end) for end in ("base", "tip")}
+        changed: dict[str, Any] = {
+            end: replace(part, **{name: getattr(part, name) * ratio}) for end, part in ends.items()
+        }
+        return replace(model, finger=replace(finger, **changed))
+
+    return Key(unit, lambda model: (getattr(model.finger.base, name),), put)
+
+
+def _of_finger(name: str, unit: str) -> Key:
+    def put(model: Model, values: Sequence[float]) -> Model:
+        changed: dict[str, Any] = {name: values[0]}
+        return replace(model, finger=replace(model.finger, **changed))
+
+    return Key(unit, lambda model: (getattr(model.finger, name),), put)
+
+
+def _of_setup(name: str, unit: str, positive: bool, scale: float) -> Key:
+    return Key(
+        unit,
+        lambda model: (getattr(model.setup, name),),
+        lambda model, values: replace(model, setup=replace(model.setup, **{name: values[0]})),
+        positive,
+        scale,
+    )
+
+
+def _of_creep(name: str, unit: str, room: tuple[float, float]) -> Key:
+    """A field of every branch of creep in the file."""
+
+    def put(model: Model, values: Sequence[float]) -> Model:
+        branches = zip(model.finger.creep, values, strict=True)
+        creep: tuple[CreepBranch, ...] = tuple(replace(branch, **{name: value}) for branch, value in branches)
+        return replace(model, finger=replace(model.finger, creep=creep))
+
+    return Key(unit, lambda model: [getattr(branch, name) for branch in model.finger.creep], put, room=room)
+
+
+def pressure_law_key(pressures: Sequence[float]) -> Key:
+    """The key of a pressure law that is fitted to recordings at these pressures, Pa."""
+    highest, count = max(pressures), min(len(set(pressures)), _COEFFICIENTS)
+
+    def get(model: Model) -> Sequence[float]:
+        points = highest * np.linspace(0, 1, _POINTS)[1:]
+        law = model.finger.pressure_law
+        gain = np.zeros(len(points)) if law is None else np.log(law.curve(points) / points)
+        coefficients: Array = np.polynomial.polynomial.polyfit((points / highest) ** 2, gain, count - 1)
+        return coefficients.tolist()
+
+    def put(model: Model, values: Sequence[float]) -> Model:
+        points = highest * np.linspace(0, 1, _POINTS)
+        exponent = np.polynomial.polynomial.polyval((points / highest) ** 2, np.asarray(values))
+        effective = points * np.exp(np.clip(exponent, -_LARGEST_EXPONENT, _LARGEST_EXPONENT))
+        tilt = 1 + _RISE * points / highest
+        rising = tilt * np.maximum.accumulate(effective / tilt)
+        law = PressureLaw(tuple(points.tolist()), tuple(rising.tolist()))
+        return replace(model, finger=replace(model.finger, pressure_law=law))
+
+    return Key("1", get, put, positive=False)
+
+
+KEYS = {
+    "youngs_modulus": _of_sections("youngs_modulus", "Pa"),
+    "density": _of_sections("density", "kg/m^3"),
+    "chamber_width": _of_sections("chamber_width", "m"),
+    "chamber_thickness": _of_sections("chamber_thickness", "m"),
+    "relaxation_time": _of_finger("relaxation_time", "s"),
+    "length": _of_finger("length", "m"),
+    "shear_factor": _of_finger("shear_factor", "1"),
+    "creep.share": _of_creep("share", "1", (1e-3, 0.6)),
+    "creep.time": _of_creep("time", "s", (5e-3, 100.0)),
+    "mounting_x": _of_setup("mounting_x", "m", False, 1e-3),
+    "mounting_z": _of_setup("mounting_z", "m", False, 1e-3),
+    "mounting_angle": _of_setup("mounting_angle", "rad", False, 0.01),
+    "load_x": _of_setup("load_x", "m", False, 1e-3),
+    "load_z": _of_setup("load_z", "m", False, 1e-3),
+    "fill_time": _of_setup("fill_time", "s", True, 0.1),
+    "swelling": _of_setup("swelling", "1", True, 0.1),
+}
+PRESSURE_LAW = "pressure_law"
+
+
+@dataclass(frozen=True)
+class FreeParameters:
+    """Chosen keys of a model, as one vector of numbers that a fit may vary."""
+
+    model: Model
+    keys: dict[str, Key]
+
+    @property
+    def names(self) -> list[str]:
+        """Of all numbers; those of a key that has several are counted from 1."""
+        counted = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
+        return [name if count == 1 else f"{name}.{i + 1}" for name, count in counted for i in range(count)]
+
+    @property
+    def units(self) -> list[str]:
+        """Of all numbers."""
+        return [key.unit for key in self.keys.values() for _ in key.get(self.model)]
+
+    @property
+    def scales(self) -> Array:
+        """Usual changes of the vector."""
+        return np.array([key.scale for key in self.keys.values() for _ in key.get(self.model)])
+
+    @property
+    def is_positive(self) -> Array:
+        """Which numbers are fitted as logarithms."""
+        return np.array([key.positive for key in self.keys.values() for _ in key.get(self.model)], dtype=bool)
+
+    @property
+    def start(self) -> Array:
+        """The vector of the model as it is."""
+        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])
+        return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Within which the vector stays."""
+        room = np.array([key.room for key in self.keys.values() for _ in key.get(self.model)]).reshape(-1, 2).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lower, upper = np.where(self.is_positive, np.log(np.maximum(room, 0.0)), room)
+        return lower, upper
+
+    def values(self, x: Array) -> Array:
+        """The numbers of a vector, in their units."""
+        return np.where(self.is_positive, np.exp(np.where(self.is_positive, x, 0.0)), x)
+
+    def at(self, x: Array) -> Model:
+        """The model with the values of a vector.
+
+        Raises:
+            InputError: if there can be no such finger.
+        """
+        model, rest = self.model, self.values(x).tolist()
+        for key in self.keys.values():
+            count = len(key.get(self.model))
+            model, rest = key.put(model, rest[:count]), rest[count:]
+        return model
+
+
+def free_parameters(finger: Finger, names: Sequence[str], pressures: Sequence[float]) -> FreeParameters:
+    """What is to be fitted of a finger.
+
+    Args:
+        finger: where the fit begins.
+        names: of keys.
+        pressures: of the recordings, Pa; empty: there are none.
+
+    Raises:
+        InputError: if there is no such key, it is given twice, or the finger has nothing of the kind.
+    """
+    known, model = dict(KEYS), Model(finger)
+    if pressures:
+        known[PRESSURE_LAW] = pressure_law_key(pressures)
+    for name in names:
+        if name not in known:
+            why = "the recordings have no pressure to fit it to" if name == PRESSURE_LAW else "there is no such key"
+            raise InputError("identify", "--free", name, f"{why}; known: {', '.join(known)}")
+        if list(names).count(name) > 1:
+            raise InputError("identify", "--free", name, "appears more than once")
+        values = known[name].get(model)
+        if not len(values) or (known[name].positive and not min(values) > 0):
+            expected = "the finger file has none to begin from; give it a first guess there"
+            raise InputError("identify", "--free", name, expected)
+    return FreeParameters(model, {name: known[name] for name in names})

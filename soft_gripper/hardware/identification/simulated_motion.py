@@ -1,0 +1,167 @@
+"""A recording, simulated: the chain in Drake, moved by what moved the hardware, and where its markers then are."""
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_links import finger_to_urdf
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.hardware.identification.measured_motion import MeasuredMotion
+from soft_gripper.scenario.scenario import PressureConfig
+
+_TIME_STEP = 2e-3  # s; an eighth of it changes the frequency of the beam by 0.2 %, its decrement by 2 %
+_OF_STABLE = 0.5  # of the longest stable time step
+_PERIOD = 0.01  # s, of the log
+_FILL_STEP = 2e-3  # s, in which the pressure is followed
+_FILL_SUPPLY = 10e3  # Pa, of which the fill time is meant
+_LEVELS = 50  # of the pressure, between which the compliance of the chamber is interpolated
+_SUDDEN = 1e-3  # s, in which a hand lets go at least
+_ROOT = "root"
+_UNSEEN = ("visual", "collision")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What of the set-up is not known beforehand: where the finger is mounted, and how fast its valve fills it."""
+
+    mounting_x: float = 0.0  # m, of the neutral axis in B at the base
+    mounting_z: float = 0.0  # m, of the base in B
+    mounting_angle: float = 0.0  # rad, of the straight finger in B, from z toward x
+    load_x: float = 0.0  # m, of a load from where it is said to hang, in the tip's frame
+    load_z: float = 0.0  # m, likewise
+    fill_time: float = 0.06  # s, in which a chamber that does not swell fills from a supply of 10 kPa
+    swelling: float = 2.0  # growth of the chamber's compliance per growth of the bend per pressure
+
+
+@dataclass(frozen=True)
+class TipMotion:
+    """The tip of a finger that begins straight, in the frame of its mounting."""
+
+    time: Array  # (T,) s, since the event
+    tip: Planar  # (T,) m
+    heading: Array  # (T,) rad
+
+
+def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> Planar:
+    """Where the markers of a recording are by simulation, (T, M) m in B, at the times of the recording.
+
+    Raises:
+        SimulationDivergedError: if the chain does not stay finite.
+    """
+    mount = setup.mounting_z + 1j * setup.mounting_x
+    turned = np.exp(1j * setup.mounting_angle)
+    tip = tip_motion(finger, setup, motion)
+    in_tip = (motion.reference - mount) / turned - finger.length
+    markers = mount + turned * (tip.tip[:, None] + np.exp(1j * tip.heading)[:, None] * in_tip)
+    since = motion.time - motion.events[0]
+    parts = [np.interp(since, tip.time, part) for column in markers.T for part in (column.real, column.imag)]
+    at_times: Planar = np.array(parts[0::2]).T + 1j * np.array(parts[1::2]).T
+    return at_times
+
+
+def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
+    """Simulates a finger from the first event on, straight and at rest before it."""
+    load = motion.load and replace(motion.load, x=motion.load.x + setup.load_x, z=motion.load.z + setup.load_z)
+    loaded = finger if load is None else replace(finger, tip_load=load)
+    duration = float(motion.time[-1] - motion.events[0]) + _PERIOD
+    step = min(_TIME_STEP, _OF_STABLE * loaded.stable_time_step())
+    step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
+    builder = DiagramBuilder()
+    in_plant = _add_finger(builder, loaded, _in_mounting(motion.gravity, setup.mounting_angle), step)
+    pressure = motion.pressure or 0.0
+    limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
+    command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
+    source = builder.AddSystem(TrajectorySource(_pressure(finger, setup, motion, duration)))
+    builder.Connect(source.get_output_port(), command)
+    if motion.pressure is None:
+        hand = builder.AddSystem(TrajectorySource(_hand(in_plant, motion)))
+        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
+    log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
+    simulator = Simulator(builder.Build())
+    try:
+        simulator.AdvanceTo(duration)
+    except RuntimeError as error:
+        raise SimulationDivergedError(f"{motion.name}: {error}") from None
+    data = log.FindLog(simulator.get_context())
+    q = (in_plant.position_selector() @ data.data()).T
+    shear = (in_plant.shear_selector() @ data.data()).T if finger.shear_factor > 0 else None
+    chain = forward_kinematics(q, finger.segment_length, shear)
+    if not np.isfinite(q).all():
+        raise SimulationDivergedError(f"{motion.name}: joint angles are not finite")
+    return TipMotion(data.sample_times(), chain.tip, chain.headings[:, -1])
+
+
+def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_step: float) -> PlantFinger:
+    """Adds a plant of a finger alone, its base fixed, without anything that could be touched."""
+    robot = ET.Element("robot", name="identified")
+    robot.append(ET.Element("link", name=_ROOT))
+    robot.extend(finger_to_urdf(FingerElement(finger, _ROOT)))
+    for link in robot.findall("link"):
+        for shape in [child for child in link if child.tag in _UNSEEN]:
+            link.remove(shape)
+    plant = builder.AddNamedSystem("plant", MultibodyPlant(time_step))
+    (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT))
+    plant.mutable_gravity_field().set_gravity_vector(gravity)
+    plant.Finalize()
+    return PlantFinger(finger, plant, model)
+
+
+def _in_mounting(gravity: Array, angle: float) -> Array:
+    """Gravity, (3,), as a finger sees it that is turned by an angle, rad."""
+    planar = (gravity[2] + 1j * gravity[0]) * np.exp(-1j * angle)
+    return np.array([planar.imag, gravity[1], planar.real])
+
+
+def _hand(finger: PlantFinger, motion: MeasuredMotion) -> PiecewisePolynomial:
+    """What a hand bears of the finger's weight since it began to let go: all, and evenly less until it has let go."""
+    weight = finger.plant.CalcGravityGeneralizedForces(finger.plant.CreateDefaultContext())
+    lets_go = max(motion.events[1] - motion.events[0], _SUDDEN)
+    return PiecewisePolynomial.FirstOrderHold([0.0, lets_go], np.column_stack([-weight, 0 * weight]))
+
+
+def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: float) -> PiecewisePolynomial:
+    """The pressure in the chamber since the first event: it fills and, after the second, empties.
+
+    Air enters a chamber of compliance C through a narrow passage, where the loss of pressure grows with the square of
+    the flow:  C(p) dp/dt = k sqrt(supply - p) . The chamber takes the more air the more it swells, and so
+    C(p) = C(0) (1 + swelling (bend per pressure there / that of a small pressure - 1)) .
+    """
+    if motion.pressure is None:
+        return PiecewisePolynomial(np.zeros((1, 1)))
+    open_for = motion.events[1] - motion.events[0]
+    opened = np.linspace(0.0, open_for, max(int(open_for / _FILL_STEP), 1) + 1)
+    closed = np.arange(1, int((duration - open_for) / _FILL_STEP) + 3) * _FILL_STEP
+    levels = motion.pressure * np.linspace(0.0, 1.0, _LEVELS + 1)[1:]
+    law = finger.pressure_law
+    bend = np.ones(_LEVELS) if law is None else law.curve(levels) / levels
+    compliance = 1 + setup.swelling * (bend / bend[0] - 1)
+    rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
+    filled = _followed(0.0, motion.pressure, np.diff(opened), np.abs(levels), rates)
+    emptied = _followed(filled[-1], 0.0, np.full(len(closed), _FILL_STEP), np.abs(levels), rates)
+    time = np.concatenate([opened, open_for + closed])
+    return PiecewisePolynomial.FirstOrderHold(time, np.concatenate([[0.0], filled, emptied])[None])
+
+
+def _followed(pressure: float, supply: float, steps: Array, levels: Array, rates: Array) -> list[float]:
+    """Pressures, Pa, after each of some steps, s, toward that of the supply, where the rates at levels are known."""
+    found = []
+    for step in steps:
+        lack = supply - pressure
+        root = max(np.sqrt(abs(lack)) - step * float(np.interp(abs(pressure), levels, rates)), 0.0)
+        pressure = supply - np.copysign(root**2, lack)
+        found.append(pressure)
+    return found

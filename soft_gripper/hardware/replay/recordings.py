@@ -1,0 +1,154 @@
+"""Estimators on recordings of one arm: each is estimated with what the others, or chosen ones, were fitted to."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from tqdm import tqdm
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.files.document import require
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.hardware.replay.arm_recording import PERIOD, ArmRecording
+from soft_gripper.hardware.replay.arm_replay import BelievedArm, Readings, replay
+from soft_gripper.hardware.replay.drive_fit import fit_drive
+from soft_gripper.hardware.replay.geometry_fit import fit_geometry, measured
+
+Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors a side, by what the row is called
+_LOAD_SHARE = 3.0  # torque of a load over that of the angles that a drive leaves unexplained
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """An arm as it was fitted, and how late its wires are."""
+
+    arm: BelievedArm
+    delay: float  # s
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A recording with its estimates."""
+
+    name: str
+    fitted_on: tuple[str, ...]
+    fitted: Fitted
+    signals: Recording
+
+
+def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
+    """Estimators, None for all, with one sensor a side over the whole arm, and with one for each section.
+
+    Raises:
+        InputError: if there is none of that name.
+    """
+    chosen = list(names or SHAPE_FUNCTIONS)
+    for name in chosen:
+        known = ", ".join(SHAPE_FUNCTIONS)
+        require(name in SHAPE_FUNCTIONS, "replay", "--estimator", name, f"known: {known}")
+    return {f"{name} {count}": (name, count) for count in sorted({1, sections}) for name in chosen}
+
+
+def replay_recordings(
+    reported: Sequence[ArmRecording], fitted: Sequence[ArmRecording] | None, rows: Rows, finger: Finger, gravity: Array
+) -> list[Replayed]:
+    """Estimates recordings; nothing of a recording is ever in what its estimates were fitted to.
+
+    Args:
+        reported: what is estimated.
+        fitted: what is fitted to; None: for each recording, all others.
+        rows: the estimators.
+        finger: that stands for the arm.
+        gravity: in B, (3,) m/s^2.
+
+    Raises:
+        InputError: if there is nothing to fit to, or a recording would be in both.
+    """
+    twice = sorted({r.name for r in reported} & {r.name for r in fitted or ()})
+    require(not twice, "replay", "--fit", twice, "a recording cannot be fitted to and reported")
+    if fitted is None and len(reported) < 2:
+        names = [recording.name for recording in reported]
+        raise InputError(
+            "replay", "FILE", names, "each is estimated by a fit to the others: give two at least, or --fit"
+        )
+    found = None if fitted is None else fit_arm(fitted, finger, gravity)
+    replayed = []
+    for recording in tqdm(reported, desc="replay", disable=None):
+        others = fitted or [other for other in reported if other is not recording]
+        of_recording = found or fit_arm(others, finger, gravity)
+        fitted_on = tuple(other.name for other in others)
+        about = {
+            "recording": recording.name,
+            "fitted_on": ", ".join(fitted_on),
+            "wires_late_by_s": f"{of_recording.delay:g}",
+        }
+        signals = replay(of_recording.arm, readings(recording, of_recording.delay), rows, about)
+        replayed.append(Replayed(recording.name, fitted_on, of_recording, signals))
+    return replayed
+
+
+def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
+    """What estimators believe of an arm, by recordings of it."""
+    geometry = fit_geometry(recordings, finger)
+    drive = fit_drive(recordings, geometry, finger, gravity)
+    load = _LOAD_SHARE * drive.angle_std * finger.stiffness[0] / finger.pressure_gain[0]
+    uncertainty = Uncertainty(reading=_noise(recordings), angle=drive.angle_std, load_pressure=float(load))
+    arm = BelievedArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
+    return Fitted(arm, geometry.delay)
+
+
+def readings(recording: ArmRecording, delay: float) -> Readings:
+    """What of a recording goes into the diagram; the bodies are measured where they were a `delay` (s) before."""
+    bodies, _ = measured(recording, delay)
+    wires = np.stack([recording.inner, recording.outer], axis=1)
+    return Readings(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
+
+
+def _noise(recordings: Sequence[ArmRecording]) -> float:
+    """Standard deviation of the wires' extension ratios, by the steps between different samples that follow each other.
+
+    Robust against motion, which makes steps of another size.
+    """
+    wires = [np.diff(np.concatenate([r.inner, r.outer], axis=1) / r.inner[:, -1].mean(), axis=0) for r in recordings]
+    steps = np.concatenate([step.ravel() for step in wires])
+    return float(1.48 * np.median(np.abs(steps[steps != 0])) / np.sqrt(2))
+
+
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class ReplayRow:
+    """Errors of one estimator over a recording, or over all samples of all of them."""
+
+    estimator: str
+    sections: int  # sensors a side
+    recording: str
+    body: str
+    mean_mm: float
+    median_mm: float
+    percentile_95_mm: float
+    max_mm: float
+
+
+def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
+    """A row for every estimator, body and recording, and for all recordings together.
+
+    The first sample, which is logged before the sensors are read, is left out.
+    """
+    table = []
+    for row, (estimator, sections) in rows.items():
+        errors = {one.name: 1e3 * one.signals[f"{row}.body_error"][1:] for one in replayed}
+        bodies = next(iter(errors.values()))["body"].values
+        for i, body in enumerate(bodies):
+            of_body = {name: error.values[:, i] for name, error in errors.items()}
+            for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
+                seen = values[np.isfinite(values)]
+                numbers = seen.mean(), np.median(seen), np.percentile(seen, 95), seen.max()
+                table.append(ReplayRow(estimator, sections, name, str(body), *map(float, numbers)))
+    return table

@@ -1,0 +1,84 @@
+"""Replays in Meshcat: the measured bodies beside the estimated arms, recording after recording."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from pydrake.geometry import Box, Capsule, Meshcat, Rgba
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.view.drawn_finger import put
+from soft_gripper.fingers.kinematics import as_planar
+
+_FRAMES = 20.0  # a second
+_RADIUS, _BODY = 0.0035, 0.014  # m, of an estimated arm and edge of a measured body
+_GREY, _BLACK = Rgba(0.6, 0.6, 0.6), Rgba(0.1, 0.1, 0.1, 0.8)
+
+
+def show_replays(meshcat: Meshcat, recordings: Sequence[Recording], colors: Mapping[str, str]) -> None:
+    """Records an animation in Meshcat.
+
+    The arm hangs: z of B points down. A black box is a body where motion capture saw it, a line an estimate.
+
+    Args:
+        meshcat: shows it.
+        recordings: of replays; they follow each other in time.
+        colors: of the estimators that are drawn, as #rrggbb, by their rows.
+    """
+    reach = float(np.nanmax(recordings[0]["measured_bodies"].values[1:]))
+    _set_scene(meshcat, reach)
+    _add_objects(meshcat, recordings[0], colors)
+    meshcat.StartRecording(frames_per_second=_FRAMES, set_visualizations_while_recording=False)
+    begin = 0.0
+    for recording in recordings:
+        times = recording.data["time"].values
+        every = max(1, round(1 / (_FRAMES * (times[1] - times[0]))))
+        for row in range(1, len(times), every):
+            _pose(meshcat, recording, row, begin + times[row], colors)
+        begin += float(times[-1])
+    meshcat.StopRecording()
+    meshcat.PublishRecording()
+
+
+def _set_scene(meshcat: Meshcat, reach: float) -> None:
+    meshcat.SetProperty("/Background", "top_color", [1, 1, 1])
+    meshcat.SetProperty("/Background", "bottom_color", [0.93, 0.94, 0.96])
+    for part in ("/Grid", "/Axes"):
+        meshcat.SetProperty(part, "visible", False)
+    meshcat.SetCameraPose([0.0, -1.2 * reach, -0.45 * reach], [0.0, 0.0, -0.55 * reach])
+    meshcat.SetTransform("replay", RigidTransform(RollPitchYaw(np.pi, 0, 0), np.zeros(3)))
+    meshcat.SetObject("replay/base", Box(0.06, 0.06, 0.01), _GREY)
+    meshcat.SetTransform("replay/base", RigidTransform([0, 0, -0.005]))
+
+
+def _add_objects(meshcat: Meshcat, recording: Recording, colors: Mapping[str, str]) -> None:
+    for body in range(len(recording["body"])):
+        meshcat.SetObject(f"replay/measured/{body}", Box(_BODY, _BODY, _BODY), _BLACK)
+    for estimator, color in colors.items():
+        rgb = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        for link, length in enumerate(np.abs(np.diff(_arm(recording, estimator, len(recording["time"]) // 2)))):
+            meshcat.SetObject(_path(estimator, link), Capsule(_RADIUS, float(length)), Rgba(*rgb))
+
+
+def _pose(meshcat: Meshcat, recording: Recording, row: int, time: float, colors: Mapping[str, str]) -> None:
+    bodies: Array = recording["measured_bodies"].values[row]
+    for body, place in enumerate(as_planar(bodies)):
+        put(meshcat, f"replay/measured/{body}", place, 0.0, time)
+    for estimator in colors:
+        points = _arm(recording, estimator, row)
+        middles, steps = (points[1:] + points[:-1]) / 2, np.diff(points)
+        for link, (middle, heading) in enumerate(zip(middles, np.angle(steps), strict=True)):
+            put(meshcat, _path(estimator, link), middle, heading, time)
+
+
+def _arm(recording: Recording, estimator: str, row: int) -> Planar:
+    """Base, joints and last body at a sample, m in B, (N + 2,)."""
+    joints = as_planar(recording[f"{estimator}.joint_positions"].values[row])
+    tip = as_planar(recording[f"{estimator}.body_positions"].values[row, -1:])
+    points: Planar = np.concatenate([[0.0], joints, tip])
+    return points
+
+
+def _path(estimator: str, link: int) -> str:
+    return f"replay/{estimator.replace(' ', '_')}/{link}"

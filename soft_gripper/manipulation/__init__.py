@@ -1,1 +1,0 @@
-"""The arm: kinematics, motions, and the phases of a task."""

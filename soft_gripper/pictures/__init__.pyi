@@ -1,0 +1,7 @@
+"""Pictures of recordings: renderings, the shape of a finger, videos. None needs a display."""
+
+from .phases import phases_figure as phases_figure
+from .rendering import SceneRenderer as SceneRenderer
+from .shapes import shape_figure as shape_figure
+from .style import COLORS as COLORS
+from .style import section_style as section_style

@@ -1,0 +1,371 @@
+"""One server for all that a browser sees: a page, the WebSocket of its plots and commands, the scene of a Meshcat.
+
+Whoever opens a page must know the token in its address, which is printed for the user alone. A page from elsewhere can
+connect to any port of this machine, but does not know the token; it is refused by its Origin as well, and by the Host
+name that it has made this machine answer to (DNS rebinding).
+
+The scene is Meshcat's own page, and what Meshcat sends to it. Meshcat itself is hidden (`hidden_meshcat`), has no
+sliders and no buttons, and receives nothing that a browser sends: so whatever reaches it can command nothing.
+
+All of it runs in one thread of asyncio, which waits for no client. One whose request is not complete in time is cut
+off, and so is one that does not answer pings; what a browser is too slow to take is lost to it.
+"""
+
+import asyncio
+import hmac
+import ipaddress
+import json
+import logging
+import re
+import secrets
+import socket
+import time
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import partial
+from http import HTTPStatus
+from http.client import HTTPConnection, HTTPException
+from pathlib import Path
+from threading import Thread
+from typing import Any
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import ServerConnection, broadcast, serve
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from soft_gripper.diagrams.view.open_meshcat import LOOPBACK
+from soft_gripper.errors import InputError
+from soft_gripper.play.control_panel import ControlPanel
+from soft_gripper.play.signal_feed import SignalFeed
+
+PORTS = range(7100, 7200)  # after those of Meshcat
+MOST_CONNECTIONS = 150
+MOST_MESSAGES = 300  # of a connection, a second
+REQUEST_TIME = 3.0  # s until a whole request must be there
+_ANSWER_TIME = 60.0  # s until it must have been answered, and read
+_PING_TIME = 10.0  # s between pings, each of which must be answered within 20 s
+_STALLED_TIME = 60.0  # s that a browser may take nothing of a scene
+_END_TIME = 0.3  # s that connections have to close at the end
+_MOST_BYTES = 4096  # of a message to here
+_MOST_WAITING = 2**20  # bytes that a browser may be behind
+_PAGE = Path(__file__).parent / "page"
+_HTML = "text/html; charset=utf-8"
+_FILES = {
+    "": ("index.html", _HTML),
+    "page.js": ("page.js", "text/javascript; charset=utf-8"),
+    "controls.js": ("controls.js", "text/javascript; charset=utf-8"),
+    "plot.js": ("plot.js", "text/javascript; charset=utf-8"),
+    "page.css": ("page.css", "text/css; charset=utf-8"),
+}
+_LIVE, _SCENE = "live", "scene/"
+_AUTHORITY = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
+_OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and what belongs to it
+# What opens a WebSocket of Meshcat, and what keeps it open: uWebSockets ends one that says nothing for two minutes.
+_GREETING = (
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+_PONG = b"\x8a\x80\0\0\0\0"
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "frame-ancestors 'self'",
+    "Referrer-Policy": "no-referrer",
+}
+_REFUSED = "This address is not, or no longer, in use: open the one that soft-gripper has printed.\n"
+_QUIET = logging.Logger("page")  # the terminal is the user's
+_QUIET.addHandler(logging.NullHandler())
+Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, which Meshcat does not always give, and the body
+
+
+class LivePage:
+    """What the page of a session shows and takes."""
+
+    def __init__(self, about: Mapping[str, Any], panel: ControlPanel, feed: SignalFeed):
+        """`about` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
+        self.about, self.panel, self.feed = about, panel, feed
+        self.refused = 0  # messages that were no commands
+
+    def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
+        """Takes a command, or `{"signals": [NAME, ...]}`, the signals that are sent from now on."""
+        try:
+            found = json.loads(message)
+        except (ValueError, RecursionError):
+            found = None
+        match found:
+            case {"signals": [*names]} if all(isinstance(name, str) and name in self.feed.known for name in names):
+                self.feed.listen(listener, names)
+            case _:
+                self.refused += not self.panel.take(found)
+
+
+@contextmanager
+def page_server(host: str, scene: Callable[[], str], live: LivePage | None = None) -> Iterator[str]:
+    """Serves at the first port that is free until the block ends; then no thread and no connection is left.
+
+    Args:
+        host: address to listen at; "" is all of this machine's.
+        scene: gives the address of the Meshcat that is shown; a browser that has lost it asks again. (Drake ends the
+            process where another thread than the first asks a Meshcat for it.)
+        live: what stands around the scene; without, the scene is all there is.
+
+    Yields:
+        The address to open.
+
+    Raises:
+        InputError: if no port is free, or the address is none of this machine's.
+    """
+    listening = _listen(host)
+    server = _PageServer(_names(host), scene, live)
+    thread = Thread(target=server.run, args=(listening,))
+    thread.start()
+    try:
+        yield f"http://{_shown(host)}:{listening.getsockname()[1]}/{server.token}/{_SCENE if live is None else ''}"
+    finally:
+        server.end()
+        thread.join()
+
+
+def _listen(host: str) -> socket.socket:
+    reason = ""
+    for port in PORTS:
+        try:
+            found = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+            family, *_, address = found[0]
+            return socket.create_server(address, family=family, backlog=MOST_CONNECTIONS)
+        except (OSError, UnicodeError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+    expected = f"none of the ports {PORTS[0]} to {PORTS[-1]} can be had there ({reason})"
+    raise InputError("page", "host", host, expected)
+
+
+def _shown(host: str) -> str:
+    """What the address of the page calls it: a name that leads to it from wherever it can be opened."""
+    if host == LOOPBACK:
+        return "localhost"
+    if host in ("", "0.0.0.0", "::"):
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
+
+
+def _names(host: str) -> frozenset[str]:
+    """What this machine is called; a stranger's name may lead here too, but is none of these."""
+    own = socket.gethostname().lower()
+    return frozenset({"localhost", own, own.split(".")[0], f"{own.split('.')[0]}.local", host.lower()})
+
+
+class _PageServer:
+    """Answers requests, in the thread that calls `run`."""
+
+    def __init__(self, names: frozenset[str], scene: Callable[[], str], live: LivePage | None):
+        self.token = secrets.token_urlsafe(16)
+        self._names, self._scene, self._live = names, scene, live
+        self._open: set[_Connection] = set()
+        self._loop, self._over = asyncio.new_event_loop(), asyncio.Event()
+        self._loop.set_exception_handler(lambda *_: None)
+
+    def run(self, listening: socket.socket) -> None:
+        """Serves until `end`."""
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            runner.run(self._serve(listening))
+
+    def end(self) -> None:
+        """Ends `run`, from another thread."""
+        with suppress(RuntimeError):  # it has ended of itself
+            self._loop.call_soon_threadsafe(self._over.set)
+
+    async def _serve(self, listening: socket.socket) -> None:
+        server = await serve(
+            self._handle,
+            sock=listening,
+            process_request=self._respond,
+            create_connection=partial(_Connection, self._open),  # type: ignore[arg-type]
+            compression=None,
+            server_header=None,
+            open_timeout=_ANSWER_TIME,
+            ping_interval=_PING_TIME,
+            close_timeout=1.0,
+            max_size=_MOST_BYTES,
+            logger=_QUIET,
+        )
+        await self._over.wait()
+        for connection in self._open:
+            if connection.request is not None and connection.request.path.endswith(_LIVE):
+                self._say(connection, json.dumps({"end": True}))
+        server.close()
+        await asyncio.wait([asyncio.create_task(server.wait_closed())], timeout=_END_TIME)
+        for connection in self._open:
+            connection.transport.abort()
+
+    async def _respond(self, _: ServerConnection, request: Request) -> Response | None:
+        """What is answered to a request; None to one for a WebSocket, which is then opened."""
+        answer = await self._answer(request)
+        if answer is None:
+            return None
+        status, kind, body = answer
+        headers = {**_HEADERS, "Connection": "close", "Content-Length": str(len(body))}
+        if kind:
+            headers["Content-Type"] = kind
+        return Response(status.value, status.phrase, Headers(headers), body)
+
+    async def _answer(self, request: Request) -> Answer | None:
+        hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
+        token, _, path = request.path.partition("?")[0].removeprefix("/").partition("/")
+        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+            return _refusal(HTTPStatus.FORBIDDEN)
+        if not hmac.compare_digest(token.encode(errors="replace"), self.token.encode()):
+            return _refusal(HTTPStatus.NOT_FOUND)
+        if "Upgrade" in request.headers:
+            if origins not in ([f"http://{hosts[0]}"], [f"https://{hosts[0]}"]):
+                return _refusal(HTTPStatus.FORBIDDEN)
+            return None if path in self._sockets else _refusal(HTTPStatus.NOT_FOUND)
+        return await self._file(path)
+
+    def _is_ours(self, authority: str) -> bool:
+        """Whether a Host is an address, which nobody can make lead elsewhere, or a name of this machine."""
+        found = _AUTHORITY.fullmatch(authority)
+        if found is None:
+            return False
+        address, name = found.groups()
+        with suppress(ValueError):
+            return bool(ipaddress.ip_address(address or name))
+        return name is not None and name.lower() in self._names
+
+    @property
+    def _sockets(self) -> tuple[str, ...]:
+        return (_SCENE,) if self._live is None else (_SCENE, _LIVE)
+
+    async def _file(self, path: str) -> Answer:
+        if path.startswith(_SCENE):
+            return await self._of_meshcat(path.removeprefix(_SCENE))
+        if self._live is None:
+            return _refusal(HTTPStatus.NOT_FOUND)
+        if path == "about.json":
+            return HTTPStatus.OK, "application/json", json.dumps(self._live.about).encode()
+        if path not in _FILES:
+            return _refusal(HTTPStatus.NOT_FOUND)
+        name, kind = _FILES[path]
+        return HTTPStatus.OK, kind, (_PAGE / name).read_bytes()
+
+    async def _of_meshcat(self, path: str) -> Answer:
+        if not _OF_MESHCAT.fullmatch(path):
+            return _refusal(HTTPStatus.NOT_FOUND)
+        try:
+            return await asyncio.to_thread(_fetched, self._scene(), path)
+        except (OSError, HTTPException):
+            return _refusal(HTTPStatus.SERVICE_UNAVAILABLE)
+
+    async def _handle(self, connection: ServerConnection) -> None:
+        assert connection.request is not None
+        if connection.request.path.endswith(_LIVE):
+            await self._talk(connection)
+        else:
+            await self._show(connection)
+
+    async def _talk(self, connection: ServerConnection) -> None:
+        """Sends what happens, and takes commands."""
+        assert self._live is not None
+
+        def listener(message: str) -> None:
+            self._loop.call_soon_threadsafe(self._say, connection, message)
+
+        self._live.feed.listen(listener)
+        try:
+            async for message in _bounded(connection):
+                self._live.take(message, listener)
+        finally:
+            self._live.feed.leave(listener)
+
+    def _say(self, connection: ServerConnection, message: str) -> None:
+        """Sends a message, unless the browser is far behind: then it is lost to it."""
+        if connection.transport.get_write_buffer_size() < _MOST_WAITING:
+            broadcast([connection], message)
+
+    async def _show(self, connection: ServerConnection) -> None:
+        """Hands on what Meshcat says, and nothing to it, until either of them has gone."""
+        address = urlsplit(self._scene())
+        reader, writer = await asyncio.open_connection(address.hostname, address.port)
+        try:
+            writer.write(_GREETING)
+            await reader.readuntil(b"\r\n\r\n")
+            tasks = [asyncio.create_task(each) for each in (_hand_on(reader, writer, connection), _ignore(connection))]
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+        finally:
+            writer.close()
+            connection.transport.abort()  # a closing frame might fall into one of Meshcat's
+
+
+class _Connection(ServerConnection):
+    """One of a bounded number, which is cut off unless its request comes in time."""
+
+    def __init__(self, others: "set[_Connection]", *arguments: Any, **options: Any):
+        super().__init__(*arguments, **options)
+        self._others = others
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._others.add(self)
+        if len(self._others) > MOST_CONNECTIONS:
+            self.transport.abort()
+        self.loop.call_later(REQUEST_TIME, self._require_request)
+
+    def start_keepalive(self) -> None:
+        """Pings, but not in between the frames of a scene."""
+        if self.request is not None and self.request.path.endswith(_LIVE):
+            super().start_keepalive()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._others.discard(self)
+        super().connection_lost(exc)
+
+    def _require_request(self) -> None:
+        if self.request is None:
+            self.transport.abort()
+
+
+def _refusal(status: HTTPStatus) -> Answer:
+    return status, "text/plain; charset=utf-8", _REFUSED.encode()
+
+
+def _fetched(url: str, path: str) -> Answer:
+    """A file of Meshcat."""
+    address = urlsplit(url)
+    assert address.hostname is not None
+    connection = HTTPConnection(address.hostname, address.port, timeout=1.0)
+    try:
+        connection.request("GET", f"/{path}")
+        answer = connection.getresponse()
+        return HTTPStatus(answer.status), answer.getheader("Content-Type", ""), answer.read()
+    finally:
+        connection.close()
+
+
+async def _bounded(connection: ServerConnection) -> AsyncIterator[str | bytes]:
+    """What it says; the connection ends where that comes too fast."""
+    began, number = time.monotonic(), 0
+    async for message in connection:
+        if time.monotonic() - began > 1.0:
+            began, number = time.monotonic(), 0
+        number += 1
+        if number > MOST_MESSAGES:
+            return
+        yield message
+
+
+async def _hand_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, connection: ServerConnection) -> None:
+    """Hands on frames as they are: some hundred come every 50 ms, and to read each would take half of that time."""
+    alive = time.monotonic()
+    while data := await reader.read(2**16):
+        connection.transport.write(data)
+        await asyncio.wait_for(connection.drain(), _STALLED_TIME)
+        if time.monotonic() - alive > _PING_TIME:
+            alive = time.monotonic()
+            writer.write(_PONG)
+
+
+async def _ignore(connection: ServerConnection) -> None:
+    async for _ in _bounded(connection):
+        pass

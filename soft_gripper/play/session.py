@@ -1,0 +1,157 @@
+"""Session: a station that runs in real time, as its user commands, until the user ends it."""
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import InitializeParams
+from pydrake.systems.framework import Context
+
+from soft_gripper.diagrams.simulation import advance, make_simulator
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.view.meshcat_view import PERIOD
+from soft_gripper.diagrams.view.open_meshcat import cut_off, has_failed, hidden_meshcat
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.play.control_panel import Button, ControlPanel
+from soft_gripper.play.pacer import Pacer
+from soft_gripper.play.recorder import Recorder
+from soft_gripper.play.signal_feed import SignalFeed
+
+_IDLE = 0.1  # s between looks at the buttons while nothing runs
+_MOST_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
+
+
+class Session:
+    """Runs a station frame by frame: sliders -> station -> Meshcat and plots.
+
+    A recording that is under way as the session ends, however it does, is written. Where Meshcat fails, the station
+    goes on in a new one.
+    """
+
+    def __init__(self, make: Callable[[Meshcat], Station], folder: Path):
+        """`make` makes the station of an `open_scenario`, shown in a Meshcat; `folder` takes its recordings."""
+        self._make, self._folder = make, folder
+        self.recordings: list[Path] = []
+        self._show()
+        self.panel, self.feed = ControlPanel(self.station), SignalFeed(self.station.parts.signals)
+        self._simulator, self._pacer = make_simulator(self.station), Pacer()
+        self._paused, self._note, self._failed = False, "", 0
+        self.played, self.lasted = 0.0, 0.0  # s, simulated and real, while it was not paused
+
+    @property
+    def factor(self) -> float:
+        """Simulated over real time of all that was played."""
+        return self.played / self.lasted if self.lasted else 1.0
+
+    def run(self, is_over: Callable[[], bool]) -> None:
+        """Plays until the user stops it, or `is_over` after a frame.
+
+        Raises:
+            InputError: if Meshcat fails again and again.
+        """
+        try:
+            while not is_over() and Button.STOP not in (pressed := self.panel.pressed()):
+                self._frame(pressed)
+        finally:
+            self._keep_recording()
+
+    def _frame(self, pressed: list[Button]) -> None:
+        try:
+            for button in pressed:
+                self._react(button)
+            self._wait() if self._paused else self._play()
+        except RuntimeError:
+            if not has_failed(self.meshcat):
+                raise
+            self._show_again()
+
+    def _show(self) -> None:
+        self.meshcat = hidden_meshcat()
+        self.scene = self.meshcat.web_url()
+        self.station = self._make(self.meshcat)
+        self._recorder = Recorder(self.station, self.meshcat, self._folder)
+
+    def _show_again(self) -> None:
+        """A new Meshcat, and a new station that goes on from the state of the one before."""
+        self._keep_recording()
+        self._failed += 1
+        if self._failed == _MOST_VIEWS:
+            raise InputError("play", "Meshcat", f"failed {_MOST_VIEWS} times", "end what sends it junk")
+        before = self._simulator.get_context()
+        cut_off(self.scene)
+        self._show()
+        self._simulator = make_simulator(self.station)
+        _set_state(self._simulator.get_mutable_context(), before)
+        self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+        self._pacer.restart(before.get_time())
+        self._note = f"the view failed and was opened again; {self._note}".removesuffix("; ")
+
+    def _react(self, button: Button) -> None:
+        if button == Button.PAUSE:
+            self._paused, self._note = not self._paused, ""
+        elif button == Button.RESET:
+            self._reset()
+        elif self._recorder.is_recording:
+            self._keep_recording()
+        else:
+            self._recorder.begin(self._simulator)
+        self._pacer.restart(self._simulator.get_context().get_time())
+
+    def _reset(self) -> None:
+        self._keep_recording()
+        self.panel.reset()
+        self._simulator = make_simulator(self.station)
+        self._paused, self._note = False, ""
+
+    def _keep_recording(self) -> None:
+        try:
+            folder = self._recorder.end(self._simulator.get_context())
+        except (InputError, OSError) as error:
+            self._note = f"not written: {error}"
+        else:
+            if folder is not None:
+                self._note = f"written: {folder}"
+                self.recordings.append(folder)
+
+    def _wait(self) -> None:
+        self.feed.send(self._status(), {})
+        time.sleep(_IDLE)
+
+    def _play(self) -> None:
+        began, context = time.monotonic(), self._simulator.get_mutable_context()
+        self.panel.apply(self.station, context)
+        try:
+            advance(self._simulator, self.station, PERIOD * (round(context.get_time() / PERIOD) + 1))
+        except SimulationDivergedError as error:
+            if has_failed(self.meshcat):
+                raise
+            self._paused, self._note = True, str(error)
+            return
+        self._recorder.forget(context)
+        self.feed.send(self._status(), self._values())
+        self._pacer.keep(context.get_time())
+        self.played, self.lasted = self.played + PERIOD, self.lasted + time.monotonic() - began
+
+    def _status(self) -> dict[str, Any]:
+        return {
+            "time": self._simulator.get_context().get_time(),
+            "factor": self._pacer.factor,
+            "paused": self._paused,
+            "recording": self._recorder.is_recording,
+            "note": self._note,
+            "sliders": self.panel.values,
+        }
+
+    def _values(self) -> Mapping[str, Any]:
+        context, diagram = self._simulator.get_context(), self.station.diagram
+        return {name: diagram.GetOutputPort(name).Eval(context) for name in self.feed.wanted}
+
+
+def _set_state(context: Context, of: Context) -> None:
+    """Takes over the time and the state of another station; the parameters name the geometry of their own."""
+    context.SetTime(of.get_time())
+    context.get_mutable_continuous_state().SetFrom(of.get_continuous_state())
+    context.get_mutable_discrete_state().SetFrom(of.get_discrete_state())
+    context.get_mutable_state().get_mutable_abstract_state().SetFrom(of.get_state().get_abstract_state())

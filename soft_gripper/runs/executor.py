@@ -1,0 +1,301 @@
+"""The executor that calls are given to: processes of this machine, or a Dask cluster.
+
+WorkerProcesses: an executor of processes that are replaced when they have grown or died.
+
+Systems written in Python are not freed with their diagram (pydrake 1.51 to 1.58), so that every station that is built
+stays in memory, 15 MB. A process that has grown by GROWTH makes way for another.
+"""
+
+import logging
+import os
+import reprlib
+import resource
+import shutil
+import signal
+import socket
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import forkserver, get_context
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from threading import Thread
+from types import TracebackType
+from typing import Any, NamedTuple
+
+from soft_gripper.diagrams.notes import notes
+from soft_gripper.errors import InputError, WorkerDiedError
+from soft_gripper.numbers_check import mistyped
+
+WAIT = 10  # s, for the scheduler to answer
+
+
+@contextmanager
+def cluster_executor(scheduler: str) -> Iterator[Executor]:
+    """The workers of a scheduler; a call whose worker dies is made again by another.
+
+    Args:
+        scheduler: address, such as "tcp://127.0.0.1:8786".
+
+    Raises:
+        InputError: if no scheduler answers there, its workers are not fit, or Dask is not installed.
+    """
+    try:
+        from distributed import Client
+        from distributed.comm import get_address_host_port
+    except ImportError:
+        raise InputError("executor", "--scheduler", scheduler, "pip install 'soft-gripper[cluster]'") from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a mistake is reported in one line, below
+    try:
+        # Before there is a Client, which would go on trying for long after it has failed.
+        socket.create_connection(get_address_host_port(scheduler, strict=True), WAIT).close()
+        client = Client(scheduler, timeout=WAIT, set_as_default=False)
+    except (OSError, ValueError, TypeError, MemoryError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError("executor", "--scheduler", scheduler, f"no Dask scheduler answers there: {reason}") from None
+    with client:
+        for address, worker in client.scheduler_info(n_workers=-1)["workers"].items():
+            if worker["nthreads"] > 1:
+                expected = f"its worker {address} has {worker['nthreads']} threads; start workers with --nthreads 1"
+                raise InputError("executor", "--scheduler", scheduler, expected)
+        with client.get_executor() as executor:
+            yield executor
+
+
+_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes, of what the system reports
+
+
+class Made(NamedTuple):
+    """A call that was made."""
+
+    result: Any
+    memory: int  # bytes that the process has had resident at most
+
+
+def begin(line: Connection, folder: str) -> None:
+    """Readies a worker process.
+
+    Args:
+        line: from the parent, on which nothing ever comes; when the parent closes it, or has died, the process ends.
+        folder: for temporary files.
+    """
+    tempfile.tempdir = folder
+    logging.getLogger("drake").setLevel(logging.WARNING)  # nobody is to open these Meshcats
+    Thread(target=_end_with, args=(line, folder), daemon=True).start()
+
+
+def _end_with(line: Connection, folder: str) -> None:
+    line.poll(None)  # until the other end is closed
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)
+
+
+def make(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Made:
+    """Makes a call; what libraries complain of in it are notes, as they are in the parent."""
+    with notes():
+        result = work(*arguments)
+    return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+
+GROWTH = 0.15  # share by which a process that is replaced has grown since its first call
+ATTEMPTS = 2  # at a call whose process dies
+# What most calls need, imported once by the server that processes are forked from, so that one more costs a tenth of a
+# second; xarray loads dask.array when it is first used, if it is there.
+_PRELOADED = ("soft_gripper.runs.sweep.run", "dask.array")
+_CONTEXT = get_context("forkserver")
+_PATIENCE = 5.0  # s, for a process that has died to be gone
+_LONGEST = 70  # bytes of the temporary folder, in which processes talk by sockets whose paths have 107 at most
+_UNGUARDED = 79  # exit code of a process that runs a script which opens an executor when it is imported
+_LOGGER = logging.getLogger(__name__)
+
+
+class UnguardedScriptError(InputError):
+    """Every process imports the script that it belongs to, and the script opens an executor as it is imported."""
+
+    def __init__(self) -> None:
+        script = getattr(sys.modules["__main__"], "__file__", None)
+        expected = 'every process imports it: put what it does below `if __name__ == "__main__":`'
+        super().__init__("script", "__main__", script, expected)
+
+
+class WorkerProcesses(Executor):
+    """So many processes, each with a call of its own; to be made in the main thread, and used in a `with`.
+
+    Every process stands in a pool of one, so that when it dies it takes no other call with it. Its call is made
+    again in another, and fails with a WorkerDiedError if that dies too. An exception within the `with`, Ctrl-C above
+    all, ends the processes at once; so does the death of this process, by whatever signal.
+    """
+
+    def __init__(self, jobs: int):
+        """`jobs` is the number of processes.
+
+        Raises:
+            InputError: if the path of the temporary folder is too long.
+        """
+        temporary = tempfile.gettempdir()
+        if len(os.fsencode(temporary)) > _LONGEST:
+            expected = f"processes talk by sockets there: give a path of at most {_LONGEST} bytes"
+            raise InputError("environment", "TMPDIR", temporary, expected)
+        _start_server()
+        self._folder = tempfile.TemporaryDirectory(prefix="soft-gripper-", ignore_cleanup_errors=True)
+        self._threads = ThreadPoolExecutor(jobs)
+        self._of_thread = threading.local()
+        self._workers: set[_Worker] = set()
+        self._is_ended = False
+
+    def submit(self, work: Callable[..., Any], /, *arguments: Any, **named: Any) -> "Future[Any]":
+        """Makes a call of a function of a module in one of the processes; see Executor."""
+        assert not named
+        return self._threads.submit(self._call, work, arguments)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Ends the processes when they have made their calls; see Executor."""
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        for worker in set(self._workers):
+            worker.end()
+        self._folder.cleanup()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self._is_ended = True
+            for worker in set(self._workers):
+                worker.cut()
+        self.shutdown(cancel_futures=kind is not None)
+
+    def _call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """What comes of a call; runs in a thread that has a process of its own."""
+        for attempt in range(1, ATTEMPTS + 1):
+            worker = self._worker()
+            try:
+                return worker.call(work, arguments)
+            except BrokenProcessPool:
+                if self._is_ended:
+                    raise
+                self._replace(worker)
+                _LOGGER.warning("process %d of %d died at %s", attempt, ATTEMPTS, name_of(work, arguments))
+            finally:
+                if worker.has_grown:
+                    self._replace(worker)
+        raise WorkerDiedError(f"the process died, {ATTEMPTS} times, at {name_of(work, arguments)}: out of memory?")
+
+    def _worker(self) -> "_Worker":
+        if self._is_ended:
+            raise BrokenProcessPool
+        if getattr(self._of_thread, "worker", None) is None:
+            self._of_thread.worker = _Worker(self._folder.name)
+            self._workers.add(self._of_thread.worker)
+        worker: _Worker = self._of_thread.worker
+        return worker
+
+    def _replace(self, worker: "_Worker") -> None:
+        self._of_thread.worker = None
+        self._workers.discard(worker)
+        worker.end()
+
+
+class _Worker:
+    """One process."""
+
+    def __init__(self, folder: str):
+        end, self._line = _CONTEXT.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(1, _CONTEXT, begin, (end, folder))
+        self._end = end
+        self._memory: int | None = None
+        self.has_grown = False
+
+    def call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """Raises BrokenProcessPool if the process dies, UnguardedScriptError if it was to run the script anew."""
+        future = self._pool.submit(make, work, arguments)
+        processes = list(self._pool._processes.values())
+        try:
+            made = future.result()
+        except BrokenProcessPool:
+            if any(_exit_code(process) == _UNGUARDED for process in processes):
+                raise UnguardedScriptError from None
+            raise
+        self._memory = made.memory if self._memory is None else self._memory
+        self.has_grown = made.memory > (1 + GROWTH) * self._memory
+        return made.result
+
+    def end(self) -> None:
+        """Waits for the process to end."""
+        self._pool.shutdown()
+        self.cut()
+
+    def cut(self) -> None:
+        """Ends the process at once."""
+        self._line.close()
+
+
+def name_of(work: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
+    """A call in a few words."""
+    return f"{getattr(work, '__name__', work)}({', '.join(map(reprlib.repr, arguments))})"
+
+
+def _exit_code(process: BaseProcess) -> int | None:
+    process.join(_PATIENCE)
+    return process.exitcode
+
+
+def _start_server() -> None:
+    """Starts the server that processes are forked from; what it is told to ignore, they ignore too: Ctrl-C."""
+    _CONTEXT.set_forkserver_preload(list(_PRELOADED))
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        forkserver.ensure_running()
+    except RuntimeError:  # of a process that has not yet begun to work
+        os._exit(_UNGUARDED)
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+Call = tuple[Any, ...]
+
+
+@contextmanager
+def open_executor(jobs: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
+    """An executor, to be used in a `with` of the main thread.
+
+    Args:
+        jobs: number of processes of this machine; None: one a core.
+        scheduler: address of a Dask scheduler, whose workers are used instead.
+
+    Raises:
+        InputError: if the number is none of processes, there is no such scheduler, or Dask is not installed.
+    """
+    if jobs is not None and (mistyped(int, jobs) or jobs < 1):
+        raise InputError("open_executor", "jobs", jobs, "give a whole number of processes, 1 or more")
+    opened = WorkerProcesses(jobs or os.cpu_count() or 1) if scheduler is None else cluster_executor(scheduler)
+    with opened as executor:
+        yield executor
+
+
+def make_calls(
+    executor: Executor,
+    work: Callable[..., Any],
+    calls: Sequence[Call],
+    ended: Callable[[Call, Future[Any]], None],
+) -> None:
+    """Makes all calls of `work`, and returns when the last has ended.
+
+    Args:
+        executor: makes them.
+        work: a function of a module, that takes and returns plain data.
+        calls: the arguments of each call.
+        ended: called here, as each call ends, with its arguments and what came of it; an exception of a call is its to
+            find.
+
+    Raises:
+        UnguardedScriptError: if the script that this process runs would be run again by every other.
+    """
+    call_of = {executor.submit(work, *call): call for call in calls}
+    for future in as_completed(call_of):
+        if isinstance(future.exception(), UnguardedScriptError):
+            future.result()
+        ended(call_of.pop(future), future)

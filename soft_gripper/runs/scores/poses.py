@@ -1,0 +1,132 @@
+"""Pose errors of a run: as its estimator made them, or for several numbers of sensor sections from ONE simulation."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.belief import describe_belief
+from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.readings import read_again
+from soft_gripper.runs.scores.steps import true_chain
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.truth.poses import fingertip_error, pose_error
+
+
+@dataclass(frozen=True)
+class HeldStep:
+    """Of which finger, estimator and step a row of a table is."""
+
+    scenario: str
+    finger: str
+    estimator: str
+    belief: str
+    sections: int
+    pressure_kpa: float
+
+
+def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:
+    """The averaged samples of every step, (steps, hold_samples, ...).
+
+    `signal` is the name of one, or values for every sample of the recording, (T, ...).
+    """
+    values: Array = recording[signal].values if isinstance(signal, str) else signal
+    return values[held_rows(scenario, recording)]
+
+
+def held_rows(scenario: Scenario, recording: Recording) -> NDArray[np.int_]:
+    """Which samples of the recording are averaged in every step, (steps, hold_samples)."""
+    period, hold = scenario.sensor.period, scenario.pressure.hold_samples
+    ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
+    last = np.searchsorted(recording["time"].values, ends + period / 2) - 1
+    rows: NDArray[np.int_] = last[:, None] + np.arange(-hold + 1, 1)
+    return rows
+
+
+@dataclass(frozen=True)
+class PoseRow(HeldStep):
+    """Averages over one held step."""
+
+    bend_angle_deg: float
+    pose_error_mm: float
+    tip_error_mm: float
+
+
+def errors_of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:
+    """A column of errors, mm, (rows of the scenario with so many sensors), in the order of the rows."""
+    return np.array([getattr(row, error) for row in rows if (row.scenario, row.sections) == (scenario, sections)])
+
+
+def mean_errors(rows: Sequence[PoseRow], scenario: str, error: str) -> Array:
+    """Mean of a column of errors over the steps and fingers of a scenario, mm, for each number of sensors in turn."""
+    counts = sorted({row.sections for row in rows})
+    return np.array([errors_of(rows, scenario, sections, error).mean() for sections in counts])
+
+
+def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], few: int, more: int, error: str) -> float:
+    """By how much `more` sensors err less than `few` at the step of any scenario where they gain most, mm."""
+    gains = [errors_of(rows, name, few, error) - errors_of(rows, name, more, error) for name in scenarios]
+    return float(np.max([gain.max() for gain in gains]))
+
+
+def pose_table(
+    name: str, station: Station, recording: Recording, sections: Sequence[int], estimators: Sequence[str] = ("arcs",)
+) -> list[PoseRow]:
+    """A row for every estimator, finger, number of sections and held step, in this order."""
+    rows: list[PoseRow] = []
+    for estimator in estimators:
+        for finger in station.fingers:
+            for count in sections:
+                again = read_again(station, recording, finger, count)
+                errors = _errors(recording, finger, again.shape(estimator))
+                rows += _rows(name, station, recording, finger, estimator, count, *errors)
+    return rows
+
+
+def of_estimator(rows: Sequence[PoseRow], estimator: str) -> list[PoseRow]:
+    """The rows of one estimator."""
+    return [row for row in rows if row.estimator == estimator]
+
+
+def recorded_pose_table(name: str, station: Station, recording: Recording) -> list[PoseRow]:
+    """A row for every finger and held step, of the estimator of the scenario."""
+    rows: list[PoseRow] = []
+    for finger in station.fingers:
+        errors = (recording[f"{finger.name}.{error}"].values for error in ("pose_error", "fingertip_error"))
+        rows += _rows(
+            name, station, recording, finger, station.parts.estimator, station.scenario.sensor.sections, *errors
+        )
+    return rows
+
+
+def _rows(
+    name: str,
+    station: Station,
+    recording: Recording,
+    finger: PlantFinger,
+    estimator: str,
+    sections: int,
+    pose: Array,
+    tip: Array,
+) -> Iterator[PoseRow]:
+    """The rows of one finger from its errors at every sample, m, (T)."""
+    scenario = station.scenario
+    q = held_samples(scenario, recording, f"{finger.name}.sampled_joint_angles")
+    bend = np.degrees(q.sum(axis=-1).mean(axis=-1))
+    pressure = pressure_steps(scenario.pressure, finger.name) / 1e3
+    errors = (1e3 * held_samples(scenario, recording, error).mean(axis=-1) for error in (pose, tip))
+    belief = describe_belief(scenario.believed)
+    for step in zip(pressure, bend, *errors, strict=True):
+        yield PoseRow(name, finger.name, estimator, belief, sections, *map(float, step))
+
+
+def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:
+    """Pose and fingertip error at every sample, m, (T)."""
+    truth, points = true_chain(recording, finger), shape.points(finger.finger)
+    return pose_error(truth.joints, points[..., :-1]), fingertip_error(truth.tip, points[..., -1])

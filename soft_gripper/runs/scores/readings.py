@@ -1,0 +1,110 @@
+"""A recorded finger read by other sensors: what any estimator makes of any number of sections, from ONE simulation.
+
+The sensors are read again from the recorded joint angles, by the very functions that the blocks call.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.belief import believed_layout
+from soft_gripper.diagrams.wiring.sensors import sensor_layout
+from soft_gripper.estimators.arcs import Arcs, arcs_from_readings
+from soft_gripper.estimators.driving_torque import recorded_driving
+from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+
+@dataclass(frozen=True)
+class ReadAgain:
+    """What is measured of a recorded finger, T samples, and sensors and finger as they are believed to be."""
+
+    layout: SensorLayout
+    uncertainty: Uncertainty
+    readings: Array  # (T, paths * S)
+    pressure: Array  # (T) Pa
+    gravity: Planar  # (T) m/s^2, in the bending plane; 0 where it is not compensated
+    period: float  # s, between samples
+
+    @property
+    def arcs(self) -> Arcs:
+        """The arcs, (T, S)."""
+        return arcs_from_readings(self.layout, self.readings)
+
+    def shape(self, estimator: str = "arcs") -> ShapeEstimate:
+        """What an estimator of this project makes of the readings."""
+        found = self._function(estimator)(self.readings[1:], self._driving(estimator), self.gravity[1:])
+        return found.at(self._rows)
+
+    def driving(self, estimator: str = "arcs") -> Array:
+        """What drives the finger, if an estimator's shapes are what is remembered of it, N m, (T, N)."""
+        return self._driving(estimator)[self._rows]
+
+    @property
+    def _rows(self) -> NDArray[np.int_]:
+        """The first sample is recorded twice: a log at a time still shows the sample before."""
+        return np.maximum(np.arange(len(self.readings)) - 1, 0)
+
+    def _driving(self, estimator: str) -> Array:
+        function, samples = self._function(estimator), (self.readings[1:], self.pressure[1:], self.gravity[1:])
+        return recorded_driving(function, self.layout.finger, *samples, self.period)
+
+    def _function(self, estimator: str) -> ShapeFunction:
+        return SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty, self.period)
+
+
+def read_again(
+    station: Station,
+    recording: Recording,
+    finger: PlantFinger,
+    sections: int,
+    borders: tuple[float, ...] | None = None,
+) -> ReadAgain:
+    """The readings of other sections.
+
+    Args:
+        station, recording, finger: what was recorded.
+        sections: their number a side.
+        borders: where they meet, as shares of the length; None: they are those of the scenario, or equally long.
+    """
+    scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
+    simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections, borders)
+    believed = believed_layout(finger.finger, scenario.sensor, scenario.believed)
+    readings = simulated.response.reading(extension_ratios(simulated, q))
+    pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
+    gravity = planar_gravity(X_WB, _gravity(station))
+    layout, uncertain = with_sections(believed, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
+    return ReadAgain(layout, uncertain, readings, pressure, gravity, scenario.sensor.period)
+
+
+def with_sections(layout: SensorLayout, sections: int, borders: tuple[float, ...] | None = None) -> SensorLayout:
+    """The sensors with so many sections: with these borders, or as they are if there are as many, or equally long."""
+    as_is = sections == layout.sections and borders is None
+    return layout if as_is else replace(layout, sections=sections, borders=borders)
+
+
+def external_torque_again(
+    station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain, estimator: str = "arcs"
+) -> Array:
+    """The external torque for these readings at every sample, N m, (T, N); NaN until there are five samples."""
+    q, X_WB = again.shape(estimator).q, recording[f"{finger.name}.X_WB"].values
+    motion = Motion(*map(windows, (q, again.driving(estimator), X_WB)))
+    balance = TorqueBalance(again.layout.finger)
+    torque = balance.external_torque(motion, _gravity(station), station.scenario.sensor.period).torque
+    # The first sample is recorded twice: a log at a time still shows the sample before.
+    return np.concatenate([np.full((SAMPLES, q.shape[-1]), np.nan), torque[1:]])
+
+
+def _gravity(station: Station) -> Array:
+    """As it is taken out of the external torque, in the world, (3,) m/s^2."""
+    return np.array(station.scenario.gravity) * station.scenario.estimator.compensate_gravity

@@ -1,0 +1,79 @@
+"""A recording in a file, with the scenario and the fingers that it is of."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import parse_scenario
+
+_LARGEST = 1e9  # of any signal, in SI units
+
+
+class RecordedRun(NamedTuple):
+    """What was recorded, and of what."""
+
+    recording: Recording
+    scenario: Scenario
+    fingers: Sequence[PlantFinger]
+
+
+def load_run(file: Path) -> RecordedRun:
+    """Reads a recording that `soft-gripper run` or `play` wrote.
+
+    Raises:
+        InputError: if the file is not one, samples are missing in it, or there is no finger in it.
+    """
+    recording = Recording.load(file)
+    text = recording.data.attrs.get("scenario")
+    if not isinstance(text, str):
+        raise InputError(file, "scenario", text, "is not a recording of a scenario: it has no attribute with its text")
+    scenario = parse_scenario(file, text)
+    _check_time(file, recording, scenario.sensor.period)
+    scene = add_plant(DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    if not scene.fingers:
+        raise InputError(file, "fingers", [], "there is no finger in the recording")
+    return RecordedRun(recording, scenario, scene.fingers)
+
+
+def _check_time(file: Path, recording: Recording, period: float) -> None:
+    """Samples are a period apart; what reads them goes by their number."""
+    time = recording.data.get("time")
+    if time is None or time.dims != ("time",) or time.dtype.kind != "f" or not len(time):
+        found = None if time is None else f"{time.dtype} {time.dims}"
+        raise InputError(file, "time", found, "the recording must have the time of every sample, s")
+    steps = np.diff(time.values, prepend=-period)
+    wrong = np.flatnonzero(~((steps > 0) & (steps < 2 * period)))
+    if len(wrong):
+        value, expected = float(time[wrong[0]]), f"times must begin at 0 s and rise by {period:g} s"
+        raise InputError(file, f"time[{wrong[0]}]", value, expected)
+
+
+def read_signal(file: object, recording: Recording, name: str, *shape: int, gaps: bool = False) -> Array:
+    """A signal of the recording in `file`, (T, *shape).
+
+    With `gaps`, samples may be NaN, as those of a sensor that drops out.
+
+    Raises:
+        InputError: if it was not recorded, or holds something else.
+    """
+    if name not in recording.data:
+        raise InputError(file, "signal", name, "is not in the recording")
+    values: Array = recording[name].values
+    expected = (recording.data.sizes["time"], *shape)
+    if values.shape != expected or values.dtype.kind != "f":
+        raise InputError(
+            file, name, f"{values.dtype} {values.shape}", f"give floating-point numbers of shape {expected}"
+        )
+    wrong = values[~((np.abs(values) < _LARGEST) | (gaps & np.isnan(values)))]
+    if len(wrong):
+        raise InputError(file, name, float(wrong[0]), f"give finite numbers, of less than {_LARGEST:g} in size")
+    return values

@@ -1,0 +1,97 @@
+"""How well a closed loop follows the steps of its set point."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.fingers.kinematics import Chain, as_points, forward_kinematics
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.load.gripper_opening import Gripper
+from soft_gripper.pictures.style import STYLE
+
+
+def step_figure(recordings: Mapping[str, Recording]) -> Figure:
+    """The opening of the gripper (above) and the pressure (below) against time, a line a recording."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8, 4.8), layout="constrained")
+        distance, pressure = figure.subplots(2, sharex=True, height_ratios=[2, 1])
+        for (label, recording), color in zip(recordings.items(), ("#b2182b", "#2166ac", "#5aae61"), strict=False):
+            time = recording.data["time"]
+            distance.plot(time, 1e3 * recording["grip.opening"], color=color, lw=1.3, label=label)
+            finger = next(str(name) for name in recording.data if str(name).endswith(".pressure"))
+            pressure.plot(time, recording[finger] / 1e3, color=color, lw=1.3)
+        distance.step(time, 1e3 * recording["grip.set_point"], color="black", lw=0.9, ls="--", label="set point")
+        distance.set_ylabel("opening [mm]")
+        distance.legend(frameon=False, ncols=4, columnspacing=1.2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+        pressure.set(ylabel="pressure [kPa]", xlabel="time [s]")
+    return figure
+
+
+def true_chain(recording: Recording, finger: PlantFinger) -> Chain:
+    """The chain in B at every sample, with axes (T, ...), by its joint angles and, if it does, its shear."""
+    q = recording[f"{finger.name}.sampled_joint_angles"].values
+    shear = recording[f"{finger.name}.sampled_shear"].values if finger.finger.shear_factor > 0 else None
+    return forward_kinematics(q, finger.finger.segment_length, shear)
+
+
+BAND = 0.02  # of the step, within which the opening has settled
+STEADY = 0.5  # s at the end of a step, over which the steady error is averaged
+
+
+@dataclass(frozen=True)
+class StepRow:
+    """One step of the opening of the gripper; overshoot, crossings and settling of the estimated opening.
+
+    `crossings` is how often the opening goes from one side of the band around the set point to the other.
+    """
+
+    step: int
+    from_mm: float
+    to_mm: float
+    overshoot_percent: float
+    crossings: int
+    settling_s: float
+    steady_error_estimated_mm: float
+    steady_error_true_mm: float
+
+
+def step_table(station: Station, recording: Recording) -> list[StepRow]:
+    """A row for every set point of the scenario's closed loop."""
+    time = recording.data["time"].values
+    estimated, true = recording["grip.opening"].values, true_opening(station, recording)
+    hold = station.scenario.control.hold
+    rows = []
+    begin = float(estimated[0])
+    for step, end in enumerate(station.scenario.control.set_points or []):
+        during = (time > step * hold + 1e-9) & (time <= (step + 1) * hold + 1e-9)
+        since = time[during] - step * hold
+        last = since > hold - STEADY
+        opening = estimated[during]
+        steady = (float((signal[during][last] - end).mean()) * 1e3 for signal in (estimated, true))
+        rows.append(StepRow(step, 1e3 * begin, 1e3 * end, *_follow(since, opening, begin, end), *steady))
+        begin = float(opening[-1])
+    return rows
+
+
+def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[float, int, float]:
+    """Overshoot, percent of the step, crossings, and when, s, the opening stays within the band; NaN if it does not."""
+    beyond = (opening - end) / (end - begin)  # -1 where the step begins
+    overshoot = max(0.0, float(beyond.max())) * 100
+    outside = np.flatnonzero(np.abs(beyond) > BAND)
+    if len(outside) == 0:
+        return overshoot, 0, 0.0
+    crossings = int(np.count_nonzero(np.diff(np.sign(beyond[outside]))))
+    settled = outside[-1] + 1 < len(since)
+    return overshoot, crossings, float(since[outside[-1] + 1]) if settled else float("nan")
+
+
+def true_opening(station: Station, recording: Recording) -> Array:
+    """True opening of the gripper at every sample, m."""
+    tips = np.stack([as_points(true_chain(recording, finger).tip) for finger in station.fingers], axis=1)
+    return Gripper.of_bases([finger.X_WB for finger in station.fingers]).opening(tips)

@@ -1,0 +1,89 @@
+"""Gains for the grip control of a gripper: from a step response, then by optimization over its simulation."""
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from soft_gripper.arrays import Array
+from soft_gripper.control.pid_controller import PidGains
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.runs.scores.steps import StepRow, step_table, true_opening
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
+
+ALLOWED_OVERSHOOT = 2.0  # percent
+TEST_PRESSURE = 30e3  # Pa
+UNSETTLED_COST = 10.0  # s, what a step that does not settle costs
+_TEXT = Path("scenario.yaml")  # what the text of a scenario is called in messages
+
+Report = Callable[[PidGains, float], None]
+
+
+def step_response(scenario: Scenario) -> tuple[float, float]:
+    """Gain, m/Pa, and rise time (63 %), s, of the opening when the pressure steps from 0."""
+    pressure = min(TEST_PRESSURE, scenario.pressure.maximum)
+    control = replace(scenario.control, set_points=None)
+    steps = replace(scenario.pressure, steps={"all": [pressure]}, settle=2.0, hold_samples=1)
+    station = make_station(replace(scenario, control=control, pressure=steps))
+    recording = run_station(station)
+    change = true_opening(station, recording)
+    change = change - change[0]
+    risen = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
+    return float(change[-1]) / pressure, float(recording.data["time"].values[risen])
+
+
+def gains_from_step_response(gain: float, rise_time: float) -> PidGains:
+    """A slow integral controller, safe to begin from: it closes the gap in about five rise times."""
+    return PidGains(kp=0.1 / abs(gain), ki=0.2 / (abs(gain) * rise_time), kd=0.01 * rise_time / abs(gain))
+
+
+def tune(scenario: Scenario, executor: Executor, evaluations: int = 60, report: Report | None = None) -> PidGains:
+    """Gains that bring the opening to its set points soonest, with hardly any overshoot.
+
+    Args:
+        scenario: a closed-loop scenario; its set points are what is followed.
+        executor: runs the simulations, one after the other.
+        evaluations: how many simulations may be spent.
+        report: called with the gains and the cost of every simulation.
+    """
+    text = dump_scenario(scenario)
+    start = gains_from_step_response(*executor.submit(_response, text).result())
+
+    def cost(logarithms: Array) -> float:
+        gains = replace(start, **dict(zip(("kp", "ki", "kd"), map(float, np.exp(logarithms)), strict=True)))
+        value = step_cost(executor.submit(_follow, text, gains).result())
+        if report is not None:
+            report(gains, value)
+        return value
+
+    begin = np.log([start.kp, start.ki, start.kd])
+    simplex = np.vstack([begin, begin + 0.5 * np.eye(3)])
+    options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.01, "fatol": 1e-3}
+    best = minimize(cost, begin, method="Nelder-Mead", options=options)
+    return replace(start, **dict(zip(("kp", "ki", "kd"), map(float, np.exp(best.x)), strict=True)))
+
+
+def _response(text: str) -> tuple[float, float]:
+    return step_response(parse_scenario(_TEXT, text))
+
+
+def _follow(text: str, gains: PidGains) -> list[StepRow]:
+    return follow(parse_scenario(_TEXT, text), gains)
+
+
+def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:
+    """How the closed loop follows the set points of the scenario with these gains."""
+    station = make_station(replace(scenario, control=replace(scenario.control, gains=gains)))
+    return step_table(station, run_station(station))
+
+
+def step_cost(rows: list[StepRow]) -> float:
+    """Mean settling time, s, and a tenth of a second for every percent of overshoot beyond the allowed."""
+    excess = (max(0.0, row.overshoot_percent - ALLOWED_OVERSHOOT) for row in rows)
+    settling = (UNSETTLED_COST if np.isnan(row.settling_s) else row.settling_s for row in rows)
+    return float(np.mean([time + 0.1 * over for time, over in zip(settling, excess, strict=True)]))

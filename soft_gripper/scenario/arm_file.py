@@ -1,0 +1,206 @@
+"""URDF files of real arms, made such that Drake simulates them."""
+
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.xml_text import number
+from soft_gripper.fingers.finger_links import DRAKE
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
+from soft_gripper.scenario.mesh_object import check_mesh_file, converted
+from soft_gripper.scenario.model_numbers import repair_inertia
+
+_MOVABLE = ("revolute", "continuous", "prismatic")
+_LIMIT = "<limit lower='...' upper='...' velocity='...' effort='...'/> in rad, rad/s and N m, or m, m/s and N"
+
+
+def movable_joints(robot: ET.Element) -> list[ET.Element]:
+    """The joints of one degree of freedom, in the order of the file."""
+    return [joint for joint in robot.findall("joint") if joint.get("type") in _MOVABLE]
+
+
+def check_limits(path: Path, joint: ET.Element) -> None:
+    """Looks at what an arm needs to know of a joint.
+
+    Raises:
+        InputError: if there is no range of positions, unless the joint is continuous, no velocity or no effort.
+    """
+    where, limit = f"{path}: joint '{joint.get('name')}'", joint.find("limit")
+    if limit is None:
+        raise InputError(where, "limit", None, f"is missing; write {_LIMIT}")
+    for attribute in ("effort", "velocity"):
+        if not 0 < number(where, limit, attribute) < math.inf:
+            expected = f"give what the joint can do at most; write {_LIMIT}"
+            raise InputError(where, f"limit.{attribute}", limit.get(attribute), expected)
+    lower, upper = number(where, limit, "lower"), number(where, limit, "upper")
+    if joint.get("type") != "continuous" and not -math.inf < lower < upper < math.inf:
+        expected = f"give a range from limit.lower to limit.upper, or make the joint fixed; write {_LIMIT}"
+        raise InputError(where, "limit.upper", limit.get("upper"), expected)
+
+
+def actuate(robot: ET.Element) -> None:
+    """Gives every movable joint one actuator; those of transmissions that Drake understands are kept."""
+    idle = [joint.get("name", "") for joint in movable_joints(robot)]
+    taken: set[str] = set()
+    for transmission in robot.findall("transmission"):
+        joints, motors = ([part.get("name", "") for part in transmission.findall(tag)] for tag in ("joint", "actuator"))
+        one_each = len(joints) == len(motors) == 1
+        if _is_simple(transmission) and one_each and joints[0] in idle and motors[0] not in taken:
+            idle.remove(joints[0])
+            taken.add(motors[0])
+        else:
+            robot.remove(transmission)
+    robot.extend(_transmission(name) for name in idle)
+
+
+def _is_simple(transmission: ET.Element) -> bool:
+    kind = transmission.findtext("type", transmission.get("type", ""))
+    return "SimpleTransmission" in kind
+
+
+def _transmission(joint: str) -> ET.Element:
+    transmission = ET.Element("transmission", name=f"{joint}_transmission")
+    ET.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
+    ET.SubElement(transmission, "joint", name=joint)
+    ET.SubElement(transmission, "actuator", name=f"{joint}_actuator")
+    return transmission
+
+
+_DRAKE_READS = (".obj", ".gltf", ".vtk")
+
+
+def convert_meshes(path: Path, robot: ET.Element) -> None:
+    """Gives all shapes of a URDF mesh files that Drake reads, of which it takes the convex hulls for collisions.
+
+    Args:
+        path: of the URDF file, to which relative names refer.
+
+    Raises:
+        InputError: if a mesh is missing or cannot be read.
+    """
+    for shape in [*robot.findall("link/visual"), *robot.findall("link/collision")]:
+        for mesh in shape.findall("geometry/mesh"):
+            if shape.tag == "collision" and not _is_made_for_drake(shape, mesh):
+                ET.SubElement(mesh, DRAKE + "declare_convex")
+            if not is_known_package(mesh.get("filename", "")):
+                _find(path, shape, mesh)
+
+
+def _is_made_for_drake(shape: ET.Element, mesh: ET.Element) -> bool:
+    return len(mesh) > 0 or shape.find(DRAKE + "proximity_properties") is not None
+
+
+def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> None:
+    file = mesh_file(mesh.get("filename", ""), path)
+    is_foreign = file.suffix.lower() not in _DRAKE_READS
+    try:
+        check_mesh_file(file)
+        file = converted(file) if is_foreign else file
+    except InputError as error:
+        raise error.inside(path) from None
+    if is_foreign and file.with_suffix(".mtl").exists():
+        for material in shape.findall("material"):  # Drake sets it aside before the colours of the file
+            shape.remove(material)
+    mesh.set("filename", f"file://{file}")
+
+
+def set_colors(robot: ET.Element) -> None:
+    """Gives shapes their colours without names, which Drake wants defined exactly once and files do not."""
+    colors: dict[str | None, ET.Element] = {}
+    for material in robot.iter("material"):
+        if (color := material.find("color")) is not None:
+            colors.setdefault(material.get("name"), color)
+    for material in robot.findall("material"):
+        robot.remove(material)
+    for visual in robot.findall("link/visual"):
+        for material in visual.findall("material"):
+            visual.remove(material)
+            own = material.find("color")
+            if (color := colors.get(material.get("name")) if own is None else own) is not None:
+                ET.SubElement(visual, "material").append(color)
+
+
+_FOREIGN = (
+    (".", "gazebo"),
+    (".", "ros2_control"),
+    ("joint", "safety_controller"),
+    ("joint", "calibration"),
+    ("joint", "mimic"),
+    ("transmission/actuator", "mechanicalReduction"),
+)
+_FOREIGN_ATTRIBUTES = (
+    ("link", "type"),
+    ("joint/dynamics", "friction"),
+    ("joint[@type='continuous']/limit", "lower"),  # to be left aside by the URDF specification, but not by Drake
+    ("joint[@type='continuous']/limit", "upper"),
+)
+_HARMLESS_XACRO = ("}property", "}arg")
+
+
+def arm_urdf(path: Path, text: str | None = None) -> str:
+    """URDF text with which Drake simulates an arm; what Drake understands already stays as it is.
+
+    Args:
+        path: the file, to which relative names in it refer.
+        text: what is in it, if it has been read.
+
+    Raises:
+        InputError: if it is no URDF or unexpanded xacro, a mesh is missing, or a joint has no limits.
+    """
+    robot = ET.fromstring(expand_urdf(path).text if text is None else text)
+    _drop_foreign(robot)
+    _refuse_xacro(path, robot)
+    _free_from_world(robot)
+    joints = movable_joints(robot)
+    for joint in joints:
+        check_limits(path, joint)
+    actuate(robot)
+    repair_inertia(path, robot, {child.get("link", "") for joint in joints for child in joint.findall("child")})
+    set_colors(robot)
+    convert_meshes(path, robot)
+    _filter_self_collisions(robot)
+    return ET.tostring(robot, encoding="unicode")
+
+
+def _drop_foreign(robot: ET.Element) -> None:
+    """Takes out what Drake warns of or leaves aside, and couplings: either joint has an actuator that holds it."""
+    for path, tag in _FOREIGN:
+        for parent in robot.findall(path):
+            for child in parent.findall(tag):
+                parent.remove(child)
+    for path, attribute in _FOREIGN_ATTRIBUTES:
+        for element in robot.findall(path):
+            element.attrib.pop(attribute, None)
+
+
+def _refuse_xacro(path: Path, robot: ET.Element) -> None:
+    for element in robot.iter():
+        macros = [value for value in element.attrib.values() if "${" in value or "$(" in value]
+        if "xacro" in element.tag and not element.tag.endswith(_HARMLESS_XACRO):
+            macros.insert(0, element.tag.rpartition("}")[2])
+        if macros:
+            raise InputError(path, "xacro", macros[0], f"is not expanded; run: xacro {path.name} -o arm.urdf")
+
+
+def _free_from_world(robot: ET.Element) -> None:
+    """Lets a scenario place the arm by its first link: that is the root, and not the world to Drake."""
+    for link in [*robot.findall("link"), *robot.findall("joint/parent")]:
+        key = "name" if link.tag == "link" else "link"
+        if link.get(key) == "world":
+            link.set(key, f"{robot.get('name')}_world")
+    children = {child.get("link") for child in robot.findall("joint/child")}
+    for root in (link for link in robot.findall("link") if link.get("name") not in children):
+        robot.remove(root)
+        robot.insert(0, root)
+
+
+def _filter_self_collisions(robot: ET.Element) -> None:
+    """Neighbouring links of most arms overlap, which is not contact."""
+    tag = DRAKE + "collision_filter_group"
+    if robot.find(tag) is None:
+        group = ET.SubElement(robot, tag, name="arm_links")
+        for link in robot.findall("link"):
+            ET.SubElement(group, DRAKE + "member", link=link.get("name", ""))
+        ET.SubElement(group, DRAKE + "ignored_collision_filter_group", name="arm_links")

@@ -1,0 +1,96 @@
+"""Models read by Drake: what it would not survive is looked at before, and what it complains of becomes one line."""
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from soft_gripper.errors import InputError, first_line
+from soft_gripper.files.text import read_text
+from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.scenario.model_numbers import check_numbers
+from soft_gripper.scenario.package_paths import check_uris
+
+_PREFIX, _MARK = "soft-gripper-", ".expanded"
+_OWN_FOLDER = re.compile(rf"/\S*/{_PREFIX}[^/\s]+/([^/\s]+){re.escape(_MARK)}")
+_XML = (".urdf", ".sdf", ".world", ".xml")
+
+
+@contextmanager
+def drake_reads(where: object, field: str, value: object) -> Iterator[None]:
+    """Makes an InputError of what Drake raises; one of its conditions that fails arrives as SystemExit."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (RuntimeError, ValueError, IndexError, SystemExit) as error:
+        if isinstance(error, SystemExit) and not isinstance(error.code, str):
+            raise
+        raise InputError(where, field, value, f"Drake cannot read it: {of_drake(first_line(error))}") from None
+
+
+def of_drake(message: str) -> str:
+    """A message of Drake's, in which our temporary files have the names of those that they come from."""
+    return _OWN_FOLDER.sub(r"\1", message)
+
+
+def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
+    """Reads the models of a file as it is.
+
+    Raises:
+        InputError: if it is XML, and no such that Drake would survive.
+    """
+    if path.suffix.lower() in _XML:
+        _check(path, read_text(path))
+    return list(parser.AddModels(str(path)))
+
+
+def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelInstanceIndex]:
+    """Reads the text of a model that comes of `path`, from a file of that name, which Drake's messages then give.
+
+    Raises:
+        InputError: if Drake would not survive it.
+    """
+    _check(path, text)
+    with TemporaryDirectory(prefix=_PREFIX) as folder:
+        expanded = Path(folder) / f"{path.stem}{_MARK}{suffix}"
+        expanded.write_text(text, encoding="utf-8")
+        return list(parser.AddModels(str(expanded)))
+
+
+def _check(path: Path, text: str) -> None:
+    root = parse_xml(path, text)
+    check_numbers(path, root)
+    check_uris(path, root)
+    for model in root.iter("model") if root.tag == "sdf" else (root,):
+        _check_tree(path, model)
+
+
+def _check_tree(path: Path, model: ET.Element) -> None:
+    """Joints must not close a loop of links: Drake simulates trees, and finds out when the plant is finalized."""
+    joined: dict[str, str] = {}  # a link, and another that hangs together with it
+
+    def first(link: str) -> str:
+        while link in joined:
+            link = joined[link]
+        return link
+
+    for joint in model.findall("joint"):
+        parent, child = (_linked(joint, end) for end in ("parent", "child"))
+        if not (parent and child):
+            continue  # Drake says what is missing
+        if first(parent) == first(child):
+            expected = "closes a loop of links; leave it out, since only trees of links are simulated"
+            raise InputError(f"{path}: joint '{joint.get('name')}'", "parent, child", f"{parent}, {child}", expected)
+        joined[first(child)] = first(parent)
+
+
+def _linked(joint: ET.Element, end: str) -> str:
+    """The link at an end of a joint, in URDF an attribute and in SDFormat a text; empty if there is none."""
+    element = joint.find(end)
+    return "" if element is None else (element.get("link") or element.text or "").strip()

@@ -1,0 +1,195 @@
+"""A mesh file of the user's, made an object: checked, given an inertia, and described as SDFormat."""
+
+import hashlib
+import os
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import SimpleMaterial
+
+from soft_gripper.errors import InputError, first_line
+from soft_gripper.files.output import atomic_file, writable_folder
+from soft_gripper.fingers.finger_links import DRAKE
+from soft_gripper.scenario.scenario import MeshConfig
+
+_LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
+_CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be raised when the same mesh gives another OBJ file
+
+
+def check_mesh_file(path: Path) -> None:
+    """Looks at a mesh file before it is read.
+
+    Raises:
+        InputError: if there is none, or reading it would take minutes and gigabytes.
+    """
+    if not os.path.isfile(path):
+        raise InputError(path, "mesh", path.name, "there is no such file")
+    size = path.stat().st_size
+    if size > _LARGEST:
+        raise InputError(path, "size", size, f"give a mesh of at most {_LARGEST} bytes, with fewer faces")
+
+
+def read_scene(path: Path) -> trimesh.Scene:
+    """The meshes in a file, in its units and axes.
+
+    Raises:
+        InputError: if the file is missing, too large, cannot be read, or holds no faces.
+    """
+    check_mesh_file(path)
+    try:
+        scene = trimesh.load_scene(path)
+    except Exception as error:  # trimesh's readers raise what they like
+        missing = isinstance(error, ImportError)  # which guesses how the text of what is not a mesh is encoded
+        reason = "it is damaged" if missing else first_line(error)
+        raise InputError(path, "mesh", path.name, f"cannot be read as a mesh: {reason}") from None
+    if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
+        raise InputError(path, "mesh", path.name, "is empty; give a mesh with faces")
+    return scene
+
+
+def converted(path: Path) -> Path:
+    """An OBJ file, in metres, with the normals of the mesh and an MTL file beside it if the mesh has colours.
+
+    As in ROS, a COLLADA file's unit counts and its up axis does not; a glTF file's +y becomes +z, as in Drake.
+
+    Raises:
+        InputError: if the mesh is missing or cannot be read, or the cache not be written to.
+    """
+    check_mesh_file(path)
+    name = _digest(path.read_bytes() + path.suffix.lower().encode() + _CONVERSION.encode())
+    kept = cache_folder() / f"{name}.obj"
+    if not kept.is_file():
+        text, materials = _to_obj(path, f"{name}.mtl")
+        for mtl, content in materials.items():
+            keep(mtl, content.decode())
+        keep(kept.name, text)  # the last: it shows that all is there
+    return kept
+
+
+def keep(name: str, text: str) -> Path:
+    """Writes a file of the cache, unless it is there."""
+    path = writable_folder(cache_folder()) / name
+    if not path.exists():
+        with atomic_file(path) as partial:
+            partial.write_text(text, encoding="utf-8")
+    return path
+
+
+def keep_by_content(text: str) -> Path:
+    """Keeps an OBJ file under a name that follows from what is in it."""
+    return keep(f"{_digest(text.encode())}.obj", text)
+
+
+def cache_folder() -> Path:
+    """The user's cache folder, as the XDG specification has it."""
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (given if given.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _to_obj(path: Path, mtl_name: str) -> tuple[str, dict[str, bytes]]:
+    scene = read_scene(path)
+    if path.suffix.lower() == ".glb":
+        scene.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    parts = [_shaded(part) for part in scene.dump() if len(getattr(part, "faces", ()))]
+    text, materials = trimesh.exchange.obj.export_obj(
+        trimesh.Scene(parts), include_normals=True, return_texture=True, mtl_name=mtl_name, header=None
+    )
+    return text, materials
+
+
+def _shaded(part: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A part in metres, smooth but for its sharp edges, in one colour or none."""
+    if part.units:
+        part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
+    color = _color(part)
+    part.merge_vertices(merge_tex=True, merge_norm=True)
+    smooth = part.smooth_shaded
+    if color is not None:
+        smooth.visual = TextureVisuals(material=SimpleMaterial(diffuse=color))
+    return smooth
+
+
+def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
+    """Red, green, blue and opacity; textures are not kept."""
+    if not part.visual.defined:
+        return None
+    return part.visual.material.main_color if part.visual.kind == "texture" else part.visual.main_color
+
+
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
+MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
+
+
+def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
+    """SDFormat text of a rigid object whose true surface, not its hull, meets compliant fingers.
+
+    The mesh is kept as a scaled OBJ file in the user's cache folder, whatever its format was.
+
+    Raises:
+        InputError: if the mesh is missing, empty, not watertight, or of a size that cannot be meant.
+    """
+    mesh = read_scene(path).to_mesh()
+    mesh.apply_scale(config.scale)
+    _check(path, mesh, config)
+    mesh.density = config.mass / mesh.volume
+    root = ET.Element("sdf", version="1.7")
+    link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
+    _add_inertia(link, mesh)
+    uri = f"file://{keep_by_content(_obj(mesh))}"
+    visual = _add_shape(link, "visual", uri)
+    ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
+    contact = ET.SubElement(_add_shape(link, "collision", uri), DRAKE + "proximity_properties")
+    ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
+    properties = {
+        "mu_static": config.friction,
+        "mu_dynamic": config.friction,
+        "hunt_crossley_dissipation": 2.0,
+    }
+    for key, value in properties.items():
+        ET.SubElement(contact, DRAKE + key).text = str(value)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _check(path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
+    if not mesh.is_watertight:
+        expected = "is not watertight; close its holes, since an open surface has no volume and no inertia"
+        raise InputError(path, "mesh", path.name, expected)
+    size = float(max(mesh.extents))
+    if not 1e-3 <= size <= MAX_SIZE:
+        hint = "is the file in millimetres? then give mesh.scale: 0.001" if size > MAX_SIZE else "too small to grasp"
+        raise InputError(path, "mesh.scale", config.scale, f"makes the object {size:.4g} m large; {hint}")
+    if mesh.volume < 0:
+        mesh.invert()
+
+
+def _add_inertia(link: ET.Element, mesh: trimesh.Trimesh) -> None:
+    inertial = ET.SubElement(link, "inertial")
+    ET.SubElement(inertial, "pose").text = _text([*mesh.center_mass, 0, 0, 0])
+    ET.SubElement(inertial, "mass").text = repr(float(mesh.mass))
+    inertia = ET.SubElement(inertial, "inertia")
+    moments = mesh.moment_inertia
+    for i, j in zip(*np.triu_indices(3), strict=True):
+        ET.SubElement(inertia, "i" + "xyz"[i] + "xyz"[j]).text = repr(float(moments[i, j]))
+
+
+def _add_shape(link: ET.Element, kind: str, uri: str) -> ET.Element:
+    shape = ET.SubElement(link, kind, name=kind)
+    ET.SubElement(ET.SubElement(ET.SubElement(shape, "geometry"), "mesh"), "uri").text = uri
+    return shape
+
+
+def _obj(mesh: trimesh.Trimesh) -> str:
+    text: str = trimesh.exchange.obj.export_obj(mesh, include_texture=False, include_normals=False, header=None)
+    return text
+
+
+def _text(values: list[float]) -> str:
+    return " ".join(str(float(value)) for value in values)

@@ -1,0 +1,143 @@
+"""Model files into the plant: URDF with <finger>s, whatever else Drake reads, and bare meshes."""
+
+import os
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.text import name_of
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_links import link_name
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY, PACKAGE, package_map
+from soft_gripper.scenario.arm_file import arm_urdf
+from soft_gripper.scenario.drake_reading import add_file, add_text, drake_reads
+from soft_gripper.scenario.finger_changes import check_names, configured_finger
+from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
+from soft_gripper.scenario.package_paths import check_inside
+from soft_gripper.scenario.scenario import ModelConfig
+
+
+def load_model(
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False
+) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
+    """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
+
+    The file of an arm is first made ready for Drake, see `arm_urdf`.
+
+    Raises:
+        InputError: if the file is missing, or neither we nor Drake can read it.
+    """
+    path = model_path(config.file)
+    if not os.path.isfile(path):
+        raise InputError(where, "file", config.file, f"there is no file {path}")
+    is_urdf = path.suffix.lower() in (".urdf", ".xacro")
+    if config.without and not is_urdf:
+        raise InputError(where, "without", config.without, "links can be left out of URDF files only")
+    parser = Parser(plant)
+    parser.SetAutoRenaming(True)
+    parser.package_map().AddMap(package_map())
+    fingers: Sequence[Finger] = ()
+    with drake_reads(where, "file", config.file):
+        if is_urdf:
+            change = partial(configured_finger, where=where, configs=config.fingers)
+            expanded = expand_urdf(path, config.segments, config.name, config.without, change=change)
+            fingers = expanded.fingers
+            models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
+        elif path.suffix.lower() in MESH_SUFFIXES:
+            models = add_text(parser, mesh_to_sdf(path, config.mesh, config.name), path, ".sdf")
+        else:
+            models = add_file(parser, path)
+    check_names(where, config.fingers, [finger.name for finger in fingers])
+    if len(models) != 1:
+        raise InputError(where, "file", config.file, f"holds {len(models)} models; give a file with one")
+    if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
+        raise InputError(where, "name", config.name, "is taken by another model")
+    plant.RenameModelInstance(models[0], config.name)
+    if not plant.GetBodyIndices(models[0]):
+        raise InputError(where, "file", config.file, "holds a model without links")
+    return models[0], [PlantFinger(finger, plant, models[0]) for finger in fingers]
+
+
+def add_fingers(
+    parser: Parser, file: Path | str, name: str | None = None, segments: int | None = None
+) -> list[PlantFinger]:
+    """Reads a URDF with <finger>s into the plant of a parser, which is not yet finalized.
+
+    Weld its first link where it belongs, finalize the plant, and give the fingers to `add_pressure_drive` and
+    `add_sensing`. The same file may be read again, under another name.
+
+    Args:
+        parser: of the plant; its package map finds the meshes that the file names.
+        file: a path or package://soft_gripper/... URI.
+        name: of the model instance; None: the robot's in the file.
+        segments: of every finger; None: as the file says.
+
+    Returns:
+        the fingers, in the order of the file.
+
+    Raises:
+        InputError: if the file is missing or wrong, holds no fingers, or the name is taken.
+    """
+    path, plant = model_path(str(file)), parser.plant()
+    if plant.is_finalized():
+        raise InputError(path, "plant", "finalized", "read fingers before plant.Finalize()")
+    if name is not None and (not name or plant.HasModelInstanceNamed(name)):
+        expected = "is taken by another model" if name else "give a name, or None for the robot's in the file"
+        raise InputError(path, "name", name, expected)
+    expanded = expand_urdf(path, segments, model_name=name)
+    if not expanded.fingers:
+        raise InputError(path, "finger", None, "there is no <finger> in the file")
+    with drake_reads(path, "file", path.name):
+        (model,) = add_text(parser, expanded.text, path, ".urdf")
+    return [PlantFinger(finger, plant, model) for finger in expanded.fingers]
+
+
+def find_fingers(
+    plant: MultibodyPlant, file: Path | str, model: ModelInstanceIndex, segments: int | None = None
+) -> list[PlantFinger]:
+    """The fingers of a model that was read from the expanded text of a URDF, as by ModelDirectives.
+
+    Args:
+        plant: with the model in it.
+        file: the URDF with <finger>s that was expanded.
+        model: the model instance.
+        segments: with which it was expanded; None: as the file says.
+
+    Raises:
+        InputError: if the file is wrong, or the model has no such fingers.
+    """
+    path = model_path(str(file))
+    found = [PlantFinger(finger, plant, model) for finger in expand_urdf(path, segments).fingers]
+    for finger in (finger.finger for finger in found):
+        last, beyond = (plant.HasBodyNamed(link_name(finger.name, finger.segments + i), model) for i in (0, 1))
+        if not last or beyond:
+            expected = f"is not in '{plant.GetModelInstanceName(model)}' with {finger.segments} segments"
+            raise InputError(path, "finger", finger.name, expected)
+    return found
+
+
+def model_path(file: str | Path) -> Path:
+    """The file behind a package:// URI of a package that Drake or soft_gripper knows, or a plain path.
+
+    Raises:
+        InputError: if there is no such package, or the URI leads out of it.
+    """
+    file = name_of(file)
+    if not file.startswith("package://"):
+        return Path(file)
+    check_inside("model", file)
+    package, _, inside = file.removeprefix("package://").partition("/")
+    packages = package_map()
+    if package == PACKAGE:
+        return DIRECTORY / inside
+    if not packages.Contains(package):
+        known = ", ".join(packages.GetPackageNames())
+        raise InputError("model", "file", file, f"no package '{package}'; known: {known}")
+    return Path(packages.GetPath(package)) / inside

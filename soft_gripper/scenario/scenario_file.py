@@ -1,0 +1,180 @@
+"""Scenario files: finding them, reading them with `--set` overrides, and writing them out."""
+
+import copy
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.document import check_document, require
+from soft_gripper.files.text import name_of
+from soft_gripper.files.yaml_text import parse_yaml, read_yaml
+from soft_gripper.scenario.checks import check_scenario, plain_scenario
+from soft_gripper.scenario.drake_values import without_numpy
+from soft_gripper.scenario.scenario import Scenario
+
+SHIPPED = Path(__file__).parents[1] / "diagrams" / "scenarios"
+_DEEPEST = 20  # names in the key of an override
+
+
+def scenario_names() -> list[str]:
+    """Names of the shipped scenarios."""
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+
+
+def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+    """Reads a shipped scenario by its name, or any scenario file by its path.
+
+    Args:
+        name_or_path: such as "free_bending", or "my/scenario.yaml".
+        overrides: "dotted.key=YAML value", each in the place of what the file says.
+
+    Raises:
+        InputError: naming file, field and value, if anything is wrong.
+    """
+    listed = not isinstance(overrides, str) and isinstance(overrides, Sequence)
+    require(listed, "load_scenario", "overrides", overrides, 'give a list of "dotted.key=value"')
+    return _load("--set", name_or_path, dict(map(read_override, overrides)))
+
+
+def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
+    """Reads a scenario with plain data in the place of what the file says.
+
+    Args:
+        name_or_path: as for `load_scenario`.
+        changes: by dotted keys; an entry of a list is counted from 0, or named if it has a name, such as
+            "models.gripper.segments".
+
+    Raises:
+        InputError: naming file, field and value, if anything is wrong.
+    """
+    return _load("change", name_or_path, changes)
+
+
+def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
+    """Reads a scenario with changes, which come from `where`."""
+    path = _find(name_of(name_or_path))
+    require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
+    document = _mapping(path, read_yaml(path))
+    for key, value in changes.items():
+        try:
+            change_document(document, key, copy.deepcopy(without_numpy(value)))
+        except LookupError as error:
+            raise InputError(where, "key", key, str(error.args[0])) from None
+    return _checked(path, document)
+
+
+def parse_scenario(path: Path, text: str) -> Scenario:
+    """Reads a scenario from the text that a recording at `path` keeps of it; raises as `load_scenario`."""
+    return _checked(path, _mapping(path, parse_yaml(path, text)))
+
+
+def _checked(path: Path, document: dict[str, Any]) -> Scenario:
+    for changes in _changes(document):
+        _quote_numbers(changes)
+    check_document(path, document, Scenario)
+    try:
+        scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(document), retain_map_defaults=False)
+    except (RuntimeError, ValueError, TypeError) as error:
+        raise InputError(path, "scenario", path.stem, " ".join(str(error).split())) from None
+    check_scenario(path, scenario)
+    for part, field in _files(scenario):
+        setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
+    return scenario
+
+
+def _files(scenario: Scenario) -> list[tuple[Any, str]]:
+    """The parts of a scenario that name a file by its path, and the field in which they do."""
+    named = [*((m, "file") for m in scenario.models), (scenario.believed, "file"), (scenario.believed, "calibration")]
+    found = ((part, field, getattr(part, field)) for part, field in named)
+    return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
+
+
+def _changes(document: dict[str, Any]) -> Iterator[Any]:
+    """Where a document holds changes of fingers, in which numbers and text are meant alike."""
+    yield document.get("believed")
+    models = document.get("models")
+    for model in models if isinstance(models, list) else ():
+        fingers = model.get("fingers") if isinstance(model, dict) else None
+        yield from fingers.values() if isinstance(fingers, dict) else ()
+
+
+def _quote_numbers(changes: Any) -> None:
+    """Makes text of numbers."""
+    for key, value in changes.items() if isinstance(changes, dict) else ():
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            changes[key] = repr(value)
+
+
+def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
+    """The resolved scenario as YAML: every field that is not None, in a form that every Drake reads.
+
+    Paths are relative to `folder`, where the text is to be kept; absolute without one.
+    """
+    scenario = plain_scenario("scenario", copy.deepcopy(scenario))
+    if folder is not None:
+        for part, field in _files(scenario):
+            setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))
+    document = yaml_load_data(yaml_dump_typed(scenario))
+    document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
+    text: str = yaml_dump(document)
+    return text
+
+
+def _find(name_or_path: str) -> Path:
+    if name_or_path.endswith((".yaml", ".yml")):
+        return Path(name_or_path)
+    path = SHIPPED / f"{name_or_path}.yaml"
+    if name_or_path not in scenario_names():
+        raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
+    return path
+
+
+def _mapping(path: Path, document: Any) -> dict[str, Any]:
+    if not isinstance(document, dict):
+        raise InputError(path, "file", path.name, "holds no mapping of fields to values")
+    return document
+
+
+def read_override(override: str) -> tuple[str, Any]:
+    """Key and value of "a.b=c"."""
+    require(isinstance(override, str), "--set", "argument", override, "give text, such as sensor.sections=3")
+    key, equals, text = override.partition("=")
+    if not equals or not key:
+        raise InputError("--set", "argument", override, "write key=value, such as sensor.sections=3")
+    try:
+        return key, parse_yaml("--set", f"value: {text}")["value"]
+    except InputError as error:
+        raise InputError("--set", key, text, error.expected) from None
+
+
+def change_document(document: dict[str, Any], key: str, value: Any) -> None:
+    """Puts a value into the document; raises a LookupError if there is no place for it."""
+    if not isinstance(key, str):
+        raise LookupError("give names with dots between them, as text")
+    *parents, last = key.split(".")
+    if len(parents) >= _DEEPEST:
+        raise LookupError(f"give no more than {_DEEPEST} names")
+    place: Any = document
+    for name in parents:
+        place = place.setdefault(name, {}) if isinstance(place, dict) else place[_index(place, name)]
+    if isinstance(place, dict):
+        place[last] = value
+    else:
+        place[_index(place, last)] = value
+
+
+def _index(place: Any, name: str) -> int:
+    """Which entry of a list is meant; raises a LookupError if none is."""
+    if not isinstance(place, list):
+        raise LookupError(f"nothing lies below: there is no '{name}'")
+    names = [str(entry["name"]) for entry in place if isinstance(entry, dict) and "name" in entry]
+    if len(names) == len(place) and names.count(name) == 1:
+        return names.index(name)
+    if name.isdecimal() and int(name) < len(place):
+        return int(name)
+    named = f", nor is it named so; named: {', '.join(names)}" if names else ""
+    raise LookupError(f"'{name}' is none of the entries 0 to {len(place) - 1}{named}")

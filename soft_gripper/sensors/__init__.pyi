@@ -1,0 +1,17 @@
+"""Joint angles -> readings."""
+
+from .base_pose import BasePoseSensor as BasePoseSensor
+from .base_pose import FixedBasePose as FixedBasePose
+from .error_block import ErrorBlock as ErrorBlock
+from .error_block import ErrorModel as ErrorModel
+from .pressure_errors import PressureErrors as PressureErrors
+from .pressure_errors import disturb_pressure as disturb_pressure
+from .response_curve import CalibratedResponse as CalibratedResponse
+from .response_curve import ResponseCurve as ResponseCurve
+from .sensor_layout import SensorLayout as SensorLayout
+from .sensor_layout import extension_ratios as extension_ratios
+from .strain_errors import Draws as Draws
+from .strain_errors import StrainErrorBlock as StrainErrorBlock
+from .strain_errors import StrainErrors as StrainErrors
+from .strain_errors import disturb as disturb
+from .strain_sensor import StrainSensor as StrainSensor

@@ -1,0 +1,6 @@
+"""What only a simulation knows, for estimates to be scored against."""
+
+from .contact import TrueContact as TrueContact
+from .poses import PoseError as PoseError
+from .poses import fingertip_error as fingertip_error
+from .poses import pose_error as pose_error

@@ -1,0 +1,323 @@
+"""Contact as the plant knows it: patches where shapes touch, what presses on each finger, what several fingers hold.
+
+The patches of several samples lie one after the other: P of them in T samples.
+"""
+
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from operator import itemgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue, Value
+from pydrake.geometry import ContactSurface
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import ContactResults
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import Context
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.signals import XYZ
+
+
+class Patch(NamedTuple):
+    """Where two shapes touch.
+
+    Shapes are known by the values of their GeometryIds: a block that kept ids would keep the plant that gave them.
+    """
+
+    shapes: tuple[int, int]
+    place: Array  # (3,) m, of the patch, in the world
+    normal: Array  # (3,) in the world, either way, of any length
+    force: Array  # (3,) N in the world, friction included, that the first shape receives; the second its opposite
+    torque: Array  # (3,) N m in the world, about the place
+
+
+def patches(results: ContactResults, shapes: Container[int]) -> Iterator[Patch]:
+    """All contacts of some shapes of a plant, given by the values of their ids.
+
+    The normal of a surface is the mean over its faces.
+    """
+    for i in range(results.num_hydroelastic_contacts()):
+        info = results.hydroelastic_contact_info(i)
+        surface = info.contact_surface()
+        pair = (surface.id_M().get_value(), surface.id_N().get_value())
+        if pair[0] in shapes or pair[1] in shapes:
+            wrench = info.F_Ac_W()
+            yield Patch(pair, surface.centroid(), _area(surface), wrench.translational(), wrench.rotational())
+    for i in range(results.num_point_pair_contacts()):
+        point = results.point_pair_contact_info(i)
+        touching = point.point_pair()
+        pair = (touching.id_B.get_value(), touching.id_A.get_value())
+        if pair[0] in shapes or pair[1] in shapes:
+            yield Patch(pair, point.contact_point(), touching.nhat_BA_W, point.contact_force(), np.zeros(3))
+
+
+def _area(surface: ContactSurface) -> Array:
+    """Sum of the normals of a surface's faces, each as long as the face is large."""
+    faces = range(surface.num_faces())
+    normals = np.concatenate([*map(surface.face_normal, faces)]).reshape(-1, 3)
+    area: Array = np.array([*map(surface.area, faces)]) @ normals
+    return area
+
+
+CONTACT_SIGNALS = (
+    *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
+    *("true_contact_arc_length", "normal_force", "contact_center"),
+)
+PLACES = ("true_contact_arc_length", "contact_center")  # the others are forces
+COLUMNS = 28  # of a table of patches, see `patch_table`
+
+
+@dataclass(frozen=True)
+class TouchedLinks:
+    """The links of a finger as contact results know them, from the base to the tip."""
+
+    bodies: Sequence[BodyIndex]
+    shapes: Sequence[Collection[int]]  # collision shapes of each, values of their GeometryIds
+    begins: Sequence[float]  # m, arc lengths at their frames
+
+    @classmethod
+    def of(cls, finger: PlantFinger) -> "TouchedLinks":
+        """Those of a finger in a finalized plant."""
+        ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
+        shapes = [[shape.get_value() for shape in of_link] for of_link in ids]
+        return cls([link.index() for link in finger.links], shapes, finger.finger.link_ends[:-1].tolist())
+
+    @cached_property
+    def link_of(self) -> dict[int, int]:
+        """The numbers of the links, by their shapes."""
+        return {shape: link for link, shapes in enumerate(self.shapes) for shape in shapes}
+
+
+class OwnLink(NamedTuple):
+    """The link that a shape belongs to."""
+
+    finger: int
+    link: int  # 0 at the base
+    begin: float  # m, arc length at its frame
+    body: BodyIndex
+
+
+def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
+    """The links of fingers by their shapes."""
+    return {
+        shape: OwnLink(number, link, finger.begins[link], finger.bodies[link])
+        for number, finger in enumerate(fingers)
+        for shape, link in finger.link_of.items()
+    }
+
+
+def patch_table(found: Iterable[Patch], links: Mapping[int, OwnLink], X_WB: Sequence[RigidTransform]) -> Array:
+    """What touches fingers from outside, as it is, in numbers, (P, 28): to be made sense of by `finger_contacts`.
+
+    Args:
+        found: patches of a plant.
+        links: of the fingers, see `links_by_shape`.
+        X_WB: poses of all bodies of the plant, in the order of their indices.
+    """
+    rows: list[Array] = []
+    for patch in found:
+        own = [links.get(shape) for shape in patch.shapes]
+        if own[0] is not None and own[1] is not None and own[0].finger == own[1].finger:
+            continue
+        for sign, link in zip((1.0, -1.0), own, strict=True):
+            if link is not None:
+                X_WL = X_WB[link.body].GetAsMatrix34().ravel()
+                rows += [np.array((link.finger, link.link, link.begin, sign)), *patch[1:], X_WL]
+    return np.concatenate(rows).reshape(-1, COLUMNS) if rows else np.empty((0, COLUMNS))
+
+
+class FingerContacts(NamedTuple):
+    """All P patches in which fingers touch something else, in T samples."""
+
+    samples: int  # T
+    sample: NDArray[np.int_]  # (P,) that the patch belongs to
+    finger: NDArray[np.int_]  # (P,) number of the finger
+    link: NDArray[np.int_]  # (P,) number of the link, 0 at the base
+    arc_length: Array  # (P,) m from the base: where the centre of pressure lies along the axis of the link
+    center: Array  # (P, 3) m, of the pressure, in the world
+    normal: Array  # (P, 3) unit vectors in the world, either way
+    total: Array  # (P,) N, magnitude of the force, friction included
+    pressing: Array  # (P,) N, along the normal of the patch, not negative
+    opening: Array  # (P,) N, across the link in the bending plane; positive on the inner side, so that it opens
+
+    def of(self, finger: int) -> "FingerContacts":
+        """Those of one finger."""
+        own = self.finger == finger
+        return FingerContacts(self.samples, *(column[own] for column in self[1:]))
+
+    def sums(self, values: Array) -> Array:
+        """Sums over the patches of each sample, (P,) -> (T,)."""
+        return np.bincount(self.sample, values, self.samples).astype(float)
+
+    def link_sums(self, values: Array, links: int) -> Array:
+        """Sums over the patches of each link, of so many, (P,) -> (T, links)."""
+        row = self.sample * links + self.link
+        return np.bincount(row, values, self.samples * links).astype(float).reshape(self.samples, links)
+
+    @property
+    def mean_arc_length(self) -> Array:
+        """Arc length of the centre of pressure, (T,) m: by the sizes of `opening`; NaN without contact."""
+        sizes = np.abs(self.opening)
+        return _ratio(self.sums(sizes * self.arc_length), self.sums(sizes))
+
+    @property
+    def mean_center(self) -> Array:
+        """Centre of all that presses, (T, 3) m in the world; NaN without contact."""
+        total = self.sums(self.pressing)
+        return np.stack([_ratio(self.sums(self.pressing * part), total) for part in self.center.T], axis=-1)
+
+    @property
+    def main_normal(self) -> Array:
+        """Normal of the strongest patch, (T, 3) in the world, either way; NaN without contact."""
+        order = np.argsort(-self.pressing, kind="stable")
+        pressed = order[self.pressing[order] > 0]
+        sample, first = np.unique(self.sample[pressed], return_index=True)
+        normals = np.full((self.samples, 3), np.nan)
+        normals[sample] = self.normal[pressed[first]]
+        return normals
+
+
+def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> FingerContacts:
+    """What presses on fingers from outside.
+
+    A force that presses on the inner side pushes a link along the -x axis of its frame. The pressure of a surface acts
+    along its mean normal n, in its centre: at  n x torque / (force n)  from the place of the patch.
+
+    Args:
+        table: of patches, (P, 28), see `patch_table`.
+        sample: that each belongs to, (P,), in rising order.
+        samples: how many there are.
+    """
+    finger, link = table[:, :2].astype(int).T
+    begin, sign = table[:, 2:4].T
+    place, normal, force, torque = (table[:, begin : begin + 3] for begin in (4, 7, 10, 13))
+    X_WL = table[:, 16:].reshape(-1, 3, 4)
+    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    pressed = (force * normal).sum(axis=1)
+    lever = np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
+    center = place + lever
+    x, z, origin = X_WL[..., 0], X_WL[..., 2], X_WL[..., 3]
+    arc_length = begin + (z * (center - origin)).sum(axis=1)
+    opening = -sign * (force * x).sum(axis=1)
+    total = np.linalg.norm(force, axis=1)
+    return FingerContacts(samples, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening)
+
+
+def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
+    """What `TrueContact` puts out of one finger of so many links, (T, ...) each; see there."""
+    values = (
+        *(contact.link_sums(contact.total, links), contact.link_sums(contact.opening, links)),
+        *(contact.sums(contact.opening), contact.sums(contact.total)),
+        *(contact.mean_arc_length, contact.sums(contact.pressing), contact.mean_center),
+    )
+    return dict(zip(CONTACT_SIGNALS, values, strict=True))
+
+
+def contact_width(contacts: Sequence[FingerContacts]) -> Array:
+    """Width between what all fingers touch, (T,) m; NaN unless there are two fingers or more, and all touch something.
+
+    Twice the mean over the fingers of how far their centres of force lie from the centroid of these, along the normal
+    at each: of two fingers on parallel faces, the distance of the faces; of more around a cylinder, its diameter.
+    """
+    centers = np.array([contact.mean_center for contact in contacts])
+    if len(contacts) < 2:
+        return np.full(max((contact.samples for contact in contacts), default=1), np.nan)
+    from_middle, normals = centers - centers.mean(axis=0), np.array([contact.main_normal for contact in contacts])
+    width: Array = 2 * np.abs((from_middle * normals).sum(axis=-1)).mean(axis=0)
+    return width
+
+
+def _ratio(value: Array, by: Array) -> Array:
+    """Their ratio; NaN where nothing divides."""
+    return value / np.where(by == 0, np.nan, by)
+
+
+TOUCH = 1e-3  # N; a link touches something where it is pressed harder
+STRAIGHT = 0.1  # 1/m; a joint bent less, to a radius above 10 m, is straight
+
+
+def touches(force: Array) -> NDArray[np.bool_]:
+    """Which links touch something, by the forces on them, (...) N."""
+    return force > TOUCH
+
+
+def contact_length(finger: Finger, touching: NDArray[np.bool_]) -> Array:
+    """Length of finger that touches something, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
+    length: Array = touching @ np.diff(finger.link_ends)
+    return length
+
+
+def changes_sign(finger: Finger, q: Array) -> NDArray[np.bool_]:
+    """Whether the curvature of a finger changes its sign along it, joint angles (..., N) rad -> (...)."""
+    curvature = q / finger.segment_length
+    changes: NDArray[np.bool_] = (curvature.min(axis=-1) < -STRAIGHT) & (curvature.max(axis=-1) > STRAIGHT)
+    return changes
+
+
+class TrueContact(ArrayBlock):
+    """Sums up the plant's contact results for the fingers.
+
+    ::
+
+                            +-------------+ ---> {finger}.link_contact_force       (N + 1) N, friction included
+                            |             | ---> {finger}.link_normal_force        (N + 1) N, positive inside
+        contact_results --> |             | ---> {finger}.true_contact_force       (1) N, positive inside
+                            | TrueContact | ---> {finger}.true_contact_total       (1) N, friction included
+        body_poses -------> |             | ---> {finger}.true_contact_arc_length  (1) m
+                            |             | ---> {finger}.normal_force             (1) N, on what is touched
+                            |             | ---> {finger}.contact_center           (3) m, of that, in the world
+                            +-------------+ ---> width                             (1) m, between what all touch
+
+    Forces are those that the finger receives from outside. `true_contact_force` is the sum of `link_normal_force`: each
+    across its link, in the bending plane, positive where it presses on the inner side, so that it opens the finger.
+    `true_contact_total` is the sum of `link_contact_force`, magnitudes of all that touches a link. The arc length is
+    that of the centre of pressure. `normal_force` goes by the surfaces that touch instead: the sum of what presses,
+    along the normal of each. Without contact forces are 0 and places NaN; for the width see `contact_width`.
+    """
+
+    def __init__(self, fingers: Mapping[str, TouchedLinks]):
+        """`fingers` by their names."""
+        super().__init__()
+        self._links = links_by_shape(list(fingers.values()))
+        self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
+        self.show("patches", self._collect, {self._results.ticket(), self._poses.ticket()})
+        self.derive("contacts", _of_sample, "patches", over_time=_of_samples)
+        for number, (name, finger) in enumerate(fingers.items()):
+            self._put_out_signals(number, name, len(finger.bodies))
+        count = len(fingers)
+        self.put_out("width", lambda contacts: contact_width([*map(contacts.of, range(count))]), "contacts", unit="m")
+
+    def _put_out_signals(self, number: int, name: str, links: int) -> None:
+        self.derive(name, lambda contacts: contact_signals(contacts.of(number), links), "contacts")
+        sizes = {"link_contact_force": links, "link_normal_force": links, "contact_center": 3}
+        for signal in CONTACT_SIGNALS:
+            unit, axes = "m" if signal in PLACES else "N", _axes(signal, sizes.get(signal, 1))
+            self.put_out(f"{name}.{signal}", itemgetter(signal), name, unit=unit, **axes)
+
+    def _collect(self, context: Context) -> Array:
+        found = list(patches(self._results.Eval(context), self._links))
+        return patch_table(found, self._links, self._poses.Eval(context) if found else [])
+
+
+def _of_sample(table: Array) -> FingerContacts:
+    return finger_contacts(table, np.zeros(len(table), int), 1)
+
+
+def _of_samples(tables: Sequence[Array]) -> FingerContacts:
+    sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
+    return finger_contacts(np.concatenate(tables), sample, len(tables))
+
+
+def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:
+    """The axes of a signal with so many entries."""
+    if size == 1:
+        return {}
+    return {"link": range(size)} if signal.startswith("link_") else {"xyz": XYZ}

@@ -1,0 +1,165 @@
+"""What drives a finger: its pressure, by whatever law, and what it remembers, if it creeps, of its estimated shapes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from loaded_fingers import Push, torque_of
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain
+
+from soft_gripper.diagrams.wiring.choices import find_estimator
+from soft_gripper.diagrams.wiring.estimation import FingerEstimation
+from soft_gripper.estimators.driving_torque import DrivingTorque, internal_angles, recorded_driving
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.creep import memory_torque
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.signals import signal_of
+
+PERIOD, PRESSURE = 0.01, 80e3  # s, Pa
+BRANCHES = (CreepBranch(0.2, 0.5), CreepBranch(0.1, 4.0))
+UPRIGHT, GRAVITY = np.eye(3, 4).ravel(), np.array([0.0, 0.0, -9.81])
+IN_PLANE = -9.81 + 0j
+
+
+@pytest.fixture
+def creeping(shipped_finger):
+    return replace(shipped_finger, creep=BRANCHES)
+
+
+class Sampled:
+    """A block or diagram whose samples are given by hand, one a period."""
+
+    def __init__(self, system):
+        self.system, self.context, self.samples = system, system.CreateDefaultContext(), 0
+
+    def sample(self, output, **inputs):
+        """An output at the next sample."""
+        if self.samples:
+            self.context.SetTime(self.samples * PERIOD)
+            self.context.SetDiscreteState(self.system.EvalUniquePeriodicDiscreteUpdate(self.context))
+        self.samples += 1
+        for name, value in inputs.items():
+            self.system.GetInputPort(name).FixValue(self.context, value)
+        return self.system.GetOutputPort(output).Eval(self.context).copy()
+
+
+def memory(finger, angles):
+    """What the block adds to the torque of the pressure, sample for sample, N m, (T, N)."""
+    block = Sampled(DrivingTorque(finger, PERIOD))
+    torques = [block.sample("driving_torque", pressure=[PRESSURE], estimated_joint_angles=q) for q in angles]
+    return np.array(torques) - finger.pressure_torque(PRESSURE)
+
+
+@pytest.mark.parametrize("law", [None, PressureLaw((0.0, 1e5), (0.0, 1.3e5))], ids=["as it is", "by a law"])
+def test_without_creep_it_is_the_torque_of_the_pressure(shipped_finger, law):
+    finger = replace(shipped_finger, pressure_law=law)
+    block = DrivingTorque(finger, PERIOD)
+    assert block.num_input_ports() == 1
+    context = block.CreateDefaultContext()
+    assert context.is_stateless()
+    block.GetInputPort("pressure").FixValue(context, [PRESSURE])
+    torque = block.get_output_port().Eval(context)
+    np.testing.assert_array_equal(torque, finger.pressure_torque(PRESSURE))
+    assert torque[0] == pytest.approx(PRESSURE * (1.0 if law is None else 1.3) * finger.pressure_gain[0])
+    assert signal_of(block.get_output_port()).unit == "N m"
+
+
+def test_angles_that_are_held_are_remembered_by_and_by(creeping, bent):
+    """As every branch relaxes, share (1 - exp(-t / time)), from the first sample on."""
+    q, time = bent(12), PERIOD * np.arange(300)
+    relaxed = sum(branch.share * -np.expm1(-time / branch.time) for branch in BRANCHES)
+    expected = relaxed[:, None] * creeping.stiffness * q
+    np.testing.assert_allclose(memory(creeping, np.tile(q, (300, 1))), expected, atol=1e-12)
+
+
+def test_what_is_not_estimated_leaves_the_memory_as_it_is(creeping, bent):
+    """For as long as it lasts, at the joints that it concerns, and no longer."""
+    angles = np.tile(bent(12), (200, 1))
+    angles[100:150, 6:] = np.nan
+    angles[120, 0] = np.inf
+    found, whole = memory(creeping, angles), memory(creeping, np.tile(bent(12), (200, 1)))
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(found[101:151, 6:], np.tile(whole[100, 6:], (50, 1)), rtol=1e-12)
+    np.testing.assert_allclose(found[150:, 6:], whole[100:150, 6:], rtol=1e-12)
+    np.testing.assert_allclose(found[:, 1:6], whole[:, 1:6], rtol=1e-12)
+
+
+def test_a_pressure_that_is_lost_is_lost_for_its_sample_alone(creeping, bent):
+    block, q = Sampled(DrivingTorque(creeping, PERIOD)), bent(12)
+    torques = [
+        block.sample("driving_torque", pressure=[pressure], estimated_joint_angles=q)
+        for pressure in (PRESSURE, np.nan, PRESSURE)
+    ]
+    assert np.isnan(torques[1]).all()
+    np.testing.assert_allclose(torques[2] - creeping.pressure_torque(PRESSURE), memory(creeping, [q] * 3)[-1])
+
+
+def test_what_it_drives_may_act_back_on_it(shipped_finger):
+    """A finger that is bent by nothing else creeps to 1 / (1 - share) of its bend, by exp(-(1 - share) t / time)."""
+    share, time = 0.2, 0.5
+    finger = replace(shipped_finger, creep=(CreepBranch(share, time),))
+    builder = DiagramBuilder()
+    driving = builder.AddSystem(DrivingTorque(finger, PERIOD))
+    bends = builder.AddSystem(MatrixGain(np.diag(1 / finger.stiffness)))
+    pressure = builder.AddSystem(ConstantVectorSource([PRESSURE]))
+    builder.Connect(pressure.get_output_port(), driving.GetInputPort("pressure"))
+    builder.Connect(driving.get_output_port(), bends.get_input_port())
+    builder.Connect(bends.get_output_port(), driving.GetInputPort("estimated_joint_angles"))
+    log = LogVectorOutput(bends.get_output_port(), builder, PERIOD)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(5.0)
+    found = log.FindLog(simulator.get_context())
+    # A log at a time still shows the sample before.
+    elapsed, q = found.sample_times()[1:] - PERIOD, found.data().T[1:]
+    grown = 1 + share / (1 - share) * -np.expm1(-(1 - share) * elapsed / time)
+    free = finger.pressure_torque(PRESSURE) / finger.stiffness
+    np.testing.assert_allclose(q, grown[:, None] * free, rtol=2e-3)
+    np.testing.assert_allclose(q[-1], free / (1 - share), rtol=1e-3)
+
+
+def pressed(finger, samples=120):
+    """A finger that bends, is pressed after a third of the time, and creeps: joint angles and pressure."""
+    pressure = PRESSURE * np.minimum(np.arange(samples) / 30, 1.0)
+    force = 0.6 * np.clip((np.arange(samples) - samples / 3) / 20, 0.0, 1.0)
+    q, z, angles = np.zeros(finger.segments), np.zeros((len(finger.creep), finger.segments)), []
+    for p, f in zip(pressure, force, strict=True):
+        known = finger.pressure_torque(p) + memory_torque(finger, z, p)
+        for _ in range(20):
+            q = finger.angle(known + torque_of(finger, q, Push(0.09, f)) + gravity_torque(finger, q, IN_PLANE))
+        angles.append(q)
+        z = internal_angles(finger, z, q, p, PERIOD)
+    return np.array(angles), pressure
+
+
+@pytest.mark.parametrize("kind", SHAPE_FUNCTIONS)
+def test_a_recording_at_once_is_the_block_sample_for_sample(creeping, kind):
+    """In a diagram with its estimator, of which a few samples read nothing."""
+    layout = SensorLayout(creeping, 2, borders=(1 / 3,))
+    q, pressure = pressed(creeping)
+    strain = layout.response.reading(extension_ratios(layout, q))
+    strain[60:63] = np.nan
+    estimator = find_estimator(kind)(layout, GRAVITY, PERIOD)
+    block = Sampled(FingerEstimation(estimator, layout, GRAVITY, PERIOD))
+    sampled = [
+        block.sample("driving_torque", strain=read, pressure=[p], X_WB=UPRIGHT)
+        for read, p in zip(strain, pressure, strict=True)
+    ]
+    function, gravity = SHAPE_FUNCTIONS[kind](layout, Uncertainty(), PERIOD), np.full(len(q), IN_PLANE)
+    found = recorded_driving(function, creeping, strain, pressure, gravity, PERIOD)
+    np.testing.assert_allclose(found, sampled, rtol=0, atol=1e-7)
+    assert np.abs(found - creeping.pressure_torque(pressure)).max() > 1e-3
+
+
+def test_recordings_side_by_side_are_as_one_by_one(creeping, bent):
+    layout, pressure = SensorLayout(creeping, 3), PRESSURE * bent(20, 2)
+    strain, gravity = layout.response.reading(extension_ratios(layout, bent(20, 2, 12))), np.full((20, 2), IN_PLANE)
+    function = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())
+    together = recorded_driving(function, creeping, strain, pressure, gravity, PERIOD)
+    for i in range(2):
+        alone = recorded_driving(function, creeping, strain[:, i], pressure[:, i], gravity[:, i], PERIOD)
+        np.testing.assert_allclose(together[:, i], alone, atol=1e-7)

@@ -1,0 +1,81 @@
+"""FingerShape: the pose of the chain as a block, with the ports that an estimator of its own pose has."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.finger_shape import FingerShape, segment_arcs
+from soft_gripper.estimators.plane import pose_entries
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.signals import signal_of
+
+X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
+
+
+def shape_of(finger, q):
+    """All outputs of the block, {port: value}."""
+    block = FingerShape(finger)
+    context = block.CreateDefaultContext()
+    block.GetInputPort("estimated_joint_angles").FixValue(context, q)
+    block.GetInputPort("X_WB").FixValue(context, pose_entries(X_WB))
+    ports = [block.get_output_port(i) for i in range(block.num_output_ports())]
+    return {port.get_name(): port.Eval(context) for port in ports}
+
+
+def test_points_are_those_of_the_chain(tapered_finger, bent):
+    for q in bent(10, 5):
+        outputs, chain = shape_of(tapered_finger, q), forward_kinematics(q, tapered_finger.segment_length)
+        np.testing.assert_array_equal(outputs["joint_positions"].reshape(5, 2), as_points(chain.joints))
+        np.testing.assert_allclose(outputs["tip_pose"], [*as_points(chain.tip), q.sum()], atol=1e-15)
+        world = [X_WB @ np.array([x, 0.0, z]) for x, z in as_points(chain.joints)]
+        np.testing.assert_allclose(outputs["joint_positions_world"].reshape(5, 3), world, atol=1e-15)
+
+
+def test_arcs_bend_as_the_joints_do_one_for_every_segment(tapered_finger, bent):
+    q, length = bent(5), tapered_finger.segment_length
+    x, z, heading, kappa, lengths, center_x, center_z = shape_of(tapered_finger, q)["arcs"].reshape(5, 7).T
+    np.testing.assert_allclose(kappa * length, q, rtol=1e-14)
+    np.testing.assert_allclose(heading, np.cumsum(q) - q, atol=1e-15)
+    np.testing.assert_array_equal(lengths, length)
+    np.testing.assert_allclose(np.hypot(center_x - x, center_z - z), np.abs(1 / kappa), rtol=1e-12)
+    assert (x[0], z[0]) == (0.0, 0.0)
+
+
+def test_arcs_converge_to_the_chain_with_the_square_of_the_segment(shipped_finger):
+    ends = []
+    for segments in (12, 24, 48):
+        finger = replace(shipped_finger, segments=segments)
+        q = np.full(segments, 2.0 / segments)
+        ends.append(abs(segment_arcs(finger, q).end[-1] - forward_kinematics(q, finger.segment_length).tip))
+    np.testing.assert_allclose(np.log2(np.divide(ends[:-1], ends[1:])), 2, atol=0.1)
+
+
+def test_an_unknown_joint_makes_what_lies_beyond_unknown(shipped_finger, bent):
+    q = bent(12)
+    known, q[4] = shape_of(shipped_finger, q), np.nan
+    outputs = shape_of(shipped_finger, q)
+    joints = outputs["joint_positions"].reshape(12, 2)
+    np.testing.assert_array_equal(joints[:5], known["joint_positions"].reshape(12, 2)[:5])
+    assert np.isnan(joints[5:]).all()
+    assert np.isnan(outputs["tip_pose"]).all()
+
+
+def test_ports_are_those_of_an_estimator_that_puts_out_its_own_pose(shipped_finger):
+    """With as many arcs as segments, and no state."""
+    block, estimator = FingerShape(shipped_finger), ArcPoseEstimator(SensorLayout(shipped_finger, 12), np.zeros(3))
+    for i in range(block.num_output_ports()):
+        port = block.get_output_port(i)
+        other = estimator.GetOutputPort(port.get_name())
+        assert (port.size(), signal_of(port).unit) == (other.size(), signal_of(other).unit)
+    assert block.num_output_ports() == 4
+    assert block.CreateDefaultContext().is_stateless()
+
+
+@pytest.mark.parametrize("segments", [1, 3])
+def test_any_number_of_segments(shipped_finger, segments):
+    outputs = shape_of(replace(shipped_finger, segments=segments), np.zeros(segments))
+    np.testing.assert_allclose(outputs["tip_pose"], [0.0, 0.12, 0.0], atol=1e-15)

@@ -1,0 +1,60 @@
+"""What is uncertain because of the sensors: as much as they err, and what a gain makes of a bend."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.bends import SectionBends
+from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.sensors.pressure_errors import PressureErrors
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.strain_errors import StrainErrors, disturb
+
+
+def test_ideal_sensors_leave_what_is_usual():
+    assert uncertainty_of() == uncertainty_of(StrainErrors(), PressureErrors()) == Uncertainty()
+
+
+@pytest.mark.parametrize(
+    ("errors", "field", "expected"),
+    [
+        ({"noise": 3e-3, "low_frequency_noise": 4e-3}, "reading", 5e-3),
+        ({"quantization": 0.12**0.5}, "reading", 0.1),
+        ({"gain_error": 0.03, "hysteresis": 0.04}, "gain", 0.05),
+        ({"creep": 0.1}, "gain", 0.1),
+        ({"offset": 2e-3}, "offset", 2e-3),
+        ({"drift": 6e-3}, "drift", 6e-3 / 60**0.5),
+    ],
+)
+def test_strain_errors_are_added_as_variances(errors, field, expected):
+    found, usual = uncertainty_of(StrainErrors(**errors)), Uncertainty()
+    assert getattr(found, field) == pytest.approx(expected, rel=1e-3)
+    others = set(vars(usual)) - {field}
+    assert {name: getattr(found, name) for name in others} == {name: getattr(usual, name) for name in others}
+
+
+def test_pressure_errors_and_the_finger():
+    found = uncertainty_of(None, PressureErrors(gain_error=0.06, offset=300.0, noise=400.0), 0.08)
+    assert (found.pressure, found.bend_per_pressure) == (500.0, pytest.approx(0.1, rel=2e-3))
+
+
+def test_any_reading_has_what_lasts_for_a_minute():
+    assert Uncertainty(reading=2e-3, offset=3e-3, drift=6e-3 / 60**0.5).any_reading == pytest.approx(7e-3)
+
+
+def test_a_share_of_a_bend_adds_its_variance():
+    bends = SectionBends(np.array([0.0, -0.5]), np.array([1e-4, 1e-4])).uncertain_by(0.04)
+    np.testing.assert_allclose(bends.variance, [1e-4, 5e-4])
+
+
+@pytest.mark.parametrize("bend", [0.2, 2.0])
+def test_bands_know_the_errors_of_sensors_with_gains(shipped_finger, bend):
+    """Of a finger that a load bends freely drawn gains make the sum of the angles as uncertain as it says, to 15 %."""
+    layout, errors = SensorLayout(shipped_finger, 2), StrainErrors(gain_error=0.02, noise=1e-3)
+    ratios = np.tile(extension_ratios(layout, np.full(12, bend / 12)), (1, 4000, 1))
+    readings = layout.response.reading(disturb(errors, ratios, 0.01, np.random.default_rng(3)))[0]
+    believed = uncertainty_of(errors)
+    believed.load_pressure = 1e7
+    shape = GaussianShape(layout, believed)(readings, np.zeros((4000, 12)), 0j)
+    claimed = np.sqrt(shape.covariance.sum(axis=(-2, -1)).mean())
+    assert shape.q.sum(axis=-1).std() == pytest.approx(claimed, rel=0.15)

@@ -1,0 +1,79 @@
+"""CSV tables: what is written is read again, in plain text that every program opens."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.paper.forces import ForceRow
+from soft_gripper.files.csv_table import read_csv, write_csv
+from soft_gripper.runs.scores.poses import PoseRow
+
+POSES = [
+    PoseRow("box_grasp", "left_finger", "arcs", "as simulated", 1, 0.0, 0.0, 0.0, 0.0),
+    PoseRow("a, b", 'the "third"', "mine:make", "length +1 %; response", 4, -12.5, 171.123456, 0.000001, 1234.5),
+]
+FORCES = [ForceRow("free_bending", "finger", "arcs", "as simulated", 2, 150.0, 11, -0.139409, 1e-6)]
+
+
+@dataclass(frozen=True)
+class Number:
+    value: float
+
+
+@dataclass(frozen=True)
+class Flag:
+    is_set: bool
+
+
+@pytest.mark.parametrize("rows", [POSES, FORCES, POSES[:1]])
+def test_what_is_written_is_read_again(tmp_path, rows):
+    write_csv(tmp_path / "table.csv", rows)
+    assert read_csv(tmp_path / "table.csv", type(rows[0])) == rows
+
+
+def test_true_and_false_are_read_again(tmp_path):
+    write_csv(tmp_path / "table.csv", [Flag(True), Flag(False)])
+    assert read_csv(tmp_path / "table.csv", Flag) == [Flag(True), Flag(False)]
+
+
+def test_columns_have_the_names_of_the_fields(tmp_path):
+    write_csv(tmp_path / "table.csv", FORCES)
+    header, row = (tmp_path / "table.csv").read_bytes().decode().split("\n")[:2]
+    assert header == "scenario,finger,estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"
+    assert row == "free_bending,finger,arcs,as simulated,2,150.000000,11,-0.139409,0.000001"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.1234565001, "0.123457"),
+        (-0.0, "0.000000"),
+        (-1e-9, "0.000000"),
+        (1e9, "1000000000.000000"),
+        (2.0, "2.000000"),
+    ],
+)
+def test_numbers_have_six_decimals_and_no_negative_zero(tmp_path, value, text):
+    write_csv(tmp_path / "table.csv", [Number(value)])
+    assert (tmp_path / "table.csv").read_text() == f"value\n{text}\n"
+
+
+@pytest.mark.parametrize("text", [None, "", "value\n", "value\nx\n", "other\n1\n", "value\n1\n\udcff"], ids=str)
+def test_what_is_no_table_is_named(tmp_path, text):
+    path = tmp_path / "table.csv"
+    if text is not None:
+        path.write_text(text, encoding="utf-8", errors="surrogateescape")
+    with pytest.raises(
+        InputError, match=r"table\.csv: file = 'table.csv': (is not a table|holds no rows|cannot be read)"
+    ):
+        read_csv(path, Number)
+
+
+def test_a_table_that_fails_leaves_the_old_one(tmp_path):
+    write_csv(tmp_path / "table.csv", FORCES)
+    before = (tmp_path / "table.csv").read_bytes()
+    with pytest.raises(TypeError):
+        write_csv(tmp_path / "table.csv", [*POSES, "no row"])
+    assert (tmp_path / "table.csv").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]

@@ -1,0 +1,37 @@
+"""Names become parts of signals, files and axes."""
+
+import pytest
+
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+from soft_gripper.files.document import is_name
+from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.scenario_file import load_scenario
+
+WRONG = ["", "a.b", "a b", "a/b", "a::b", "δάχτυλο", "1a", "-a", "_a", "a\n", "$a$", "<b>", "a" * 61]
+
+
+@pytest.mark.parametrize("name", ["a", "left_finger", "Finger-2", "a" * 60])
+def test_names(name):
+    assert is_name(name)
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_no_names(name):
+    assert not is_name(name)
+
+
+@pytest.mark.parametrize("name", ["a.b", "δ", "<script>"])
+@pytest.mark.parametrize("field", ["models.3.name", "task.phases.1.name"])
+def test_models_and_phases(field, name):
+    with pytest.raises(InputError, match=r"name = .*letters \(a to z\)"):
+        load_scenario("pick_and_place_box", [f"{field}={name}"])
+
+
+@pytest.mark.parametrize("name", ["a.b", "δ", "plant", "logs", "scene_graph", "true_contact", "grip", "all"])
+def test_fingers(tmp_path, name):
+    """Refused when the station is built, not after the run."""
+    file = tmp_path / "hand.urdf"
+    file.write_text((DIRECTORY / "grippers" / "two_finger.urdf").read_text().replace("left_finger", name))
+    with pytest.raises(InputError, match=r"is the name of a block|letters"):
+        make_station(load_scenario("box_grasp", [f"models.0.file={file}"]))

@@ -1,0 +1,34 @@
+"""XML text of strangers is data: no entities, no other files, no nesting without end."""
+
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.xml_text import parse_xml, read_xml
+
+BOMB = """<!DOCTYPE a [<!ENTITY x "xxxxxxxxxx"><!ENTITY y "&x;&x;&x;&x;&x;&x;&x;&x;&x;&x;">
+<!ENTITY z "&y;&y;&y;&y;&y;&y;&y;&y;&y;&y;">]><a b="&z;"/>"""
+OUTSIDE = '<!DOCTYPE a [<!ENTITY x SYSTEM "secret.txt">]><a>&x;</a>'
+
+
+@pytest.mark.parametrize("text", [BOMB, OUTSIDE, "<!DOCTYPE a><a/>", '<!DOCTYPE a SYSTEM "a.dtd"><a/>'])
+def test_a_doctype_is_refused(text):
+    with pytest.raises(InputError, match=r"a\.urdf: DOCTYPE = 'a': leave it out"):
+        parse_xml("a.urdf", text)
+
+
+@pytest.mark.parametrize("text", ["<a>", "", "<a>&x;</a>", "<a b='1' b='2'/>", "a\udc80b"])
+def test_what_is_not_well_formed(text):
+    with pytest.raises(InputError, match=r"a\.urdf: file = 'a.urdf': is not well-formed"):
+        parse_xml("a.urdf", text)
+
+
+def test_nesting_ends_somewhere():
+    parse_xml("a.urdf", "<a>" * 100 + "</a>" * 100)
+    with pytest.raises(InputError, match="element = 'b': lies in more than 100 others"):
+        parse_xml("a.urdf", "<b>" * 100_000 + "</b>" * 100_000)
+
+
+def test_elements_and_comments_are_kept(tmp_path):
+    (tmp_path / "a.urdf").write_text('<?xml version="1.0"?>\n<a><!-- why --><b c="1"/></a>')
+    root = read_xml(tmp_path / "a.urdf")
+    assert [child.tag if isinstance(child.tag, str) else child.text for child in root] == [" why ", "b"]

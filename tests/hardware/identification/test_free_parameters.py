@@ -1,0 +1,120 @@
+"""Keys of a finger as one vector of numbers, there and back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.hardware.identification.free_parameters import KEYS, Model, free_parameters, pressure_law_key
+from soft_gripper.hardware.identification.simulated_motion import Setup
+
+PRESSURES = [1e4, 2e4, 4e4]
+
+
+@pytest.fixture(scope="module")
+def guessed(hollow):
+    """A finger that has something of every key, and tapers."""
+    return replace(
+        hollow, shear_factor=0.85, creep=(CreepBranch(0.1, 0.1), CreepBranch(0.2, 2.0)), tip=stiffer(hollow.tip)
+    )
+
+
+def stiffer(section):
+    return replace(section, youngs_modulus=2 * section.youngs_modulus)
+
+
+def test_every_key_begins_with_the_finger_as_it_is(guessed):
+    free = free_parameters(guessed, list(KEYS), [])
+    found = free.at(free.start)
+    again = free_parameters(found.finger, list(KEYS), [])
+    assert (found.setup.fill_time, found.setup.swelling) == pytest.approx((Setup().fill_time, Setup().swelling))
+    np.testing.assert_allclose(again.values(again.start)[:10], free.values(free.start)[:10], rtol=1e-12)
+    assert found.finger.tip.youngs_modulus == pytest.approx(guessed.tip.youngs_modulus)
+
+
+def test_every_number_changes_what_it_is_called_after(guessed):
+    free = free_parameters(guessed, list(KEYS), [])
+    lower, upper = free.bounds
+    for i, name in enumerate(free.names):
+        x = free.start
+        x[i] = np.clip(x[i] + 0.1 * free.scales[i], lower[i], upper[i])
+        model = free.at(x)
+        changed = replace(free, model=model)
+        differ = np.flatnonzero(~np.isclose(changed.start, free.start, rtol=1e-9, atol=1e-12))
+        assert [free.names[k] for k in differ] == [name]
+        assert changed.start[i] == pytest.approx(x[i])
+
+
+def test_names_and_units_count_branches(guessed):
+    free = free_parameters(guessed, ["length", "creep.time", "mounting_angle"], [])
+    assert free.names == ["length", "creep.time.1", "creep.time.2", "mounting_angle"]
+    assert free.units == ["m", "s", "s", "rad"]
+    assert free.is_positive.tolist() == [True, True, True, False]
+    np.testing.assert_allclose(free.values(free.start), [0.1, 0.1, 2.0, 0.0])
+
+
+def test_modulus_keeps_the_ratio_of_base_and_tip(guessed):
+    free = free_parameters(guessed, ["youngs_modulus"], [])
+    finger = free.at(free.start + np.log(1.5)).finger
+    assert finger.base.youngs_modulus == pytest.approx(1.5 * guessed.base.youngs_modulus)
+    assert finger.tip.youngs_modulus == pytest.approx(3.0 * guessed.base.youngs_modulus)
+
+
+def test_bounds_are_those_of_values(guessed):
+    free = free_parameters(guessed, ["creep.share", "load_x"], [])
+    lower, upper = free.bounds
+    np.testing.assert_allclose(free.values(lower)[:2], 1e-3)
+    np.testing.assert_allclose(free.values(upper)[:2], 0.6)
+    assert (lower[2], upper[2]) == (-np.inf, np.inf)
+
+
+def test_pressure_law_is_the_series(hollow):
+    key = pressure_law_key(PRESSURES)
+    coefficients = [0.1, 0.5, 0.3]
+    law = key.put(Model(hollow), coefficients).finger.pressure_law
+    p = np.array(law.pressure)
+    x = (p / 4e4) ** 2
+    np.testing.assert_allclose(law.effective, p * np.exp(0.1 + 0.5 * x + 0.3 * x**2), rtol=1e-9)
+    model = key.put(Model(hollow), coefficients)
+    np.testing.assert_allclose(key.get(model), coefficients, atol=1e-9)
+
+
+def test_pressure_law_has_as_many_numbers_as_there_are_pressures(hollow):
+    assert [len(pressure_law_key(PRESSURES[:n] * 2).get(Model(hollow))) for n in (1, 2, 3)] == [1, 2, 3]
+    assert len(pressure_law_key([1e4, 2e4, 3e4, 4e4]).get(Model(hollow))) == 3
+
+
+@pytest.mark.parametrize("coefficients", [[0.0, -3.0, 0.0], [0.0, 40.0, -60.0], [0.0, -50.0, 0.0]])
+def test_pressure_law_that_would_fall_keeps_rising(hollow, coefficients):
+    law = pressure_law_key(PRESSURES).put(Model(hollow), coefficients).finger.pressure_law
+    written = [float(f"{value:.6g}") for value in law.effective]
+    assert np.all(np.diff(written) > 0)
+
+
+def test_law_of_a_file_is_where_a_fit_begins(hollow):
+    lawful = replace(hollow, pressure_law=PressureLaw((0.0, 4e4), (0.0, 8e4)))
+    np.testing.assert_allclose(pressure_law_key(PRESSURES).get(Model(lawful)), [np.log(2), 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (["stiffness"], "there is no such key"),
+        (["pressure_law"], "no pressure to fit it to"),
+        (["length", "length"], "more than once"),
+        (["creep.time"], "none to begin from"),
+        (["shear_factor"], "none to begin from"),
+        (["chamber_width"], "none to begin from"),
+    ],
+)
+def test_keys_that_cannot_be_fitted(beam, names, said):
+    with pytest.raises(InputError, match=said):
+        free_parameters(replace(beam, creep=()), names, [])
+
+
+def test_there_can_be_no_finger_that_is_all_creep(guessed):
+    free = free_parameters(guessed, ["creep.share"], [])
+    with pytest.raises(InputError, match="nothing would be left"):
+        free.at(np.log([0.5, 0.5]))

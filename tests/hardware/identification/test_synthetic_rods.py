@@ -1,0 +1,167 @@
+"""Recordings of a beam and a segment that an independent script made up: simulated with their truth, scored, fitted."""
+
+import csv
+import re
+from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command_line import soft_gripper
+from here_executor import HereExecutor
+from synthetic_hardware import (
+    BEAM,
+    BEAM_LOADS,
+    SEGMENT,
+    SEGMENT_PRESSURES,
+    beam_motion,
+    segment_motion,
+    write_beam,
+    write_segment,
+)
+
+from soft_gripper.commands.hardware import identify as identify_command
+from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.hardware.identification.finger_file import read_finger
+from soft_gripper.hardware.identification.free_parameters import Model
+from soft_gripper.hardware.identification.measured_motion import measured_motion
+from soft_gripper.hardware.identification.motion_scores import score
+from soft_gripper.hardware.identification.simulated_motion import Setup
+from soft_gripper.hardware.recordings.find_recordings import find_recordings
+from soft_gripper.models import DIRECTORY
+
+SEGMENTS = 6  # of the chain; its error falls with their square, to 1 % here
+DURATION = 1.5  # s, of the beam
+
+
+@pytest.fixture(scope="module")
+def beams(tmp_path_factory):
+    return write_beam(tmp_path_factory.mktemp("clamped_beam"), DURATION)
+
+
+@pytest.fixture(scope="module")
+def segments(tmp_path_factory):
+    return write_segment(tmp_path_factory.mktemp("pneumatic_segment"))
+
+
+def motion_of(folder, file, description):
+    (recording,) = find_recordings([f"{file}.csv"], description, folder)
+    return measured_motion(recording)
+
+
+def of_truth(description, truth, **changes):
+    finger = replace(read_finger(DIRECTORY / f"recordings/{description}.urdf"), segments=SEGMENTS)
+    ends = {end: replace(getattr(finger, end), youngs_modulus=truth.youngs_modulus) for end in ("base", "tip")}
+    creep = tuple(CreepBranch(*branch) for branch in truth.creep)
+    return replace(finger, **ends, creep=creep, relaxation_time=truth.relaxation_time, **changes)
+
+
+def true_beam(truth=BEAM):
+    return Model(of_truth("clamped_beam", truth))
+
+
+def true_segment():
+    p = np.linspace(0, 45e3, 40)
+    law = PressureLaw(tuple(p), tuple(p * [SEGMENT.gain(at) for at in p]))
+    at = {"mounting_x": SEGMENT.mounting.imag, "mounting_z": SEGMENT.mounting.real}
+    setup = Setup(**at, fill_time=SEGMENT.fill_time, swelling=SEGMENT.swelling)
+    return Model(of_truth("pneumatic_segment", SEGMENT, pressure_law=law), setup)
+
+
+def frequency_of(time, along):
+    """By the first maxima of a finely sampled motion about where it settles."""
+    away = along - 1
+    k = np.flatnonzero((away[1:-1] > away[:-2]) & (away[1:-1] > away[2:]) & (away[1:-1] > 0.04))[:6] + 1
+    return 1 / np.polyfit(range(len(k)), time[k], 1)[0]
+
+
+def crosses(time, turn, level):
+    return time[np.argmax(np.abs(turn) >= level)]
+
+
+@pytest.mark.parametrize("name", BEAM_LOADS)
+def test_a_beam_of_known_modulus_moves_as_the_independent_one(beams, name):
+    motion = motion_of(beams, name, "clamped_beam")
+    i, load = list(BEAM_LOADS).index(name), BEAM_LOADS[name]
+    released = BEAM.released + 0.13 * i
+    assert motion.events[0] == pytest.approx(released, abs=0.1)
+    assert (motion.load.mass if motion.load else 0.0) == pytest.approx(load)
+    found = score(true_beam(), motion.with_events(np.array([released, released + BEAM.lets_go])), "test")
+    place, heading = beam_motion(BEAM, load, np.arange(0, DURATION, 0.001), released)
+    assert found.motion_error_mm < 0.02 * 1e3 * np.abs(place - 0.1).max()
+    assert found.tip_error_percent < 1.0
+    time = np.arange(0, DURATION, 0.001) - released
+    for turn in (found.settled_turn_deg, found.simulated_settled_turn_deg):
+        assert turn == pytest.approx(np.degrees(heading[-200:].mean()), rel=0.02)
+    # of the middle of the markers, along where it settles
+    markers = np.mean([0.013j, 0.001 + 0.002j, -0.002 - 0.012j])
+    away = place + np.exp(1j * heading) * markers - 0.1 - markers
+    rests = away[-200:].mean()
+    frequency = frequency_of(time, (away * np.conj(rests)).real / abs(rests) ** 2)
+    for of in (found.frequency_hz, found.simulated_frequency_hz):
+        assert of == pytest.approx(frequency, rel=0.02)
+    assert found.simulated_decrement == pytest.approx(found.decrement, rel=0.1)
+
+
+def test_errors_of_a_modulus_that_is_wrong_are_those_of_two_beams(beams):
+    """Of the markers at rest, over the whole motion, and of their middle: by the independent beam alone."""
+    wrong = replace(BEAM, youngs_modulus=1.25 * BEAM.youngs_modulus)
+    motion, released = motion_of(beams, "load_101g", "clamped_beam"), BEAM.released + 0.26
+    found = score(true_beam(wrong), motion.with_events(np.array([released, released + BEAM.lets_go])), "test")
+    markers = np.array([0.013j, 0.001 + 0.002j, -0.002 - 0.012j])
+    tips = [beam_motion(truth, 0.102, motion.time, released) for truth in (BEAM, wrong)]
+    of_truth, of_wrong = (place[:, None] + np.exp(1j * heading)[:, None] * markers for place, heading in tips)
+    late, off = motion.time > motion.time[-1] - 0.2, np.abs(of_truth - of_wrong)
+    at_rest = np.abs(of_truth[late].mean(axis=0) - of_wrong[late].mean(axis=0)).mean()
+    assert found.settled_error_mm == pytest.approx(1e3 * at_rest, rel=0.1)
+    assert found.motion_error_mm == pytest.approx(1e3 * off[motion.time >= released].mean(), rel=0.1)
+    middle = np.abs((of_truth - of_wrong).mean(axis=1)).max()
+    assert found.tip_error_percent == pytest.approx(100 * middle / 0.1, rel=0.1)
+
+
+@pytest.mark.parametrize("kilopascal", SEGMENT_PRESSURES)
+def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilopascal):
+    motion = motion_of(segments, f"{kilopascal}kPa", "pneumatic_segment")
+    opens = SEGMENT.opens + 0.07 * SEGMENT_PRESSURES.index(kilopascal)
+    events = np.array([opens, opens + SEGMENT.open_for])
+    assert motion.pressure == pytest.approx(1e3 * kilopascal)
+    assert motion.events == pytest.approx(events, abs=0.15)
+    found = score(true_segment(), motion.with_events(events), "test")
+    time = np.arange(0, 3.2, 0.001)
+    _, turn = segment_motion(SEGMENT, 1e3 * kilopascal, time, opens)
+    since = time - opens
+    late = turn[(since > SEGMENT.open_for - 0.2) & (since <= SEGMENT.open_for)].mean()
+    early = turn[np.abs(since - 0.5) <= 0.1].mean()
+    rise = crosses(since, turn, 0.9 * early) - crosses(since, turn, 0.1 * early)
+    settled, creep, rises = np.degrees(late), np.degrees(late - early), 1e3 * rise
+    assert [found.settled_turn_deg, found.simulated_settled_turn_deg] == pytest.approx([settled] * 2, rel=0.01)
+    assert [found.creep_deg, found.simulated_creep_deg] == pytest.approx([creep] * 2, rel=0.05, abs=0.03)
+    assert [found.rise_ms, found.simulated_rise_ms] == pytest.approx([rises] * 2, rel=0.1)
+    assert found.tip_error_percent < 1.0
+
+
+def test_the_command_finds_the_truth_of_a_beam(beams, tmp_path, monkeypatch):
+    """Modulus and damping, of two recordings that begin at other times; and what they predict of a third."""
+    monkeypatch.setattr(identify_command, "chosen_executor", lambda *_: nullcontext(HereExecutor()))
+    text = (DIRECTORY / "recordings/clamped_beam.urdf").read_text().replace('segments="12"', f'segments="{SEGMENTS}"')
+    creep = " ".join(f"{share}" for share, _ in BEAM.creep)
+    (tmp_path / "guess.urdf").write_text(text.replace('share="0.1 0.1"', f'share="{creep}"'))
+    fitted = ["identify", "gravity.csv", "load_52g.csv", "--test", "load_101g.csv", "--as", "clamped_beam"]
+    files = ["--data", beams, "--finger", tmp_path / "guess.urdf", "--out", tmp_path / "fitted.urdf"]
+    outcome = soft_gripper(*fitted, *files, "--free", "youngs_modulus", "relaxation_time")
+    assert outcome.code == 0, outcome.err
+    found = read_finger(tmp_path / "fitted.urdf")
+    assert found.base.youngs_modulus == pytest.approx(BEAM.youngs_modulus, rel=0.015)
+    assert found.relaxation_time == pytest.approx(BEAM.relaxation_time, rel=0.06)
+    with (tmp_path / "fitted.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["recording"], row["role"]) for row in rows] == [
+        ("gravity", "fit"),
+        ("load_52g", "fit"),
+        ("load_101g", "test"),
+    ]
+    assert max(float(row["motion_error_mm"]) for row in rows) < 0.4
+    assert {path.suffix for path in tmp_path.glob("fitted.*")} == {".urdf", ".csv", ".png", ".svg"}
+    modulus, std = map(float, re.search(r"youngs_modulus +\S+ +(\S+) +(\S+) Pa", outcome.out).groups())
+    assert modulus == pytest.approx(found.base.youngs_modulus, rel=1e-4)
+    assert 1e-4 < std / modulus < 0.01

@@ -1,0 +1,90 @@
+"""Fingers of which a fifth of the settled bend comes slowly: what their estimators make of it, knowing it or not."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from creeping_fingers import FINGER, GRIPPER, write_creeping
+from finger_plants import free_bending
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.fingers.creep import advance
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SHARE, TIME = 0.2, 0.4  # s
+PERIOD = 0.01  # s
+FINGERS = ("left_finger", "right_finger")
+LIMIT = 0.65  # N, of the contact force
+GRIP = (
+    *("control.set_points=[0.03]", "control.hold=2.5", f"control.force_limit={LIMIT}"),
+    *("control.force_gains={kp: 2.0e4, ki: 4.0e5}", "control.gains={kp: 1.0e5, ki: 5.7e6, kd: 17}"),
+    *("pressure.minimum=-40e3", "pressure.maximum=210e3", "estimator.type=contact", "sensor.sections=2"),
+)
+CONTACT = "estimator.contact_threshold=2.5e-3"
+BELIEFS = {"aware": "believed.creep=true", "unaware": "believed.creep=false"}
+
+
+def values(recording: Recording, signal: str, begin: float) -> np.ndarray:
+    """A signal of both fingers from a time on, s, (2, T, ...)."""
+    return np.array([recording[f"{finger}.{signal}"].sel(time=slice(begin, None)) for finger in FINGERS])
+
+
+@pytest.fixture(scope="module")
+def free(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
+    """Steps of the pressure in free air, by who estimates."""
+    file = write_creeping(FINGER, tmp_path_factory.mktemp("free"), SHARE, TIME)
+    plant = [*(f"models.{i}.file={file}" for i in range(2)), "estimator.type=gaussian", "sensor.sections=2", CONTACT]
+    steps = [60e3, 150e3, 0.0, 90e3]
+    return {who: simulate(free_bending(steps, 0.8, *plant, belief)) for who, belief in BELIEFS.items()}
+
+
+@pytest.fixture(scope="module")
+def grip(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
+    """A box held with a limited force, by who estimates."""
+    plant = f"models.0.file={write_creeping(GRIPPER, tmp_path_factory.mktemp('grip'), SHARE, TIME)}"
+    return {
+        who: simulate(load_scenario("box_grasp", [plant, *GRIP, CONTACT, belief])) for who, belief in BELIEFS.items()
+    }
+
+
+def test_in_free_air_creep_is_no_contact(free: dict[str, Recording]) -> None:
+    """Nor a torque: what is left is what steps leave of a finger that does not creep."""
+    assert not values(free["aware"], "contact", 0.0).any()
+    assert np.abs(values(free["aware"], "external_torque", 3.0)).max() < 1e-3
+    assert values(free["aware"], "pose_error", 3.0).max() < 1e-5
+
+
+def test_who_knows_nothing_of_creep_takes_it_for_contact(free: dict[str, Recording]) -> None:
+    assert values(free["unaware"], "contact", 3.0).all()
+    assert values(free["unaware"], "pose_error", 3.0).min() > 1e-4
+
+
+def test_memory_is_that_of_the_true_angles(free: dict[str, Recording], shipped_finger: Finger) -> None:
+    """As they are linear between samples; the block holds what is estimated, for half a sample too long in the mean."""
+    q, driving = (values(free["aware"], name, 0.0)[0, 1:] for name in ("sampled_joint_angles", "driving_torque"))
+    pressure, branches = values(free["aware"], "sampled_pressure", 0.0)[0, 1:], (CreepBranch(SHARE, TIME),)
+    z = [np.zeros((1, 12))]
+    for before, after in pairwise(q):
+        z.append(advance(branches, z[-1], before, after, PERIOD))
+    memory = SHARE * shipped_finger.stiffness * np.array(z)[:, 0]
+    np.testing.assert_allclose(driving - shipped_finger.pressure_torque(pressure), memory, atol=0.02 * memory.max())
+    assert memory.max() > 0.02
+
+
+@pytest.mark.slow
+def test_a_grip_keeps_its_force(grip: dict[str, Recording]) -> None:
+    """Within 2 % from the first second on, though the fingers creep all the while; contact is kept."""
+    force = values(grip["aware"], "true_contact_force", 1.2)
+    assert np.ptp(force) < 0.02 * force.mean()
+    assert force.mean() == pytest.approx(LIMIT, rel=0.06)
+    assert values(grip["aware"], "contact", 0.5).all()
+    assert np.ptp(values(grip["aware"], "sampled_pressure", 1.2)) > 500
+
+
+def test_who_knows_nothing_of_creep_lets_go(grip: dict[str, Recording]) -> None:
+    """A fifth of the force and more is lost, and none of it is noticed."""
+    assert values(grip["unaware"], "true_contact_force", 2.4).max() < 0.8 * LIMIT
+    assert values(grip["unaware"], "contact_force", 2.4).mean() == pytest.approx(LIMIT, rel=0.05)

@@ -1,0 +1,224 @@
+"""The external torque of a moving finger, compared with Drake's inverse dynamics and with balances known by hand."""
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from finger_motion import TILTED, Y, at_rest, bend, chamber_pressure, moving, position, turn
+from finger_plants import uniform_finger
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.tree import MultibodyForces
+
+from soft_gripper.estimators.bend_sharing import BendSharing
+from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_links import finger_to_urdf, joint_name
+from soft_gripper.fingers.finger_parts import ElasticLaw, TipLoad
+from soft_gripper.load.torque_balance import Motion, TorqueBalance, windows
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+GRAVITY = np.array([1.0, -2.0, -9.0])  # m/s^2
+NO_GRAVITY = np.zeros(3)
+TIME = 0.3  # s
+LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))
+
+
+def external(finger, axis, period):
+    """External torque of the finger in motion around TIME."""
+    return TorqueBalance(finger).external_torque(moving(finger, axis, TIME, period), GRAVITY, period)
+
+
+@pytest.fixture
+def inverse_dynamics(load_plant):
+    """Drake's torques at the joints that pressure does not explain, of the motion at TIME; (N,) N m."""
+
+    def solve(finger, axis):
+        robot = ET.Element("robot", name="robot")
+        ET.SubElement(robot, "link", name="palm")
+        elements = finger_to_urdf(FingerElement(finger, "palm"))
+        robot.extend(element for element in elements if "spring" not in element.tag)  # they are not quite linear
+        plant = load_plant(ET.tostring(robot, encoding="unicode"))
+        plant.mutable_gravity_field().set_gravity_vector(GRAVITY)
+        context = plant.CreateDefaultContext()
+        joints = [plant.GetJointByName(joint_name(finger.name, i)) for i in range(finger.segments)]
+        palm = plant.GetBodyByName("palm")
+        R, w, alpha = turn(axis, TIME)
+
+        def move(angular, linear, rates):
+            plant.SetFreeBodySpatialVelocity(context=context, body=palm, V_JpJc=SpatialVelocity(angular, linear))
+            for joint, rate in zip(joints, rates, strict=True):
+                joint.set_angular_rate(context, rate)
+            return plant.GetVelocities(context)
+
+        q, qdot, qddot = (bend(finger.segments, TIME, order) for order in range(3))
+        vdot = move(alpha, position(TIME, 2), qddot)
+        plant.SetFreeBodyPose(context, palm, RigidTransform(RotationMatrix(R), position(TIME)))
+        for joint, angle in zip(joints, q, strict=True):
+            joint.set_angle(context, angle)
+        move(w, position(TIME, 1), qdot)
+        forces = MultibodyForces(plant)
+        plant.CalcForceElementsContribution(context, forces)
+        torque = plant.CalcInverseDynamics(context, vdot, forces)
+        starts = [joint.velocity_start() for joint in joints]
+        return torque[starts] + finger.stiffness * q - chamber_pressure(TIME) * finger.pressure_gain
+
+    return solve
+
+
+@pytest.mark.parametrize("load", [None, TipLoad(0.01, 0.015, -0.004)])
+@pytest.mark.parametrize("segments", [1, 2, 5, 12])
+def test_converges_to_drakes_inverse_dynamics(tapered_finger, inverse_dynamics, segments, load):
+    """At every joint with the square of the period, for any motion of the base in the plane of bending."""
+    finger = replace(tapered_finger, relaxation_time=0.0, segments=segments, tip_load=load)
+    truth = inverse_dynamics(finger, Y)
+    errors = np.array([external(finger, Y, period).torque - truth for period in (2e-3, 1e-3, 5e-4)])
+    assert abs(truth[0]) > 0.01
+    assert (np.abs(errors[-1]) < 1e-4 * np.abs(truth) + 1.5e-5 * np.abs(truth).max()).all()
+    np.testing.assert_allclose(errors[:-1] / errors[1:], 4.0, rtol=0.02)
+
+
+def test_damping_converges_with_the_period(tapered_finger, inverse_dynamics):
+    truth = inverse_dynamics(tapered_finger, Y)
+    errors = [external(tapered_finger, Y, period).torque - truth for period in (5e-5, 2.5e-5)]
+    np.testing.assert_allclose(errors[0] / errors[1], 2.0, rtol=0.01)
+    assert (np.abs(errors[1]) < 1e-4 * np.abs(truth)).all()
+
+
+def test_damping_is_taken_a_quarter_of_a_period_late_and_tolerated_as_much_both_ways(tapered_finger):
+    period, undamped = 1e-3, replace(tapered_finger, relaxation_time=0.0)
+    damped, free = external(tapered_finger, Y, period), external(undamped, Y, period)
+    torque, tolerance = damped.torque - free.torque, damped.tolerance - free.tolerance
+    rates, changes = bend(5, TIME + period / 4, 1), bend(5, TIME, 2) * period / 4
+    np.testing.assert_allclose(torque, tapered_finger.damping * rates, rtol=5e-4)
+    np.testing.assert_allclose(tolerance, np.abs(tapered_finger.damping * changes), rtol=5e-4)
+
+
+def test_turning_about_any_axis_is_found_but_for_the_thickness_of_the_links(shipped_finger, inverse_dynamics):
+    truth = inverse_dynamics(shipped_finger, TILTED)
+    assert abs(truth[0]) > 0.05
+    np.testing.assert_allclose(external(shipped_finger, TILTED, 2e-4).torque, truth, atol=1e-4)
+
+
+def test_free_sway_leaves_nothing():
+    """All terms are smoothed alike: without damping, elastic torque and inertia cancel at any phase."""
+    finger, period = replace(uniform_finger(1), relaxation_time=0.0), 0.01
+    (stiffness,), ((inertia,),) = finger.stiffness, finger.mass_matrix()
+    rate, size = np.sqrt(stiffness / inertia), 0.01  # rad/s, rad
+    for phase in np.linspace(0, np.pi, 5):
+        q = size * np.cos(rate * period * np.arange(-2, 3) + phase)[:, None]
+        torque = TorqueBalance(finger).external_torque(at_rest([0.0])._replace(q=q), NO_GRAVITY, period).torque
+        assert torque == pytest.approx(0, abs=1e-3 * stiffness * size)
+
+
+@pytest.mark.parametrize("law", [None, LAW], ids=["linear", "law"])
+def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake_weight, law):
+    """Whatever the shape: elastic torque less what drives the finger and Drake's weight."""
+    finger, R = replace(tapered_finger, elastic_law=law), turn(TILTED, TIME)[0]
+    for q, driving in zip(bent(20, 5), 0.1 * bent(20, 5), strict=True):
+        known = driving + drake_weight(finger, q, R.T @ GRAVITY)
+        found = TorqueBalance(finger).external_torque(at_rest(q, driving, R), GRAVITY, 0.01)
+        torque, tolerance = found.torque, found.tolerance
+        np.testing.assert_allclose(torque, finger.elastic_torque(q) - known, atol=1e-11)
+        np.testing.assert_allclose(tolerance, 0.0, atol=1e-11)
+
+
+def test_free_fall_takes_weight_away(shipped_finger):
+    """Of a straight finger; the tolerance is then a tenth of the weight's torque."""
+    balance, period, resting = TorqueBalance(shipped_finger), 0.01, at_rest(np.zeros(12))
+    fall = 0.5 * GRAVITY * (np.arange(5) * period)[:, None] ** 2
+    falling = resting._replace(X_WB=np.dstack([resting.X_WB[:, :, :3], fall[:, :, None]]))
+    weight = balance.external_torque(resting, GRAVITY, period).torque
+    found = balance.external_torque(falling, GRAVITY, period)
+    torque, tolerance = found.torque, found.tolerance
+    assert abs(weight[0]) > 5e-4
+    np.testing.assert_allclose(torque, 0, atol=1e-12)
+    np.testing.assert_allclose(tolerance, 0.1 * np.abs(weight), rtol=1e-9)
+
+
+def test_acceleration_across_the_bending_plane_is_of_no_account(shipped_finger, bent):
+    resting = at_rest(bent(12))
+    push = 5.0 * Y * ((np.arange(5) * 0.01) ** 2)[:, None]
+    pushed = resting._replace(X_WB=np.dstack([resting.X_WB[:, :, :3], push[:, :, None]]))
+    still, moved = (TorqueBalance(shipped_finger).external_torque(m, GRAVITY, 0.01) for m in (resting, pushed))
+    np.testing.assert_allclose(moved.torque, still.torque, atol=1e-11)
+    np.testing.assert_allclose(moved.tolerance, still.tolerance, atol=1e-11)
+
+
+@pytest.mark.parametrize("segments", [1, 5])
+def test_inertia_is_the_mass_matrix_of_the_chain(tapered_finger, segments):
+    """Of a straight finger without stiffness, whose joints speed up one after the other, each either way.
+
+    What the rates alone do, since the mass lies off the axis, is the same either way.
+    """
+    base, tip = (
+        replace(part, youngs_modulus=1e-14 * part.youngs_modulus, layer_modulus=1e-14 * part.layer_modulus)
+        for part in (tapered_finger.base, tapered_finger.tip)
+    )
+    finger, speeding_up = replace(tapered_finger, base=base, tip=tip, segments=segments), np.arange(-2, 3) ** 2 / 2
+    small, period = 1e-5, 1e-3  # rad, s: so soon that what stiffness is left does not count
+    for joint, column in zip(np.eye(segments), finger.mass_matrix().T, strict=True):
+        motions = [at_rest(np.zeros(segments))._replace(q=np.outer(a * speeding_up, joint)) for a in (small, -small)]
+        one, other = (TorqueBalance(finger).external_torque(m, NO_GRAVITY, period).torque for m in motions)
+        np.testing.assert_allclose((one - other) / 2 / small * period**2, column, rtol=1e-9)
+
+
+def test_what_drives_a_finger_may_change(shipped_finger):
+    balance, still = TorqueBalance(shipped_finger), at_rest(np.zeros(12))
+    for change in (-40e3, 40e3):
+        changing = still._replace(driving=shipped_finger.pressure_torque(change * np.array([0.0, 0.0, 0.0, 0.5, 1.0])))
+        tolerance = balance.external_torque(changing, NO_GRAVITY, 0.01).tolerance
+        np.testing.assert_allclose(tolerance, 0.15 * 40e3 * shipped_finger.pressure_gain, rtol=1e-9)
+
+
+def test_noise_of_the_strain(shipped_finger):
+    """0.19 mN m for 1e-4, which is a bend of rest length / spacing * sqrt(2) times as much.
+
+    As smoothed values, rates and accelerations of a small bend have it in stiffness, damping and inertia.
+    """
+    layout, samples = SensorLayout(shipped_finger, 4), 4000
+    scale = 1e-4 * layout.rest_lengths * np.sqrt(2) / shipped_finger.sensor_spacing
+    theta = np.random.default_rng(2).standard_normal((samples, 5, 4)) * scale
+    q = BendSharing(layout).joint_angles(theta, np.zeros((samples, 5, 12)), 0.0)
+    noisy = Motion(q, np.zeros_like(q), np.tile(np.eye(3, 4), (samples, 5, 1, 1)))
+    torque = TorqueBalance(shipped_finger).external_torque(noisy, NO_GRAVITY, 0.01).torque
+    at_base = torque[:, : layout.joints_per_section[0]].mean(axis=1)  # what a ContactDetector compares
+    values, accelerations = (np.convolve([2 / 7, 3 / 7, 2 / 7], f) for f in ([1 / 12, 10 / 12, 1 / 12], [1, -2, 1]))
+    rates = np.convolve([2 / 7, 3 / 7, 2 / 7], [-0.5, 0.0, 0.5]) + accelerations / 4
+    stiffness, damping = np.diag(shipped_finger.stiffness), np.diag(shipped_finger.damping)
+    terms = ((values, stiffness), (rates / 0.01, damping), (accelerations / 0.01**2, shipped_finger.mass_matrix()))
+    shares = BendSharing(layout).joint_angles(np.eye(4), np.zeros((4, 12)), 0.0).T
+    torques = sum(np.multiply.outer(filtered, matrix @ shares) for filtered, matrix in terms)
+    expected = np.linalg.norm(scale * torques[:, : layout.joints_per_section[0]].mean(axis=1))
+    assert at_base.std() == pytest.approx(expected, rel=0.03)
+    assert expected == pytest.approx(0.19e-3, rel=0.05)
+
+
+def test_an_unknown_sample_makes_the_torque_unknown(shipped_finger):
+    motion = moving(shipped_finger, Y, TIME, 0.01)
+    for sample in range(5):
+        spoiled = motion.q.copy()
+        spoiled[sample] = np.nan
+        result = TorqueBalance(shipped_finger).external_torque(motion._replace(q=spoiled), GRAVITY, 0.01)
+        assert np.isnan([result.torque, result.tolerance]).all()
+
+
+def test_a_batch_is_its_samples():
+    finger = uniform_finger(6)
+    motions = [moving(finger, TILTED, TIME, period) for period in (1e-3, 2e-3, 3e-3, 4e-3)]
+    batch = Motion(*(np.array(field).reshape(2, 2, *field[0].shape) for field in zip(*motions, strict=True)))
+    together = TorqueBalance(finger).external_torque(batch, GRAVITY, 0.01)
+    for i, alone in enumerate(motions):
+        expected = TorqueBalance(finger).external_torque(alone, GRAVITY, 0.01)
+        for name in ("torque", "tolerance"):
+            found = getattr(together, name)[divmod(i, 2)]
+            np.testing.assert_allclose(found, getattr(expected, name), rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (3, 4)])
+def test_windows_are_all_five_samples_that_follow_each_other(shape):
+    recording = np.random.default_rng(3).uniform(size=(9, *shape))
+    found = windows(recording)
+    assert found.shape == (5, 5, *shape)
+    for first in range(5):
+        np.testing.assert_array_equal(found[first], recording[first : first + 5])

@@ -1,0 +1,42 @@
+"""What an estimator is made to believe fits what goes wrong."""
+
+import numpy as np
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.placement.assumptions import USUAL_STRAIN, Assumptions, reading_std
+from soft_gripper.sensors.strain_errors import StrainErrors, disturb
+
+
+def test_nothing_wrong_is_the_default_uncertainty():
+    assert Assumptions().uncertainty == Uncertainty()
+    assert Assumptions(errors=StrainErrors()).uncertainty == Uncertainty()
+
+
+@pytest.mark.parametrize("error", ["noise", "offset", "gain_error", "low_frequency_noise"])
+def test_the_believed_error_is_that_of_many_sensors_at_the_usual_strain(error):
+    errors = StrainErrors(**{error: 0.02})
+    ratios = np.full((1, 20000), 1 + USUAL_STRAIN)
+    wrong = disturb(errors, ratios, 0.01, np.random.default_rng(1)) - ratios
+    assert wrong.std() == pytest.approx(reading_std(errors), rel=0.03)
+    assert Assumptions(errors=errors).uncertainty.reading == reading_std(errors)
+
+
+def test_the_finger_is_believed_too_stiff_and_too_soft(shipped_finger):
+    stiff, soft = Assumptions(belief=10.0).believed(shipped_finger)
+    assert stiff.base.youngs_modulus == pytest.approx(1.1 * shipped_finger.base.youngs_modulus)
+    assert soft.tip.youngs_modulus == pytest.approx(0.9 * shipped_finger.tip.youngs_modulus)
+    assert Assumptions(belief=10.0).uncertainty.bend_per_pressure == pytest.approx(0.1)
+    assert Assumptions().believed(shipped_finger) == [shipped_finger]
+
+
+@pytest.mark.parametrize("belief", [-1.0, 100.0, float("nan")])
+def test_an_impossible_belief_is_refused(belief):
+    with pytest.raises(InputError, match="--belief"):
+        Assumptions(belief=belief)
+
+
+def test_an_unknown_estimator_is_refused():
+    with pytest.raises(InputError, match="known: arcs, spline, gaussian, contact"):
+        Assumptions("splines")

@@ -1,0 +1,42 @@
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from soft_gripper.play.interrupts import held_back
+
+
+@pytest.fixture(autouse=True)
+def handlers() -> Iterator[None]:
+    """Those of the command line, whatever those of the tests are."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, lambda *_: pytest.fail("it was not held back"))
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_is_held_back_and_known(number: signal.Signals) -> None:
+    with held_back() as is_interrupted:
+        assert not is_interrupted()
+        signal.raise_signal(number)
+        assert is_interrupted()
+        signal.raise_signal(number)
+        assert is_interrupted(), "nor does a second one break anything in two"
+
+
+def test_afterwards_they_are_as_before() -> None:
+    with held_back():
+        pass
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_who_ignores_ctrl_c_goes_on_ignoring_it() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with held_back() as is_interrupted:
+        signal.raise_signal(signal.SIGINT)
+        assert not is_interrupted()
+    assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN

@@ -1,0 +1,190 @@
+"""Worker processes: what comes of calls, of processes that die or grow, and of those whose parent has gone."""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from soft_gripper.errors import InputError, WorkerDiedError
+from soft_gripper.runs import executor as worker_processes
+from soft_gripper.runs.executor import WorkerProcesses, name_of, open_executor
+
+PARENT = """
+import sys, time
+sys.path.insert(0, {tests!r})
+from evaluation.executor.test_worker_processes import write_and_sleep
+from soft_gripper.runs.executor import WorkerProcesses
+if __name__ == "__main__":
+    with WorkerProcesses(2) as executor:
+        calls = [executor.submit(write_and_sleep, {folder!r}) for _ in range(3)]
+        calls[0].result()
+"""
+
+
+def pid(_: int) -> int:
+    return os.getpid()
+
+
+def die_at(number: int, fatal: int) -> int:
+    if number == fatal:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def die_once(file: str) -> str:
+    if not Path(file).exists():
+        Path(file).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "made"
+
+
+def fail(_: int) -> None:
+    raise InputError("here", "field", 1, "would be 2")
+
+
+def hold(megabytes: int) -> int:
+    held.append(os.urandom(1000) * 1000 * megabytes)
+    return os.getpid()
+
+
+held: list[bytes] = []
+
+
+def temporary_folder() -> tuple[str, bool]:
+    return tempfile.gettempdir(), signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+
+
+def write_and_sleep(folder: str) -> None:
+    (Path(folder) / f"{os.getpid()}.txt").write_text(tempfile.gettempdir())
+    time.sleep(60)
+
+
+@pytest.fixture(scope="module")
+def executor():
+    with WorkerProcesses(2) as processes:
+        yield processes
+
+
+def test_a_temporary_folder_too_deep_for_sockets_is_refused(monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", "/tmp/" + 66 * "d")
+    with pytest.raises(InputError, match=r"TMPDIR = '/tmp/d.*at most 70 bytes"):
+        WorkerProcesses(1)
+
+
+def test_calls_are_made_in_other_processes_and_errors_arrive(executor):
+    found = {executor.submit(pid, i).result() for i in range(4)}
+    assert os.getpid() not in found
+    with pytest.raises(InputError, match="here: field = 1: would be 2"):
+        executor.submit(fail, 1).result()
+
+
+def test_a_process_that_dies_takes_no_other_call_with_it(executor, caplog):
+    calls = [executor.submit(die_at, i, 3) for i in range(8)]
+    assert [call.result() for call in calls if call is not calls[3]] == [0, 1, 2, 4, 5, 6, 7]
+    with pytest.raises(WorkerDiedError, match=r"2 times, at die_at\(3, 3\)"):
+        calls[3].result()
+    assert [record.message.count("die_at(3, 3)") for record in caplog.records] == [1, 1]
+
+
+def test_a_call_whose_process_died_by_chance_is_made_again(executor, tmp_path):
+    assert executor.submit(die_once, str(tmp_path / "died")).result() == "made"
+
+
+def test_a_process_that_has_grown_makes_way_for_another(monkeypatch):
+    monkeypatch.setattr(worker_processes, "GROWTH", 0.3)
+    with WorkerProcesses(1) as executor:
+        pids = [executor.submit(hold, 60).result() for _ in range(6)]
+    assert [pids.count(one) for one in dict.fromkeys(pids)] == [3, 3]
+
+
+def test_temporary_files_lie_in_a_folder_that_goes_and_ctrl_c_is_the_parents():
+    with WorkerProcesses(1) as executor:
+        folder, ignores = executor.submit(temporary_folder).result()
+        assert Path(folder).is_dir()
+        assert ignores
+    assert not Path(folder).exists()
+
+
+def test_an_exception_ends_the_calls_at_once(tmp_path):
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted(tmp_path)
+    assert time.monotonic() - begun < 30
+    assert [is_alive(int(file.stem)) for file in tmp_path.iterdir()] == [False]
+
+
+def interrupted(folder: Path) -> None:
+    with WorkerProcesses(1) as executor:
+        for _ in range(3):
+            executor.submit(write_and_sleep, str(folder))
+        while not list(folder.iterdir()):
+            time.sleep(0.05)
+        raise KeyboardInterrupt
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_processes_end_when_their_parent_has_gone(tmp_path, number):
+    (tmp_path / "begun").mkdir()
+    script = tmp_path / "parent.py"
+    tests = str(Path(__file__).parents[2])
+    script.write_text(PARENT.format(tests=tests, folder=str(tmp_path / "begun")))
+    with subprocess.Popen([sys.executable, script]) as parent:
+        while len(files := list((tmp_path / "begun").iterdir())) < 2:
+            assert parent.poll() is None
+            time.sleep(0.05)
+        time.sleep(0.2)
+        parent.send_signal(number)
+    deadline = time.monotonic() + 5
+    while any(is_alive(int(file.stem)) for file in files):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert [Path(file.read_text()).exists() for file in files] == [False, False]
+
+
+def is_alive(process: int) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[:1]
+    except FileNotFoundError:
+        return False
+
+
+def test_calls_have_short_names():
+    assert name_of(die_at, ("x" * 99, 3)).startswith("die_at('xxx")
+    assert len(name_of(die_at, ("x" * 99, 3))) < 50
+
+
+UNGUARDED = """
+import sys
+sys.path.insert(0, {tests!r})
+from evaluation.executor.test_worker_processes import pid
+from soft_gripper.runs.executor import make_calls, open_executor
+print("begins", flush=True)
+with open_executor(1) as executor:
+    make_calls(executor, pid, [(i,) for i in range(20)], lambda call, future: None)
+"""
+
+
+def test_a_script_without_a_guard_is_told_so(tmp_path):
+    """And the calls that are left are not tried."""
+    script = tmp_path / "own_script.py"
+    script.write_text(UNGUARDED.format(tests=str(Path(__file__).parents[2])))
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
+    assert ended.returncode == 1
+    said = ended.stderr.strip().splitlines()[-1]
+    assert str(script) in said
+    assert '__name__ == "__main__"' in said
+    assert "out of memory" not in ended.stderr
+    assert ended.stdout.count("begins") <= 4
+
+
+@pytest.mark.parametrize("jobs", [0, -1, "two", 1.5])
+def test_a_number_of_processes(jobs):
+    with pytest.raises(InputError) as caught, open_executor(jobs):
+        pass
+    assert caught.value.field == "jobs"

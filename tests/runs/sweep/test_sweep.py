@@ -1,0 +1,151 @@
+"""A sweep: a row for every run, also for those that fail; what cannot be swept; and what is resumed."""
+
+import csv
+import fcntl
+import os
+
+import pytest
+from here_executor import HereExecutor
+
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.files.output import release_folders
+from soft_gripper.runs.sweep import run as sweep
+from soft_gripper.runs.sweep.run import ABOUT, TABLE, describe, run_sweep
+
+MEASURES = {
+    "mean_pose_error_mm": 1.0,
+    "max_pose_error_mm": 2.0,
+    "mean_tip_error_mm": 3.0,
+    "max_tip_error_mm": 4.0,
+    "mean_torque_error_mnm": 5.0,
+    "largest_bend_deg": 6.0,
+    "peak_contact_force_n": float("nan"),
+}
+KEY = "sensor.sections"
+SECTIONS = [{KEY: n} for n in (1, 2, 3, 4)]
+
+
+@pytest.fixture
+def executor(monkeypatch):
+    """Runs nothing; two sections diverge."""
+
+    def run(scenario, changes):
+        if changes[KEY] == 2:
+            raise SimulationDivergedError("the simulation\ndiverged")
+        return MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}
+
+    monkeypatch.setattr(sweep, "run_variation", run)
+    monkeypatch.setattr(sweep, "check_closed", lambda station: None)
+    monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
+    return HereExecutor()
+
+
+def records(folder):
+    with (folder / TABLE).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def swept(folder, executor, variations=SECTIONS, **options):
+    return run_sweep("free_bending", variations, folder, executor, fixed={"sensor.period": 0.02}, **options)
+
+
+def test_every_run_has_a_row_and_a_failure_says_why(executor, tmp_path):
+    reported = []
+    swept(tmp_path, executor, report=reported.append)
+    rows = records(tmp_path)
+    assert [row["run"] for row in rows] == ["0", "1", "2", "3"]
+    assert [row[KEY] for row in rows] == ["1", "2", "3", "4"]
+    assert [row["mean_pose_error_mm"] for row in rows] == ["1", "", "0.333333333", "0.25"]
+    assert [row["max_pose_error_mm"] for row in rows] == ["0.02", "", "0.02", "0.02"]
+    assert [row["error"] for row in rows] == ["", "the simulation diverged", "", ""]
+    assert sorted(reported) == [False, True, True, True]
+
+
+def test_what_was_cut_short_goes_on_to_the_same_table(executor, tmp_path):
+    swept(tmp_path / "whole", executor)
+    swept(tmp_path / "cut", executor)
+    whole = (tmp_path / "whole" / TABLE).read_bytes()
+    (tmp_path / "cut" / TABLE).write_bytes(whole[:-10])
+    executor.calls.clear()
+    swept(tmp_path / "cut", executor, resume=True)
+    assert (tmp_path / "cut" / TABLE).read_bytes() == whole
+    assert [changes[KEY] for _, changes in executor.calls] == [4]
+    executor.calls.clear()
+    swept(tmp_path / "cut", executor)
+    assert len(executor.calls) == 4
+
+
+def test_a_row_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
+    swept(tmp_path, executor)
+    whole = (tmp_path / TABLE).read_bytes()
+    (tmp_path / TABLE).write_bytes(whole.replace(b"0.333333333", b"0.033333333"))
+    executor.calls.clear()
+    swept(tmp_path, executor, resume=True)
+    assert [changes[KEY] for _, changes in executor.calls] == [3]
+    assert "1 rows" in caplog.text
+    assert (tmp_path / TABLE).read_bytes() == whole
+
+
+@pytest.mark.parametrize("file", [TABLE, ABOUT])
+def test_what_is_not_text_is_not_resumed(file, executor, tmp_path):
+    swept(tmp_path, executor)
+    (tmp_path / file).write_bytes(b"\xff\n")
+    with pytest.raises(InputError) as error:
+        swept(tmp_path, executor, resume=True)
+    assert error.value.value == file
+
+
+def test_another_sweep_is_not_resumed(executor, tmp_path):
+    swept(tmp_path, executor)
+    for other in ({"variations": SECTIONS[:3]}, {"fixed": {"sensor.period": 0.04}}):
+        arguments = {"variations": SECTIONS, "fixed": {"sensor.period": 0.02}} | other
+        with pytest.raises(InputError, match="holds another sweep"):
+            run_sweep("free_bending", out=tmp_path, executor=executor, resume=True, **arguments)
+
+
+def test_two_sweeps_do_not_write_into_one_folder(executor, tmp_path):
+    lock = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    with pytest.raises(InputError, match="another soft-gripper writes there"):
+        swept(tmp_path, executor)
+    os.close(lock)
+    swept(tmp_path, executor)
+    release_folders()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("sensor.section", 1, "did you mean 'sections'"),
+        ("sensor.sections", "many", "give a whole number"),
+        ("sensor.sections", 0, "give 1 or more"),
+        ("sensor.sections.more", 1, "give a whole number"),
+        ("models.gripper.segments", 3, "'gripper' is none of the entries"),
+        ("description", "other", "it changes nothing of a run"),
+        ("control.set_points", [0.05], "other results"),
+    ],
+)
+def test_keys_that_cannot_vary_are_refused_before_anything_runs(executor, tmp_path, key, value, complaint):
+    with pytest.raises(InputError, match=complaint) as caught:
+        swept(tmp_path / "out", executor, [{key: value}])
+    assert key in str(caught.value)
+    assert not executor.calls
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_sweep_says_what_it_is_of(executor, tmp_path):
+    swept(tmp_path, executor)
+    about = (tmp_path / ABOUT).read_text()
+    assert all(part in about for part in ('"sensor.sections": 3', "drake", "period: 0.02"))
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (InputError("here", "x", 1, "give 2"), "here: x = 1: give 2"),
+        (WorkerDiedError("died,\n twice"), "died, twice"),
+        (ZeroDivisionError("division"), "ZeroDivisionError: division"),
+    ],
+)
+def test_errors_in_words(error, words):
+    assert describe(error) == words

@@ -1,0 +1,147 @@
+"""Many trials: their tables while they run and when they fail, the same whatever the number of processes."""
+
+import csv
+from pathlib import Path
+
+import pytest
+from here_executor import HereExecutor
+
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.runs.trials import trials
+from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow
+from soft_gripper.runs.trials.trials import run_trials
+from soft_gripper.runs.trials.variation import draw, random_numbers
+from soft_gripper.scenario.scenario import TrialsConfig
+
+NAMES = ("pick_and_place_irregular", "pick_and_place_box")
+COLUMNS = (
+    "scenario,trial,success,placed_error_mm,placed_angle_deg,dropped,peak_force_n,"
+    "slip_mm,detection_delay_ms,size_error_mm,duration_s,cause"
+)
+
+
+DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a trial is given
+
+
+def succeed(file: str, seed: int, trial: int) -> Trial:
+    """In the place of a trial that runs."""
+    row = TrialRow(file, trial, True, 1.0 + trial, 2.0, False, 2.0, 0.5, 20.0, 1.5, 9.9, "")
+    return Trial(row, DetailRow(file, trial, *DRAWN, 0.1, 0.2, 0.3, 0.4))
+
+
+@pytest.fixture
+def executor(monkeypatch: pytest.MonkeyPatch) -> HereExecutor:
+    """Makes trials that succeed."""
+    monkeypatch.setattr(trials, "run_trial", succeed)
+    return HereExecutor()
+
+
+def records(folder: Path, table: str = "trials.csv") -> list[dict[str, str]]:
+    with (folder / table).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_rows_are_in_order_after_every_trial(executor, tmp_path):
+    counts = []
+
+    def look(trial: Trial) -> None:
+        found = [(record["scenario"], int(record["trial"])) for record in records(tmp_path)]
+        assert found == sorted(found, key=lambda key: (NAMES.index(key[0]), key[1]))
+        assert (trial.row.scenario, trial.row.trial) in found
+        counts.append(len(found))
+
+    run_trials(NAMES, 3, 1, tmp_path, executor, look)
+    assert counts == [1, 2, 3, 4, 5, 6]
+    assert (tmp_path / "trials.csv").read_text().splitlines()[0] == COLUMNS
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
+
+
+@pytest.mark.parametrize(
+    ("error", "cause"),
+    [
+        (InputError("task.phases[0]", "to", "object", "is out of the arm's reach: 1.2 m"), "out of the arm's reach"),
+        (SimulationDivergedError("the simulation diverged before t = 1 s"), "diverged before t = 1 s"),
+        (WorkerDiedError("the process died, 2 times"), "the process died, 2 times"),
+        (ZeroDivisionError("float\ndivision"), "ZeroDivisionError: float division"),
+    ],
+)
+def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_path, monkeypatch, error, cause):
+    def fail_once(file: str, seed: int, trial: int) -> Trial:
+        if (file, trial) == (NAMES[1], 1):
+            raise error
+        return succeed(file, seed, trial)
+
+    monkeypatch.setattr(trials, "run_trial", fail_once)
+    run_trials(NAMES, 3, 5, tmp_path, executor, lambda trial: None)
+    failed = [record for record in records(tmp_path) if record["success"] == "False"]
+    assert [(record["scenario"], record["trial"]) for record in failed] == [(NAMES[1], "1")]
+    assert cause in failed[0]["cause"]
+    assert failed[0]["placed_error_mm"] == failed[0]["duration_s"] == "nan"
+    assert len(records(tmp_path)) == 6
+    drawn = draw(random_numbers(5, NAMES[1], 1), TrialsConfig())
+    details = records(tmp_path, "trials_details.csv")[4]
+    assert float(details["mass_g"]) == pytest.approx(drawn.mass_g, abs=1e-6)
+    for part in ("x_mm", "y_mm", "yaw_deg"):
+        true, error, reported = (float(details[f"{kind}{part}"]) for kind in ("", "error_", "reported_"))
+        assert (true, error) == pytest.approx((getattr(drawn, part), getattr(drawn, f"error_{part}")), abs=1e-6)
+        assert reported == pytest.approx(true + error, abs=2e-6)
+    assert details["placed_tilt_deg"] == details["placed_x_mm"] == "nan"
+    assert (tmp_path / "trials.png").stat().st_size > 10_000
+
+
+def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path, monkeypatch):
+    """Between the writing of the one table and of the other, too."""
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    for folder in (whole, cut):
+        folder.mkdir()
+        run_trials(NAMES, 3, 1, folder, executor, lambda trial: None)
+    for table, kept in (("trials.csv", 4), ("trials_details.csv", 3)):
+        lines = (cut / table).read_text().splitlines(keepends=True)
+        (cut / table).write_text("".join(lines[: 1 + kept]))
+    executor.calls.clear()
+    run_trials(NAMES, 3, 1, cut, executor, lambda trial: None, resume=True)
+    assert executor.calls == [(NAMES[1], 1, 0), (NAMES[1], 1, 1), (NAMES[1], 1, 2)]
+    for table in ("trials.csv", "trials_details.csv"):
+        assert (cut / table).read_bytes() == (whole / table).read_bytes()
+    executor.calls.clear()
+    run_trials(NAMES, 4, 1, cut, executor, lambda trial: None, resume=True)
+    assert executor.calls == [(NAMES[0], 1, 3), (NAMES[1], 1, 3)]
+    with pytest.raises(InputError, match="holds trials of another seed"):
+        run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
+
+
+def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
+    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
+    whole = {table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv")}
+    for table, text in whole.items():
+        lines = text.splitlines(keepends=True)
+        number = 2 if table == "trials.csv" else 3
+        assert ".0" in lines[number]
+        lines[number] = lines[number].replace(".0", ".1", 1)
+        (tmp_path / table).write_text("".join(lines))
+    executor.calls.clear()
+    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
+    assert executor.calls == [(NAMES[1], 1, 0), (NAMES[0], 1, 1)]
+    assert "2 rows" in caplog.text
+    for table, text in whole.items():
+        assert (tmp_path / table).read_text() == text
+
+
+def test_a_description_that_is_not_text_is_not_resumed(executor, tmp_path):
+    (tmp_path / "trials.yaml").write_bytes(b"\xff")
+    with pytest.raises(InputError) as error:
+        run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
+    assert error.value.value == "trials.yaml"
+
+
+def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
+    tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv"}
+    assert {path.name for path in tmp_path.iterdir()} == {*tables, "trials.png", "trials.svg"}
+    monkeypatch.setattr(trials, "make_calls", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
+    assert [path.name for path in tmp_path.iterdir()] == ["trials.yaml"]

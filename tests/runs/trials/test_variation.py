@@ -1,0 +1,124 @@
+"""Variations of a scenario: how they are spread, that each can be drawn alone, and where the object stands."""
+
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+import trimesh
+
+from soft_gripper.diagrams.manipulation.path_check import reported_pose
+from soft_gripper.errors import InputError
+from soft_gripper.models import DIRECTORY
+from soft_gripper.runs.trials.variation import Variation, draw, random_numbers, varied, vary
+from soft_gripper.scenario.scenario import Scenario, TrialsConfig
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+
+SCENARIOS = ["pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate"]
+LOW = np.array([-30, -30, -45, 20, 0.5, 0.9, -3, -3, -3])
+HIGH = np.array([30, 30, 45, 60, 0.9, 1.1, 3, 3, 3])
+NARROW = TrialsConfig(0.01, 0.2, [0.03, 0.04], [0.6, 0.7], 0.05, 1e-3, 0.01)  # as a scenario may have it
+EXACT = (0.0, 0.0, 0.0)  # no error of the reported pose
+
+
+def object_of(scenario: Scenario):
+    return next(model for model in scenario.models if model.name == scenario.task.object)
+
+
+def lowest_points(scenario: Scenario) -> tuple[float, float]:
+    """Lowest point of the object where it begins and at the goal, m, by the vertices of its mesh."""
+    model = object_of(scenario)
+    mesh = trimesh.load(DIRECTORY / model.file.removeprefix("package://soft_gripper/"), force="mesh")
+    poses = [pose.GetDeterministicValue() for pose in (model.X_PC, scenario.task.X_WGoal)]
+    first, second = ((X @ (model.mesh.scale * mesh.vertices.T))[2].min() for X in poses)
+    return first, second
+
+
+def test_variations_are_spread_evenly_over_their_ranges():
+    drawn = np.array([astuple(draw(random_numbers(1, "box", trial), TrialsConfig())) for trial in range(2000)])
+    parts = (drawn - LOW) / (HIGH - LOW)
+    assert np.all((parts >= 0) & (parts <= 1))
+    error_of_mean = 1 / np.sqrt(12 * len(drawn))
+    np.testing.assert_allclose(parts.mean(axis=0), 0.5, atol=4 * error_of_mean)
+    np.testing.assert_allclose(parts.var(axis=0), 1 / 12, rtol=0.1)
+    correlation = np.corrcoef(parts.T) - np.eye(len(LOW))
+    assert np.abs(correlation).max() < 4 / np.sqrt(len(drawn))
+
+
+def test_ranges_are_those_of_the_scenario():
+    drawn = np.array([astuple(draw(random_numbers(1, "box", trial), NARROW)) for trial in range(500)])
+    turn, error = np.degrees(0.2), np.degrees(0.01)
+    low, high = [-10, -10, -turn, 30, 0.6, 0.95, -1, -1, -error], [10, 10, turn, 40, 0.7, 1.05, 1, 1, error]
+    np.testing.assert_allclose(drawn.min(axis=0), low, atol=0.02 * (np.array(high) - low).max())
+    assert (drawn >= low).all()
+    assert (drawn <= high).all()
+    assert (np.ptp(drawn, axis=0) > 0.95 * (np.array(high) - low)).all()
+
+
+def test_a_trial_is_the_same_whatever_is_drawn_before_and_unlike_every_other():
+    again = draw(random_numbers(3, "box", 7), TrialsConfig())
+    assert again == draw(random_numbers(3, "box", 7), TrialsConfig())
+    others = [
+        draw(random_numbers(*key), TrialsConfig())
+        for key in ((3, "box", 6), (4, "box", 7), (7, "box", 3), (3, "cup", 7))
+    ]
+    assert again not in others
+    assert len(set(others)) == len(others)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("size", [0.9, 1.1])
+def test_a_larger_or_smaller_object_stands_as_high_as_before(name, size):
+    scenario = load_scenario(name)
+    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, size, *EXACT))
+    np.testing.assert_allclose(lowest_points(found), lowest_points(scenario), atol=1e-12)
+    assert lowest_points(found) == pytest.approx((1e-5, 1e-5), abs=2e-5)
+    assert object_of(found).mesh.scale == pytest.approx(size * object_of(scenario).mesh.scale)
+
+
+def test_an_object_that_lies_on_its_side_stays_on_the_table_too():
+    scenario = load_scenario("pick_and_place_irregular", ["models.3.X_PC.rotation=!Rpy { deg: [70, 25, 10] }"])
+    found = varied(scenario, Variation(0, 0, 45, 25, 0.6, 0.9, *EXACT))
+    np.testing.assert_allclose(lowest_points(found), lowest_points(scenario), atol=1e-12)
+
+
+def test_the_object_is_shifted_and_turned_about_its_own_vertical():
+    scenario = load_scenario("pick_and_place_box")
+    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, 1.0, *EXACT))
+    assert object_of(found).X_PC.translation == pytest.approx([0.47, -0.19, 0.03001])
+    rpy = np.degrees(object_of(found).X_PC.GetDeterministicValue().rotation().ToRollPitchYaw().vector())
+    assert rpy == pytest.approx([0, 0, 50])
+    assert found.task.X_WGoal.GetDeterministicValue().IsNearlyEqualTo(
+        scenario.task.X_WGoal.GetDeterministicValue(), 1e-12
+    )
+    mesh = object_of(found).mesh
+    assert (mesh.mass, mesh.friction) == pytest.approx((0.025, 0.6))
+
+
+def test_the_object_is_reported_with_an_error_and_stays_where_it_is():
+    scenario = load_scenario("pick_and_place_irregular")
+    exact = varied(scenario, Variation(20, -10, 30, 25, 0.6, 0.9, *EXACT))
+    found = varied(scenario, Variation(20, -10, 30, 25, 0.6, 0.9, 2, -1, 3))
+    true, reported = object_of(found).X_PC.GetDeterministicValue(), reported_pose(found.task, found.models)
+    assert true.IsExactlyEqualTo(object_of(exact).X_PC.GetDeterministicValue())
+    assert reported_pose(exact.task, exact.models).IsNearlyEqualTo(true, 1e-12)
+    np.testing.assert_allclose(reported.translation() - true.translation(), [0.002, -0.001, 0], atol=1e-12)
+    turn = reported.rotation() @ true.rotation().inverse()
+    np.testing.assert_allclose(np.degrees(turn.ToRollPitchYaw().vector()), [0, 0, 3], atol=1e-9)
+
+
+def test_the_scenario_itself_is_left_as_it_was_and_its_variation_can_be_written_to_a_file():
+    scenario = load_scenario("pick_and_place_box")
+    before = dump_scenario(scenario)
+    found, variation = vary(scenario, random_numbers(1, "box", 2))
+    assert dump_scenario(scenario) == before != dump_scenario(found)
+    assert variation == draw(random_numbers(1, "box", 2), TrialsConfig())
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [("pick_and_place_box", ["models.3.file=package://soft_gripper/objects/box.sdf"]), ("box_grasp", [])],
+    ids=["no mesh", "no task"],
+)
+def test_a_scenario_without_a_mesh_to_handle_is_refused(name, changes):
+    with pytest.raises(InputError, match=r"task\.object = .*give the model of a bare mesh"):
+        vary(load_scenario(name, changes), random_numbers(1, name, 0))

@@ -1,0 +1,81 @@
+"""Calibration files: written, read again, applied, and refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.calibration import Calibration
+from soft_gripper.scenario.calibration_file import (
+    CalibrationConfig,
+    as_config,
+    calibrated,
+    load_calibration,
+    save_calibration,
+)
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+
+@pytest.fixture
+def layout(tapered_finger):
+    return SensorLayout(tapered_finger, 2)
+
+
+@pytest.fixture
+def calibration(layout):
+    found = Calibration(1.25, np.array([1.1, 0.9, 1.0, 1.0]), np.array([0.01, 0.0, 0.0, -0.01]), 1e-3)
+    return CalibrationConfig("in words", {"tapered": as_config(layout, found)})
+
+
+def test_what_is_written_is_read_again(calibration, tmp_path):
+    save_calibration(calibration, tmp_path / "file.yaml")
+    assert load_calibration(str(tmp_path / "file.yaml")) == calibration
+
+
+def test_it_changes_what_is_believed(layout, calibration):
+    """Softer by the ratio, and the response of every sensor."""
+    believed = calibrated(layout, calibration)
+    np.testing.assert_allclose(believed.finger.stiffness, layout.finger.stiffness / 1.25, rtol=1e-12)
+    np.testing.assert_allclose(believed.finger.pressure_gain, layout.finger.pressure_gain, rtol=1e-12)
+    np.testing.assert_allclose(believed.response.reading(np.full(4, 1.1)), [0.12, 0.09, 0.1, 0.09])
+
+
+@pytest.mark.parametrize("other", ["name", "length", "sections", "one_sided", "borders"])
+def test_another_finger(layout, calibration, other):
+    if other in ("name", "length"):
+        value = {"name": "other", "length": 0.13}[other]
+        layout = replace(layout, finger=replace(layout.finger, **{other: value}))
+    else:
+        layout = replace(layout, **{other: (0.25,) if other == "borders" else 1})
+    with pytest.raises(InputError, match=r"believed\.calibration: "):
+        calibrated(layout, calibration)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "complaint"),
+    [
+        ("bend_ratio", -1.0, "give a finite number above 0"),
+        ("gains", [1.0, 0.0, 1.0, 1.0], "give finite numbers above 0"),
+        ("offsets", [0.0], "give a finite number for every gain"),
+        ("gain", 1.0, "did you mean 'gains'"),
+    ],
+)
+def test_what_cannot_be(calibration, tmp_path, field, value, complaint):
+    path = tmp_path / "file.yaml"
+    save_calibration(calibration, path)
+    document = yaml.safe_load(path.read_text())
+    document["fingers"]["tapered"][field] = value
+    path.write_text(yaml.safe_dump(document))
+    with pytest.raises(InputError, match=complaint):
+        load_calibration(str(path))
+
+
+@pytest.mark.parametrize(("text", "complaint"), [(None, "cannot be read"), ("a: [", "is not YAML"), ("3", "mapping")])
+def test_no_calibration(tmp_path, text, complaint):
+    path = tmp_path / "file.yaml"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(InputError, match=complaint):
+        load_calibration(str(path))

@@ -1,0 +1,41 @@
+"""What cannot end is refused before it begins, with the estimate."""
+
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+
+ENDLESS = {
+    "plant_config.time_step=5.0e-324": "time_step = 5e-324: give a finite number",
+    "plant_config.time_step=1.0e-12": r"plant_config.time_step = 1e-12: 38 s would be 3.8e\+13 steps, of",
+    "sensor.period=1.0e-12": r"sensor.period = 1e-12: .* samples, of at most 5e\+05",
+    "pressure.settle=1.0e+15": r"plant_config.time_step = 0.01: .* s would be .*e\+18 steps",
+    "pressure.hold_samples=4000000000": "steps, of at most",
+    "simulator_config.target_realtime_rate=1.0e-6": "rate = 1e-06: give 0, which is as fast as it can be",
+    "simulator_config.target_realtime_rate=-1": "rate = -1.0: give 0",
+    "simulator_config.accuracy=1.0e-12": "accuracy = 1e-12: give 1e-09 or more",
+}
+CONTINUOUS = {"simulator_config.max_step_size=1.0e-12": r"simulator_config.max_step_size = 1e-12: 38 s would be"}
+
+
+@pytest.mark.parametrize("override", ENDLESS)
+def test_without_end(override: str) -> None:
+    with pytest.raises(InputError, match=ENDLESS[override]):
+        load_scenario("free_bending", [override])
+
+
+@pytest.mark.parametrize("override", CONTINUOUS)
+def test_without_end_if_the_plant_is_continuous(override: str) -> None:
+    load_scenario("free_bending", [override])
+    with pytest.raises(InputError, match=CONTINUOUS[override]):
+        load_scenario("free_bending", [override, "plant_config.time_step=0"])
+
+
+def test_a_task_counts_by_its_time_limit() -> None:
+    with pytest.raises(InputError, match="steps, of at most"):
+        load_scenario("pick_and_place_box", ["task.time_limit=1.0e+9"])
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_end(name: str) -> None:
+    load_scenario(name, ["plant_config.time_step=0.00005"])

@@ -1,0 +1,59 @@
+"""Fingers with other parameters than their file's, from a scenario."""
+
+import pytest
+
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+from soft_gripper.scenario.finger_changes import configured_finger
+from soft_gripper.scenario.scenario import FingerConfig
+from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, parse_scenario
+
+
+def test_changes_for_all_come_first_and_those_of_the_name_on_top(tapered_finger):
+    changes = {"tapered": FingerConfig(width="+10 %"), "all": FingerConfig(width="0.03", shear_factor="0.8")}
+    found = configured_finger(tapered_finger, "here", changes)
+    assert (found.base.width, found.tip.width) == pytest.approx((0.033, 0.033))
+    assert (found.shear_factor, found.tip.thickness) == (0.8, tapered_finger.tip.thickness)
+
+
+def test_of_a_cross_section_base_and_tip_change_alike(tapered_finger):
+    found = configured_finger(tapered_finger, "here", {"all": FingerConfig(youngs_modulus="-20 %")})
+    for end in ("base", "tip"):
+        assert getattr(found, end).youngs_modulus == pytest.approx(0.8 * getattr(tapered_finger, end).youngs_modulus)
+
+
+def test_contact_and_nothing_else_changes(tapered_finger):
+    found = configured_finger(tapered_finger, "here", {"all": FingerConfig(friction="0.3", dissipation="+100 %")})
+    assert (found.contact.friction, found.contact.dissipation) == (0.3, 2 * tapered_finger.contact.dissipation)
+    assert found.links.mass == pytest.approx(tapered_finger.links.mass)
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"all": FingerConfig(width="wide")}, "here.fingers.all: width = 'wide': give a number, or a change"),
+        ({"tapered": FingerConfig(length="-1")}, "here.fingers.tapered: finger 'tapered': length = -1.0"),
+        ({"all": FingerConfig(friction="+300 percent")}, "friction"),
+        ({"all": FingerConfig(length="90")}, "is far from the simulated"),
+    ],
+)
+def test_what_is_no_finger_is_refused(tapered_finger, changes, complaint):
+    with pytest.raises(InputError, match=complaint):
+        configured_finger(tapered_finger, "here", changes)
+
+
+def test_a_scenario_keeps_the_changes_and_the_station_has_them(tmp_path):
+    key = "models.gripper.fingers.right_finger.youngs_modulus"
+    scenario = changed_scenario("box_grasp", {key: 3e5})
+    again = parse_scenario(tmp_path / "scenario.yaml", dump_scenario(scenario))
+    left, right = (finger.finger for finger in make_station(again).fingers)
+    assert right.base.youngs_modulus == right.tip.youngs_modulus == 3e5
+    assert left.base.youngs_modulus == 2.67e5
+
+
+@pytest.mark.parametrize(
+    ("model", "complaint"), [("gripper", "known: all, left_finger, right_finger"), ("box", "known: none")]
+)
+def test_fingers_that_are_not_there_are_named(model, complaint):
+    with pytest.raises(InputError, match=complaint):
+        make_station(changed_scenario("box_grasp", {f"models.{model}.fingers.thumb.width": 0.02}))

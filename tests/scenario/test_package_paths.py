@@ -1,0 +1,56 @@
+"""A package:// path stays in its package."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.scenario.mesh_names import mesh_file
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.package_paths import check_inside, check_uris
+
+CLIMBING = ["../a.obj", "b/../../a.obj", "..", "b/../../package_of_another/a.obj", "", "b/.."]
+
+
+@pytest.mark.parametrize("inside", CLIMBING)
+def test_paths_that_climb_out(inside: str) -> None:
+    with pytest.raises(InputError, match="leads out of the package"):
+        check_inside("a.urdf", f"package://p/{inside}")
+
+
+def test_paths_inside() -> None:
+    check_inside("a.urdf", "package://p/b/../a.obj")
+
+
+@pytest.mark.parametrize("package", ["soft_gripper", "drake_models"])
+def test_models(package: str) -> None:
+    with pytest.raises(InputError, match="leads out of the package"):
+        model_path(f"package://{package}/../../secret.urdf")
+
+
+def test_meshes_of_other_packages(tmp_path: Path) -> None:
+    (tmp_path / "p").mkdir()
+    (tmp_path / "secret.obj").touch()
+    with pytest.raises(InputError, match="leads out of the package"):
+        mesh_file("package://p/../secret.obj", tmp_path / "p" / "arm.urdf")
+
+
+@pytest.mark.parametrize(
+    "line", ["<mesh filename='package://p/../a.obj'/>", "<uri>model://../a</uri>", "<uri> package://p/.. </uri>"]
+)
+def test_names_in_models(line: str) -> None:
+    with pytest.raises(InputError, match=r"a\.urdf: file = .*leads out of the package"):
+        check_uris(Path("a.urdf"), parse_xml("a.urdf", f"<robot><link>{line}</link></robot>"))
+    check_uris(
+        Path("a.urdf"), parse_xml("a.urdf", "<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>")
+    )
+
+
+def test_a_pipe_in_the_place_of_a_mesh(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.obj")
+    for line in (f"<mesh filename='file://{tmp_path}/a.obj'/>", "<mesh filename='a.obj'/>", "<uri>a.obj</uri>"):
+        with pytest.raises(InputError, match=r"is not a regular file"):
+            check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", f"<robot>{line}</robot>"))
+    check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", "<robot><uri>.</uri><mesh filename='none.obj'/></robot>"))

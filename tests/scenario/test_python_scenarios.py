@@ -1,0 +1,178 @@
+"""Scenarios that are made in Python: numbers of numpy are numbers, and values of other types are refused in a line."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import soft_gripper as sg
+
+BASE = sg.load_scenario("free_bending")
+
+
+def test_changes_hold_numbers_of_numpy():
+    changes = {
+        "pressure.steps.all": np.linspace(0, 1e4, 3),
+        "sensor.sections": np.int64(2),
+        "models.0.fingers": {"all": {"youngs_modulus": np.float64(9e5)}},
+    }
+    plain = {
+        "pressure.steps.all": [0.0, 5e3, 1e4],
+        "sensor.sections": 2,
+        "models.0.fingers": {"all": {"youngs_modulus": 9e5}},
+    }
+    assert sg.changed_scenario("free_bending", changes) == sg.changed_scenario("free_bending", plain)
+
+
+def test_a_scenario_of_python_holds_numbers_of_numpy():
+    scenario = replace(
+        BASE,
+        gravity=np.array([0.0, 0.0, -9.8]),
+        pressure=replace(BASE.pressure, steps={"all": np.array([0.0, 1e4])}),
+        sensor=replace(BASE.sensor, period=np.float64(0.01), sections=np.int64(3)),
+        believed=sg.scenario.BelievedConfig(sensor_spacing=np.float64(0.0178), youngs_modulus=950000),
+    )
+    found = sg.make_station(scenario).scenario
+    assert (found.gravity, found.pressure.steps, found.sensor.sections) == ([0.0, 0.0, -9.8], {"all": [0.0, 1e4]}, 3)
+    assert (found.believed.sensor_spacing, found.believed.youngs_modulus) == ("0.0178", "950000")
+    assert "sections: 3" in sg.dump_scenario(scenario)
+    assert isinstance(scenario.gravity, np.ndarray)  # what was given is left as it was
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [
+        ("sensor", "sections", -1),
+        ("sensor", "sections", None),
+        ("sensor", "sections", 2.5),
+        ("sensor", "sections", "two"),
+        ("sensor", "period", np.zeros(2)),
+        ("sensor", "one_sided", "no"),
+        ("sensor", "errors", 3),
+        ("pressure", "steps", None),
+        ("pressure", "steps", {"all": 3.0}),
+        ("pressure", "settle", float("nan")),
+        ("control", "gains", None),
+        ("control", "set_points", "0.08"),
+        ("estimator", "beside", ["arcs", None]),
+    ],
+)
+def test_a_value_of_another_type(part, name, value):
+    scenario = replace(BASE, **{part: replace(getattr(BASE, part), **{name: value})})
+    with pytest.raises(sg.InputError) as caught:
+        sg.make_station(scenario)
+    assert caught.value.field.startswith(f"{part}.{name}")
+
+
+@pytest.mark.parametrize("name", ["kp", "ki", "kd", "derivative_filter", "tracking_time"])
+@pytest.mark.parametrize("value", [None, "text", float("nan"), [1.0]])
+def test_gains_are_numbers(name, value):
+    gains = sg.control.PidGains(**{name: value})
+    with pytest.raises(sg.InputError) as caught:
+        sg.make_station(replace(BASE, control=sg.ControlConfig(gains=gains)))
+    assert caught.value.field == f"control.gains.{name}"
+    with pytest.raises(sg.InputError) as caught:
+        sg.control.SampledPidController(gains, 0.01, 0.0, 1.0)
+    assert caught.value.field == name
+
+
+@pytest.mark.parametrize(
+    ("period", "minimum", "maximum", "field"),
+    [(0.0, 0.0, 1.0, "period"), (None, 0.0, 1.0, "period"), (0.1, None, 1.0, "limits"), (0.1, 2.0, 1.0, "limits")],
+)
+def test_limits_of_a_controller(period, minimum, maximum, field):
+    with pytest.raises(sg.InputError) as caught:
+        sg.control.SampledPidController(sg.control.PidGains(), period, minimum, maximum)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("scenario", [None, "free_bending", {}, 3])
+def test_what_is_no_scenario(scenario):
+    for call in (sg.make_station, sg.simulate, sg.dump_scenario):
+        with pytest.raises(sg.InputError) as caught:
+            call(scenario)
+        assert caught.value.field == "scenario"
+
+
+@pytest.mark.parametrize("name", [None, 3, ["free_bending"], float("nan")])
+@pytest.mark.parametrize(
+    "read",
+    [
+        sg.load_scenario,
+        lambda name: sg.changed_scenario(name, {}),
+        sg.learning.load_environment,
+        sg.scenario.load_calibration,
+        sg.model_path,
+    ],
+)
+def test_a_name_is_text(read, name):
+    with pytest.raises(sg.InputError) as caught:
+        read(name)
+    assert caught.value.field == "name"
+
+
+def test_a_name_may_be_a_path(tmp_path):
+    (tmp_path / "own.yaml").write_text(sg.dump_scenario(BASE))
+    assert sg.load_scenario(Path(tmp_path / "own.yaml")) == BASE
+
+
+@pytest.mark.parametrize("overrides", [None, 3, "sensor.sections=3", [3]])
+def test_overrides_are_a_list_of_text(overrides):
+    with pytest.raises(sg.InputError):
+        sg.load_scenario("free_bending", overrides)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"), [(None, "changes"), ([1], "changes"), ({3: 1}, "key"), ({None: 1}, "key")]
+)
+def test_changes_are_by_names(changes, field):
+    with pytest.raises(sg.InputError) as caught:
+        sg.changed_scenario("free_bending", changes)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("sections", [-1, 0, None, "four", 2.5, [4]])
+def test_sections_of_a_layout(sections, shipped_finger):
+    with pytest.raises(sg.InputError) as caught:
+        sg.sensors.SensorLayout(shipped_finger, sections)
+    assert caught.value.field.endswith("sections")
+
+
+@pytest.mark.parametrize("curvature", [(0.0, 2.0, 1.0), (0.0, None, 2.0), (0.0, "1", 2.0), (0.0, 1.0)])
+def test_points_of_an_elastic_law(curvature, shipped_finger):
+    law = sg.fingers.ElasticLaw(curvature, (0.0, 1.0, 2.0), (0.0, 1.0, 2.0))
+    with pytest.raises(sg.InputError) as caught:
+        replace(shipped_finger, elastic_law=law)
+    assert "elastic_law." in caught.value.field
+
+
+@pytest.mark.parametrize(
+    ("x", "y"), [((0, 2, 1), (0, 1, 2)), ((0, 1), (0, 1, 2)), ((), ()), (("a", "b"), (0, 1)), ((0, np.nan), (0, 1))]
+)
+def test_points_of_a_curve(x, y):
+    with pytest.raises(sg.InputError) as caught:
+        sg.PiecewiseLinear(np.array(x), np.array(y))
+    assert caught.value.field == "points"
+
+
+@pytest.mark.parametrize("value", [None, "text", [1.0], True])
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda value: sg.sensors.StrainErrors(noise=value), "noise"),
+        (lambda value: sg.sensors.PressureErrors(delay=value), "delay"),
+        (lambda value: sg.estimators.Uncertainty(angle=value), "angle"),
+    ],
+)
+def test_numbers_of_a_dataclass(make, field, value):
+    with pytest.raises(sg.InputError) as caught:
+        make(value)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("length", [None, "0.1", [0.1], float("nan"), -1.0])
+def test_the_length_of_a_finger(length, shipped_finger):
+    with pytest.raises(sg.InputError) as caught:
+        replace(shipped_finger, length=length)
+    assert caught.value.field.endswith("length")

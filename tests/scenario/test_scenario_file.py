@@ -1,0 +1,253 @@
+"""Scenario files: found, read with overrides, written out again; and two that run at the ends of the schema."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.common.schema import Transform
+
+from soft_gripper.control.task_phases import Outcome
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.scenario.scenario import (
+    ArmConfig,
+    EstimatorConfig,
+    ModelConfig,
+    PhaseConfig,
+    PressureErrorsConfig,
+    Scenario,
+    SensorConfig,
+    StrainErrorsConfig,
+    TaskConfig,
+)
+from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario, scenario_names
+
+FOLDER = Path(__file__).parents[1] / "scenarios"
+DEFAULTS, EVERYTHING = str(FOLDER / "defaults.yaml"), str(FOLDER / "one_of_everything.yaml")
+# A scenario begins at 0 s; not every Drake knows the other field, and logs keep to the sensors' rate.
+NO_CHOICE = {"simulator_config.start_time", "simulator_config.publish_every_time_step"}
+NO_TASK = "task=null"
+
+
+def write(folder, text):
+    path = folder / "scenario.yaml"
+    path.write_text(text)
+    return str(path)
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_load_by_name(name):
+    assert load_scenario(name).description
+
+
+@pytest.mark.parametrize("source", [*scenario_names(), DEFAULTS, EVERYTHING])
+def test_what_is_dumped_loads_again(tmp_path, source):
+    text = dump_scenario(load_scenario(source))
+    assert dump_scenario(load_scenario(write(tmp_path, text))) == text
+
+
+def test_what_is_dumped_loads_in_every_drake():
+    assert "publish_every_time_step" not in dump_scenario(load_scenario(DEFAULTS))
+
+
+def files_of(scenario):
+    """All files that a scenario names."""
+    return [*(model.file for model in scenario.models), scenario.believed.file, scenario.believed.calibration]
+
+
+def test_dumped_paths_are_relative_to_where_the_text_is_kept(tmp_path):
+    scenario = load_scenario(EVERYTHING)
+    files = files_of(scenario)
+    text = dump_scenario(scenario, FOLDER)
+    assert "file: ../../models/arms/ur5e.urdf" in text
+    again = load_scenario(write(tmp_path, dump_scenario(scenario, tmp_path)))
+    assert files_of(again) == files
+    assert files_of(scenario) == files  # what is dumped stays as it was
+
+
+@pytest.mark.parametrize(("value", "kept"), [("2.0e-2", "0.02"), ("1", "1"), ("+10 %", "+10 %"), ("'-2.5%'", "-2.5%")])
+def test_a_belief_is_a_number_or_a_change(value, kept):
+    assert load_scenario("free_bending", [f"believed.width={value}"]).believed.width == kept
+
+
+def test_overrides_take_the_place_of_what_the_file_says():
+    overrides = [
+        "description=other",
+        "sensor.sections=2",
+        "pressure.maximum=3e5",
+        "pressure.steps.left_finger=[1.0e3, 2.0e3]",
+        "models.1.name=renamed",
+        "models.0.X_PC.rotation=!Rpy {deg: [0, 0, 90]}",
+        "sensor.sections=3",
+    ]
+    scenario = load_scenario("free_bending", overrides)
+    shipped = load_scenario("free_bending")
+    assert (scenario.description, scenario.sensor.sections) == ("other", 3)
+    assert scenario.pressure.maximum == 3e5
+    assert scenario.pressure.steps == shipped.pressure.steps | {"left_finger": [1e3, 2e3]}
+    assert [model.name for model in scenario.models] == ["left_finger", "renamed"]
+    rotation = scenario.models[0].X_PC.GetDeterministicValue().rotation().matrix()
+    np.testing.assert_allclose(rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+
+
+def test_steps_of_the_file_are_the_only_ones():
+    scenario = load_scenario(DEFAULTS, ["pressure.steps={finger: [1.0]}"])
+    assert scenario.pressure.steps == {"finger": [1.0]}
+
+
+def test_an_entry_of_a_list_is_counted_or_named():
+    for key in ("models.1.X_PC.translation", "models.right_finger.X_PC.translation"):
+        scenario = changed_scenario("free_bending", {key: [1.0, 2.0, 3.0]})
+        assert scenario.models[1].X_PC.translation.tolist() == [1.0, 2.0, 3.0]
+        assert scenario.models[0].X_PC.translation.tolist() != [1.0, 2.0, 3.0]
+
+
+def test_changes_are_data_and_stay_as_they_are():
+    changes = {"pressure.steps": {"all": [0.0, 1e-7]}, "believed.width": 0.03, "believed.length": "+5 %"}
+    scenario = changed_scenario("free_bending", changes)
+    assert scenario.pressure.steps == {"all": [0.0, 1e-7]}
+    assert (scenario.believed.width, scenario.believed.length) == ("0.03", "+5 %")
+    assert changes["believed.width"] == 0.03
+
+
+@pytest.mark.parametrize(
+    ("override", "complaint"),
+    [
+        ("sensor.sections", "write key=value"),
+        ("=3", "write key=value"),
+        ("sensor.sections=[", "is not YAML"),
+        ("models.2.name=x", "'2' is none of the entries 0 to 1"),
+        ("models.first.name=x", "'first' is none of the entries 0 to 1"),
+        ("models.2={}", "'2' is none of the entries 0 to 1"),
+        ("description.deeper=1", "nothing lies below"),
+        ("description.deeper.still=1", "nothing lies below"),
+    ],
+)
+def test_wrong_overrides_are_quoted(override, complaint):
+    with pytest.raises(InputError, match=complaint) as caught:
+        load_scenario("free_bending", [override])
+    assert str(caught.value).startswith("--set: ")
+
+
+def test_model_paths_are_relative_to_the_scenario(tmp_path, monkeypatch):
+    path = write(tmp_path, "models: [{name: a, file: models/a.urdf}, {name: b, file: package://c/d.urdf}]")
+    monkeypatch.chdir("/")
+    files = [model.file for model in load_scenario(path).models]
+    assert files == [str(tmp_path / "models/a.urdf"), "package://c/d.urdf"]
+
+
+def test_unknown_name_lists_the_shipped_ones():
+    with pytest.raises(InputError, match=r"not shipped; known: .*free_bending"):
+        load_scenario("free_bendin")
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"models: [", "is not YAML"),
+        (b"a: b: c", "is not YAML"),
+        (b"--- {}\n--- {}", "is not YAML"),
+        (b"- models", "holds no mapping"),
+        (b"", "holds no mapping"),
+        (b"\xff\xfe\x00", "cannot be read: it is not a text file"),
+    ],
+)
+def test_files_that_are_no_scenarios(tmp_path, content, complaint):
+    path = tmp_path / "scenario.yaml"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=complaint) as caught:
+        load_scenario(str(path))
+    assert str(caught.value).startswith(str(path))
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        load_scenario(str(tmp_path / "none.yaml"))
+
+
+def leaves(config, place=""):
+    """Every field below a config, as text: {dotted name: value}."""
+    fields = getattr(config, "__dataclass_fields__", None) or [f.name for f in getattr(config, "__fields__", ())]
+    if not fields or isinstance(config, Transform):
+        return {place: repr(config)}
+    below = [leaves(getattr(config, name), f"{place}.{name}".lstrip(".")) for name in fields]
+    return {name: value for part in below for name, value in part.items()}
+
+
+def changed(config, default):
+    before = leaves(default)
+    return {name for name, value in leaves(config).items() if value != before[name]}
+
+
+def test_one_of_everything_sets_every_field():
+    sensor = SensorConfig(errors=StrainErrorsConfig(), pressure_errors=PressureErrorsConfig())
+    estimator = EstimatorConfig(uncertainty=Uncertainty())
+    default = Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor, estimator=estimator)
+    scenario = load_scenario(EVERYTHING)
+    given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
+    beside_torque = {"control.force_limit"}
+    expected = set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact - beside_torque
+    assert changed(scenario, default) == expected
+    for parts, default in ((scenario.models, ModelConfig()), (scenario.task.phases, PhaseConfig())):
+        assert set.union(*(changed(part, default) for part in parts)) == set(leaves(default))
+
+
+def test_defaults_run():
+    scenario = load_scenario(DEFAULTS)
+    assert changed(scenario, Scenario()) == {"models"}
+    recording = simulate(scenario)
+    assert recording["time"][-1] == pytest.approx(scenario.duration)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        [NO_TASK],
+        [
+            NO_TASK,
+            "sensor.one_sided=false",
+            "believed.calibration=null",
+            "estimator={compensate_gravity: false}",
+            "plant_config.time_step=0",
+            "simulator_config.integration_scheme=cenic",
+        ],
+    ],
+    ids=["open loop", "two-sided in cenic"],
+)
+def test_one_of_everything_runs(overrides):
+    scenario = load_scenario(EVERYTHING, overrides)
+    recording = simulate(scenario)
+    samples = np.arange(0, scenario.duration + scenario.sensor.period / 2, scenario.sensor.period)
+    np.testing.assert_allclose(recording["time"], samples, atol=1e-9)
+    left, right = (recording[f"{side}_finger.pressure"] for side in ("left", "right"))
+    assert left[-1] == pytest.approx(40e3, rel=0.01)
+    assert right[-1] == pytest.approx(-20e3, rel=0.01)
+    height = recording["plant.state"].sel(state="box_box_z")
+    assert height[-1] - height[0] == pytest.approx(-1.6 / 2 * scenario.duration**2, rel=0.05)
+
+
+def test_one_of_everything_runs_in_closed_loop():
+    alive = "sensor.errors.dead=[]"
+    scenario = load_scenario(EVERYTHING, [NO_TASK, alive, "control.set_points=[0.085, 0.095]"])
+    recording = simulate(scenario)
+    assert recording["time"][-1] == pytest.approx(len(scenario.control.set_points) * scenario.control.hold)
+    left, right = (recording[f"{side}_finger.pressure_command"] for side in ("left", "right"))
+    np.testing.assert_array_equal(left, right)
+    assert np.abs(left).max() > 0
+
+
+def test_one_of_everything_runs_as_a_task():
+    """There is nothing between the fingers: the second phase fails and is given up."""
+    scenario = load_scenario(EVERYTHING)
+    recording = simulate(scenario)
+    assert recording["time"][-1] == pytest.approx(scenario.task.time_limit)
+    phases = recording["task.phase"].values
+    assert list(dict.fromkeys(phases[phases < len(scenario.task.phases)])) == [0, 1]
+    assert recording["task.outcome"][-1] == Outcome.NOTHING_GRASPED
+    assert recording["grip.set_point"].values[-1] == scenario.task.phases[0].opening
+
+
+def test_a_task_ends_with_its_time():
+    scenario = load_scenario(EVERYTHING, ["task.time_limit=0.3"])
+    assert simulate(scenario)["time"][-1] == pytest.approx(0.3)
