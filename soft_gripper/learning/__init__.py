@@ -2,4 +2,16 @@
 
 import lazy_loader
 
+try:
+    import gymnasium
+except ImportError:
+    raise ImportError("soft_gripper.learning needs Gymnasium: pip install 'soft-gripper[learning]'") from None
+
+for _id, _environment in (
+    ("SoftReach-v0", "soft_reach"),
+    ("SoftGrasp-v0", "soft_grasp"),
+    ("SoftPickPlace-v0", "soft_pick_place"),
+):
+    gymnasium.register(_id, "soft_gripper.learning.environment:SoftGripperEnv", kwargs={"environment": _environment})
+
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

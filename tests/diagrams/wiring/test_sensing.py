@@ -159,7 +159,7 @@ def test_width_of_what_both_fingers_hold():
 def test_estimators_know_of_the_errors_of_the_sensors_unless_a_scenario_says_otherwise(monkeypatch, given):
     """Those beside the estimator of the scenario too."""
     known = []
-    for name in ("estimation", "beside"):
+    for name in ("estimation", "scoring"):
         module = import_module(f"soft_gripper.diagrams.wiring.{name}")
         find = module.find_estimator
         monkeypatch.setattr(

@@ -17,7 +17,7 @@ from soft_gripper.runs.executor import WorkerProcesses, name_of, open_executor
 PARENT = """
 import sys, time
 sys.path.insert(0, {tests!r})
-from evaluation.executor.test_worker_processes import write_and_sleep
+from runs.executor.test_worker_processes import write_and_sleep
 from soft_gripper.runs.executor import WorkerProcesses
 if __name__ == "__main__":
     with WorkerProcesses(2) as executor:
@@ -162,7 +162,7 @@ def test_calls_have_short_names():
 UNGUARDED = """
 import sys
 sys.path.insert(0, {tests!r})
-from evaluation.executor.test_worker_processes import pid
+from runs.executor.test_worker_processes import pid
 from soft_gripper.runs.executor import make_calls, open_executor
 print("begins", flush=True)
 with open_executor(1) as executor:
