@@ -7,6 +7,8 @@ from command_line import soft_gripper
 from synthetic_hardware import CALIBRATION, free_bending
 
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.errors import InputError
+from soft_gripper.hardware.calibration import calibrate_recordings
 from soft_gripper.scenario.calibration_file import load_calibration
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
@@ -62,3 +64,15 @@ def test_a_recording_that_was_calibrated_says_the_same(recorded, tmp_path):
     first, _ = calibrate(recorded("run"), tmp_path / "first.yaml")
     again, _ = calibrate(recorded("again", f"believed.calibration={tmp_path / 'first.yaml'}"), tmp_path / "again.yaml")
     assert again == first
+
+
+@pytest.mark.parametrize("shape", [(3, 3), (4, 4), (12,), ()])
+def test_base_poses_of_another_shape_are_refused(recorded, shape):
+    file = recorded("run")
+    data = Recording.load(file).data
+    axes = [f"axis_{i}" for i in range(len(shape))]
+    data["left_finger.X_WB"] = (["time", *axes], np.ones((data.sizes["time"], *shape)))
+    Recording(data).save(file)
+    with pytest.raises(InputError) as error:
+        calibrate_recordings([file])
+    assert error.value.field == "left_finger.X_WB"
