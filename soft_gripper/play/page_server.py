@@ -288,14 +288,13 @@ class _PageServer:
         try:
             writer.write(_GREETING)
             await reader.readuntil(b"\r\n\r\n")
-            tasks = [asyncio.create_task(each) for each in (_hand_on(reader, writer, connection), _ignore(connection))]
-            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            ends = [asyncio.create_task(each) for each in (_hand_on(reader, writer, connection), _ignore(connection))]
+            await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
         finally:
             writer.close()
             connection.transport.abort()  # a closing frame might fall into one of Meshcat's
+        # The other one ends now. It is not cancelled, since `wait_for` can lose that in Python 3.11.
+        await asyncio.gather(*ends, return_exceptions=True)
 
 
 class _Connection(ServerConnection):

@@ -245,14 +245,32 @@ def test_a_message_that_is_too_long_ends_its_connection(served: Served, path: st
     assert served.panel.messages == []
 
 
-def test_a_flood_of_messages_ends_its_connection(served: Served, monkeypatch) -> None:
+@pytest.mark.parametrize("path", ["live", "scene/"])
+def test_a_flood_of_messages_ends_its_connection(served: Served, path: str, monkeypatch) -> None:
     monkeypatch.setattr(module, "MOST_MESSAGES", 20)
-    with served.open() as socket, pytest.raises(ConnectionClosed):  # noqa: PT012
+    with served.open(path) as socket, pytest.raises(ConnectionClosed):  # noqa: PT012
         for _ in range(100 * module.MOST_MESSAGES):
             socket.send("{}")
         end(socket)
         socket.send("{}")
     assert len(served.panel.messages) <= 3 * module.MOST_MESSAGES
+
+
+def test_a_flood_ends_its_connection_while_the_scene_moves(served: Served, meshcat: Meshcat) -> None:
+    def flood() -> None:
+        for _ in range(10):
+            with served.open("scene/") as socket, suppress(ConnectionClosed):
+                while True:
+                    socket.send("{}")
+
+    flooding = threading.Thread(target=flood, daemon=True)
+    flooding.start()
+    deadline = time.monotonic() + SECOND
+    while flooding.is_alive():
+        assert time.monotonic() < deadline, "it goes on"
+        for i in range(50):  # in this thread, since Drake accepts no other
+            meshcat.SetProperty(f"moving{i}", "visible", True)
+        time.sleep(0.02)
 
 
 def end(socket: ClientConnection) -> None:
