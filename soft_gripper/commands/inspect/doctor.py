@@ -64,7 +64,10 @@ def _run(options: argparse.Namespace) -> ExitCode:
         _tried("Meshcat", lambda: f"served at {hidden_meshcat().web_url()}"),
         _tried("mesh cache", lambda: f"{writable_folder(cache_folder())} can be written to"),
         _optional("browser", next(filter(None, map(shutil.which, BROWSERS)), None), "none on the PATH"),
-        *(_optional(f"extra {name}", _version(module), f"pip install '.[{name}]'") for name, module in EXTRAS.items()),
+        *(
+            _optional(f"extra {name}", _version(module), f"pip install 'soft-gripper[{name}]'")
+            for name, module in EXTRAS.items()
+        ),
     ]
     width = max(len(finding.part) for finding in findings)
     for finding in findings:

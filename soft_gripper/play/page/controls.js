@@ -38,6 +38,7 @@ export class Controls {
     const whole = (value) => low + step * Math.round((value - low) / step);
     slider.addEventListener("input", () => move(whole(slider.valueAsNumber)));
     number.addEventListener("change", () => { if (!isNaN(number.valueAsNumber)) move(number.valueAsNumber); });
+    number.addEventListener("focus", () => number.select());
     keys.forEach((key, i) => key && this.keys.set(key, () => move(slider.valueAsNumber + (i ? step : -step))));
     return found;
   }

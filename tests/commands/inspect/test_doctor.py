@@ -20,7 +20,11 @@ def test_what_works_and_what_is_left_out(monkeypatch):
     assert outcome.code == 0
     assert found["simulation and pictures"]["works"]
     assert found["extra there"]["works"]
-    assert found["extra missing"] == {"part": "extra missing", "works": None, "found": "pip install '.[missing]'"}
+    assert found["extra missing"] == {
+        "part": "extra missing",
+        "works": None,
+        "found": "pip install 'soft-gripper[missing]'",
+    }
 
 
 def test_a_picture_of_one_shade_shows_nothing(monkeypatch):
