@@ -64,7 +64,8 @@ def test_wheel_and_sdist_hold_the_files_of_the_source(wheel: Path) -> None:
     assert {"soft_gripper/__init__.pyi", "soft_gripper/diagrams/scenarios/free_bending.yaml"} <= shipped
     of_wheel = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith("soft_gripper/")}
     (sdist,) = wheel.parent.glob("*.tar.gz")
-    inside = (member.name.partition("/")[2] for member in tarfile.open(sdist) if member.isfile())
+    with tarfile.open(sdist) as archive:
+        inside = {member.name.partition("/")[2] for member in archive if member.isfile()}
     assert of_wheel == {name for name in inside if name.startswith("soft_gripper/")} == shipped
 
 
