@@ -2,7 +2,7 @@
 
 WorkerProcesses: an executor of processes that are replaced when they have grown or died.
 
-Systems written in Python are not freed with their diagram (pydrake 1.51 to 1.58), so that every station that is built
+Systems written in Python are not freed with their diagram by pydrake 1.51, so that every station that is built
 stays in memory, 15 MB. A process that has grown by GROWTH makes way for another.
 """
 
