@@ -13,11 +13,10 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.choices import is_own
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.diagrams.wiring.sensors import IDEAL
+from soft_gripper.diagrams.wiring.sensors import IDEAL, sensor_layout
 from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.finger_shape import ANGLES
 
-STRAIN = "strain"
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -29,6 +28,7 @@ class OwnBlock(NamedTuple):
     place: str  # the finger, or what else its signals begin with
     block: System
     port: str  # what it must put out
+    quantity: str  # that the sensors of the finger read
 
     def error(self, port: str, expected: str) -> InputError:
         """A mistake at one of its ports."""
@@ -41,16 +41,18 @@ class OwnBlock(NamedTuple):
 def own_blocks(station: Station) -> list[OwnBlock]:
     """The user's own blocks of a station; what they read comes first."""
     found, parts = [], station.parts
-    for finger in (finger.name for finger in station.fingers):
+    for plant_finger in station.fingers:
+        finger = plant_finger.name
+        quantity = sensor_layout(plant_finger.finger, station.scenario.sensor).quantity
         if is_own(parts.sensor):
             block = _inside(station.diagram, f"{finger}.sensors", "sensor")
-            found.append(OwnBlock("sensor.type", parts.sensor, finger, block, STRAIN))
+            found.append(OwnBlock("sensor.type", parts.sensor, finger, block, quantity, quantity))
         if is_own(parts.estimator):
             block = _inside(station.diagram, f"{finger}.estimation", "estimator")
-            found.append(OwnBlock("estimator.type", parts.estimator, finger, block, ANGLES))
+            found.append(OwnBlock("estimator.type", parts.estimator, finger, block, ANGLES, quantity))
         for kind in filter(is_own, station.scenario.estimator.beside):
             block = _inside(station.diagram, f"{finger}.{kind}.estimation", "estimator")
-            found.append(OwnBlock("estimator.beside", kind, f"{finger}.{kind}", block, ANGLES))
+            found.append(OwnBlock("estimator.beside", kind, f"{finger}.{kind}", block, ANGLES, quantity))
     return found
 
 
@@ -109,9 +111,9 @@ def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
     """
     for own in blocks:
         name = f"{own.place}.{own.port}"
-        readings = recording[f"{own.place.partition('.')[0]}.{STRAIN}"]
-        if own.port == STRAIN:
-            ideal = f"{own.place}.{IDEAL}{STRAIN}"
+        readings = recording[f"{own.place.partition('.')[0]}.{own.quantity}"]
+        if own.port == own.quantity:
+            ideal = f"{own.place}.{IDEAL}{own.quantity}"
             name = ideal if ideal in recording.data else name
             is_excused = np.zeros(len(readings), dtype=bool)
         else:

@@ -11,10 +11,10 @@ from soft_gripper.scenario.calibration_file import calibrated, load_calibration
 from soft_gripper.scenario.finger_changes import OF_FINGER, OF_SECTION, changed_finger
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 
 
-def believed_layout(finger: Finger, sensor: SensorConfig, believed: BelievedConfig) -> SensorLayout:
+def believed_layout(finger: Finger, sensor: SensorConfig, believed: BelievedConfig) -> MeasurementModel:
     """Sensors and finger as the estimators believe them to be.
 
     Raises:

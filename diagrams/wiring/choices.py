@@ -1,8 +1,12 @@
 """Sensors and estimators by name: those of this project, and a user's own as "module:function".
 
-A sensor is a system with an input `joint_angles` (N) rad and an output `strain`, the readings; whatever else it puts
-out is logged. It may also take `pressure` and `X_WB`. It is made by a function of the sensors on the finger and the
-period of their samples, s:
+A kind of sensor is a class of what the sensors on a finger measure, made from the finger and the number of sections:
+
+    class Curvature(MeasurementModel): ...
+
+A strain sensor of your own is a system with an input `joint_angles` (N) rad and an output `strain`, the readings;
+whatever else it puts out is logged. It may also take `pressure` and `X_WB`. It is made by a function of the sensors on
+the finger and the period of their samples, s:
 
     def make(layout: SensorLayout, period: float) -> System
 
@@ -11,7 +15,7 @@ the sensor, `pressure`, `X_WB`, and what drives the finger as it is believed to 
 from sensors and finger as they are believed to be, gravity in the world, m/s^2 (zero without
 `estimator.compensate_gravity`), and the period:
 
-    def make(layout: SensorLayout, gravity: Array, period: float) -> System
+    def make(layout: MeasurementModel, gravity: Array, period: float) -> System
 """
 
 import importlib
@@ -19,35 +23,39 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from pydrake.systems.framework import System
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, described
-from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
 from soft_gripper.estimators.recursive import RecursiveEstimator, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_sensor import StrainSensor
 
 MakeSensor = Callable[[SensorLayout, float], System]
-MakeEstimator = Callable[[SensorLayout, Array, float], System]
+MakeEstimator = Callable[[MeasurementModel, Array, float], System]
 
 _IN_USE = "_soft_gripper_in_use"  # attribute of a block that is part of a diagram
-SENSORS: dict[str, MakeSensor] = {"strain": StrainSensor}
+SENSORS: dict[str, type[MeasurementModel]] = {"strain": SensorLayout}
 
 
-def find_sensor(name: str) -> MakeSensor:
-    """The sensor that `sensor.type` names.
+def find_sensor(name: str) -> type[MeasurementModel] | MakeSensor:
+    """What `sensor.type` names: a kind of sensor, or a function that makes a strain sensor.
 
     Raises:
         InputError: if there is none.
     """
-    found: MakeSensor = _find("sensor.type", name, SENSORS)
+    found: type[MeasurementModel] | MakeSensor = _find("sensor.type", name, SENSORS)
     return found
+
+
+def is_kind(found: object) -> TypeGuard[type[MeasurementModel]]:
+    """Whether this is a kind of sensor."""
+    return isinstance(found, type) and issubclass(found, MeasurementModel)
 
 
 def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str = "estimator.type") -> MakeEstimator:
@@ -61,8 +69,7 @@ def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str
     Raises:
         InputError: if there is none.
     """
-    own: dict[str, MakeEstimator] = {kind: _of_function(kind, uncertainty or Uncertainty()) for kind in SHAPE_FUNCTIONS}
-    own["arcs"] = lambda layout, gravity, period: ArcPoseEstimator(layout, gravity)
+    own = {kind: _of_function(kind, uncertainty or Uncertainty()) for kind in SHAPE_FUNCTIONS}
     found: MakeEstimator = _find(field, name, own)
     return found
 
@@ -70,7 +77,7 @@ def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str
 def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
     """A block around an estimator that is a function of arrays."""
 
-    def make(layout: SensorLayout, gravity: Array, period: float) -> System:
+    def make(layout: MeasurementModel, gravity: Array, period: float) -> System:
         function = SHAPE_FUNCTIONS[kind](layout, uncertainty, period)
         if isinstance(function, RecursiveShape):
             return RecursiveEstimator(function, gravity)
@@ -91,19 +98,28 @@ def make_block(field: str, name: str, make: Callable[..., System], *arguments: A
     Raises:
         InputError: if it fails, or makes no system, or a block that it has made before.
     """
-    with seen_from(field, name):
-        try:
-            block = make(*arguments)
-        except InputError:
-            raise
-        except (Exception, SystemExit) as error:  # whatever a user's function may raise
-            raise InputError("scenario", field, name, f"failed: {described(error)}") from error
+    block = made(field, name, make, *arguments)
     if not isinstance(block, System):
         raise InputError("scenario", field, name, f"made a {type(block).__name__}; a Drake System is needed")
     if hasattr(block, _IN_USE):
         raise InputError("scenario", field, name, "returned the same block twice; make a new one for every finger")
     setattr(block, _IN_USE, True)
     return block
+
+
+def made(field: str, name: str, make: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function, of the user's perhaps, makes of its arguments; see `make_block`.
+
+    Raises:
+        InputError: if it fails.
+    """
+    with seen_from(field, name):
+        try:
+            return make(*arguments)
+        except InputError:
+            raise
+        except (Exception, SystemExit) as error:  # whatever a user's function may raise
+            raise InputError("scenario", field, name, f"failed: {described(error)}") from error
 
 
 @contextmanager

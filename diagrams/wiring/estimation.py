@@ -17,7 +17,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.scenario.scenario import EstimatorConfig
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 
 
 class FingerEstimation(Diagram):
@@ -31,14 +31,15 @@ class FingerEstimation(Diagram):
                                 ^----- if it creeps ---------+                           |
                                                             contact, if looked for <-- ContactDetector
 
-    FingerShape is there if the estimator does not put the pose out by itself. What drives the finger goes to the
-    ForceEstimator too. Wire recorded logs to the inputs, and the same blocks estimate what happened on hardware.
+    FingerShape is there if the estimator does not put the pose out by itself; where it puts out `external_torque`, that
+    takes the place of the ForceEstimator's. What drives the finger goes to the ForceEstimator too. Wire recorded logs
+    to the inputs, and the same blocks estimate what happened on hardware.
     """
 
     def __init__(
         self,
         estimator: System,
-        layout: SensorLayout,
+        layout: MeasurementModel,
         gravity: Array,
         period: float,
         contact_threshold: float | None = None,
@@ -70,7 +71,7 @@ class FingerEstimation(Diagram):
 
 
 _TAKEN = {
-    *(DRIVING_TORQUE, "free_bending_angles", "external_torque", "torque_tolerance"),
+    *(DRIVING_TORQUE, "free_bending_angles", "torque_tolerance"),
     *("contact", "contact_residual", "contact_time"),
 }
 
@@ -95,18 +96,19 @@ def _check(estimator: System, joints: int, shape: FingerShape) -> None:
     if found.keys() & _TAKEN:
         taken = ", ".join(sorted(found.keys() & _TAKEN))
         raise InputError("estimator", "output ports", taken, "are names of what other blocks put out")
-    for name, port in vector_outputs(shape).items():
-        if name != "arcs" and name in found and found[name].size() != port.size():
-            raise InputError("estimator", f"output port '{name}'", found[name].size(), f"give it {port.size()} entries")
+    sizes = {name: port.size() for name, port in vector_outputs(shape).items()} | {"external_torque": joints}
+    for name, size in sizes.items():
+        if name != "arcs" and name in found and found[name].size() != size:
+            raise InputError("estimator", f"output port '{name}'", found[name].size(), f"give it {size} entries")
     if ANGLES not in found or found[ANGLES].size() != joints:
-        sizes = ", ".join(f"{name} ({port.size()})" for name, port in found.items()) or "none"
-        raise InputError("estimator", "output ports", sizes, f"put out '{ANGLES}' ({joints}) rad")
+        given = ", ".join(f"{name} ({port.size()})" for name, port in found.items()) or "none"
+        raise InputError("estimator", "output ports", given, f"put out '{ANGLES}' ({joints}) rad")
 
 
 def add_estimation(
     builder: DiagramBuilder,
     name: str,
-    layout: SensorLayout,
+    layout: MeasurementModel,
     config: EstimatorConfig,
     period: float,
     gravity: Array,

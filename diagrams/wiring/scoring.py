@@ -15,7 +15,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.torque_balance import DELAY
 from soft_gripper.scenario.scenario import EstimatorConfig
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.signals import describe
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
 from soft_gripper.truth.poses import Difference, PoseError
@@ -130,7 +130,7 @@ class ShapeBeside(Diagram):
 def add_beside(
     builder: DiagramBuilder,
     finger: PlantFinger,
-    layout: SensorLayout,
+    layout: MeasurementModel,
     config: EstimatorConfig,
     period: float,
     known: Mapping[str, OutputPort],

@@ -1,10 +1,13 @@
 """The sensors of a finger, applied: joint angles and pressure -> readings."""
 
+from functools import partial
+from typing import Any
+
 from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain, RandomSource, ZeroOrderHold
 
-from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block, name_of, seen_from
+from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, is_kind, made, make_block, name_of, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
@@ -13,15 +16,17 @@ from soft_gripper.scenario.scenario import SensorConfig
 from soft_gripper.scenario.sensor_presets import pressure_errors, strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
+from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_errors import StrainErrorBlock
+from soft_gripper.sensors.strain_errors import ReadingErrorBlock
 from soft_gripper.signals import describe
 
 IDEAL = "ideal_"  # begins the names of signals as they were without errors; estimation cannot ask for them
 
 
-def strain_error_block(sensor: System, layout: SensorLayout, config: SensorConfig) -> StrainErrorBlock | None:
+def reading_error_block(sensor: System, layout: MeasurementModel, config: SensorConfig) -> ReadingErrorBlock | None:
     """What disturbs the readings of a sensor of that layout; None if nothing does.
 
     Raises:
@@ -32,10 +37,12 @@ def strain_error_block(sensor: System, layout: SensorLayout, config: SensorConfi
         return None
     outputs = vector_outputs(sensor)
     sizes = {name: port.size() for name, port in outputs.items()}
-    if sizes.get("strain") != layout.readings:
-        expected = f"put out 'strain' ({layout.readings}), the readings, which sensor.errors disturb"
+    if sizes.get(layout.quantity) != layout.readings:
+        expected = f"put out '{layout.quantity}' ({layout.readings}), the readings, which sensor.errors disturb"
         raise InputError("sensor", "output ports", sizes, expected)
-    return StrainErrorBlock(layout, errors, config.period)
+    if any(reading >= layout.readings for reading in errors.dead):
+        raise InputError("sensor.errors", "dead", list(errors.dead), f"there are {layout.readings} readings")
+    return ReadingErrorBlock(layout, errors, config.period)
 
 
 def pressure_error_block(config: SensorConfig) -> ErrorBlock | None:
@@ -52,18 +59,24 @@ def pressure_error_block(config: SensorConfig) -> ErrorBlock | None:
     return block
 
 
-def sensor_layout(finger: Finger, config: SensorConfig) -> SensorLayout:
-    """The sensors that a scenario puts on a finger.
+def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
+    """The sensors that a scenario puts on a finger: of the kind that it names, or else strain sensors.
 
     Raises:
-        InputError: if there are more sections than segments, the borders are wrong, or the response is no curve.
+        InputError: if there is no such kind, it fails, there are more sections than segments, the borders are wrong, or
+            the response is not a curve.
     """
     points = LINEAR if config.response is None else tuple(map(tuple, config.response))
     borders = None if config.borders is None else tuple(config.borders)
-    return SensorLayout(finger, config.sections, config.one_sided, ResponseCurve(points), borders)
-
-
-_TRUE_STRAIN = {name: f"{IDEAL}{name}" for name in ("strain", "extension_ratio")}
+    found = find_sensor(config.type)
+    kind = found if is_kind(found) else SensorLayout
+    has_sides = issubclass(kind, SensorLayout)
+    if config.one_sided and not has_sides:
+        raise InputError("sensor", "one_sided", config.one_sided, f"{config.type} has no sides; leave it out")
+    options: dict[str, Any] = {"response": ResponseCurve(points), "borders": borders}
+    options |= {"one_sided": config.one_sided} if has_sides else {}
+    layout: MeasurementModel = made("sensor.type", config.type, partial(kind, **options), finger, config.sections)
+    return layout
 
 
 class FingerSensors(Diagram):
@@ -71,14 +84,14 @@ class FingerSensors(Diagram):
 
     ::
 
-        joint_angles (N) rad ---> sensor ------------> strain, and whatever else the sensor puts out
+        joint_angles (N) rad ---> sensor ------------> strain (or else), and whatever else the sensor puts out
         pressure (1) Pa --------> sampled_pressure --> sampled_pressure (1) Pa
 
-    Where there are errors, the sensor's own `strain` and `extension_ratio`, and the true pressure that is sampled,
+    Where there are errors, the sensor's own readings and `extension_ratio`, and the true pressure that is sampled,
     are the outputs `ideal_strain`, `ideal_extension_ratio` and `ideal_pressure`; a RandomSource feeds each block of
     errors::
 
-        sensor ------------> ideal_strain ----> strain_errors ----> strain
+        sensor ------------> ideal_strain ----> reading_errors ---> strain
         sampled_pressure --> ideal_pressure --> pressure_errors --> sampled_pressure
     """
 
@@ -86,21 +99,26 @@ class FingerSensors(Diagram):
         self,
         sensor: System,
         period: float,
-        strain_errors: ErrorBlock | None = None,
+        reading_errors: ErrorBlock | None = None,
         pressure_errors: ErrorBlock | None = None,
     ):
         """Takes the blocks in; the pressure is sampled every `period` s."""
         super().__init__()
         wires = NamedWires()
-        wires.add("sensor", sensor, {} if strain_errors is None else _TRUE_STRAIN)
+        wires.add("sensor", sensor, {} if reading_errors is None else _as_ideal(reading_errors))
         pressure = ZeroOrderHold(period, 1)
         sampled = "sampled_pressure" if pressure_errors is None else f"{IDEAL}pressure"
         wires.add("sampled_pressure", pressure, {"u": "pressure", "y": sampled})
         describe(pressure.get_output_port(), "Pa")
-        for name, block in (("strain_errors", strain_errors), ("pressure_errors", pressure_errors)):
+        for name, block in (("reading_errors", reading_errors), ("pressure_errors", pressure_errors)):
             if block is not None:
                 _add_errors(wires, name, block, period)
         wires.build_into(self)
+
+
+def _as_ideal(errors: ErrorBlock) -> dict[str, str]:
+    """What the outputs of a sensor, whose readings are disturbed, are called."""
+    return {name: f"{IDEAL}{name}" for name in (*vector_outputs(errors), "extension_ratio")}
 
 
 def _add_errors(wires: NamedWires, name: str, block: ErrorBlock, period: float) -> None:
@@ -151,8 +169,11 @@ def add_sensors(
     Raises:
         InputError: if the sensor asks for what there is not, or reads nothing.
     """
-    make, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
+    found, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
+    if is_kind(make_sensor):
+        raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
+    make = SensorBlock if is_kind(found) else found
     sensor = make_block(*made_by, make, layout, config.period)
     with seen_from(*made_by):
         return _add_sensor(builder, finger, config, pressure, layout, sensor)
@@ -163,20 +184,21 @@ def _add_sensor(
     finger: PlantFinger,
     config: SensorConfig,
     pressure: OutputPort,
-    layout: SensorLayout,
+    layout: MeasurementModel,
     sensor: System,
 ) -> Ports:
     reserved = {"joint_angles", "pressure", "sampled_pressure", "X_WB"}
     taken = {name for name in vector_outputs(sensor) if name in reserved or name.startswith(IDEAL)}
     if taken:
         raise InputError("sensor", "output ports", ", ".join(sorted(taken)), "are names of other signals of the finger")
-    errors = strain_error_block(sensor, layout, config), pressure_error_block(config)
+    errors = reading_error_block(sensor, layout, config), pressure_error_block(config)
     sensors = FingerSensors(sensor, config.period, *errors)
     builder.AddNamedSystem(f"{finger.name}.sensors", sensors)
     X_WB = add_base_pose(builder, finger, config.period)
     known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
     connect_known(builder, sensors, known, "sensor")
     found = vector_outputs(sensors)
-    if "strain" not in found:
-        raise InputError("sensor", "output ports", ", ".join(found), "a sensor puts out its readings as 'strain'")
+    if layout.quantity not in found:
+        expected = f"a sensor puts out its readings as '{layout.quantity}'"
+        raise InputError("sensor", "output ports", ", ".join(found), expected)
     return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **found}

@@ -16,13 +16,14 @@ Eliminating the radii leaves what `arcs_from_lengths` computes, smooth through z
 Shapes: leading axes are free, S sections. Planar vectors are complex, z + i x (see `kinematics`).
 """
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _TINY = 1e-100  # lost in any other number; added to 0 it makes sin(x) / x exactly 1
@@ -68,27 +69,20 @@ def join_arcs(theta: Array, length: Array) -> Arcs:
     return Arcs(theta, length, heading, end - step, end)
 
 
-class Bends(NamedTuple):
-    """How far arcs bend, and how long they are, each (..., S)."""
-
-    theta: Array  # rad
-    length: Array  # m, along the axis of the finger
-
-
 def arcs_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> Arcs:
     """The arcs of `bends_from_lengths`, one after the other from the base."""
     return join_arcs(*bends_from_lengths(inner, outer, spacing, axis_at))
 
 
-def bends_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> Bends:
-    """Equations (2)-(6): the arcs whose two sensor paths are `inner` and `outer` m long, each (..., S).
+def bends_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: float = 0.5) -> tuple[Array, Array]:
+    """Equations (2)-(6): bends, rad, and lengths, m, of arcs with paths of `inner` and `outer` m, each (..., S).
 
     `spacing` is the distance between the paths, m; `axis_at` says where between them the neutral axis of the
     finger runs (0: on the inner path, 1: on the outer, below 0: beyond the inner one). A length that is NaN makes its
     own arc NaN and the start of all that follow: what hangs on an unknown arc is unknown.
     """
     difference = outer - inner
-    return Bends(difference / spacing, inner + axis_at * difference)
+    return difference / spacing, inner + axis_at * difference
 
 
 def points_on_arcs(arcs: Arcs, section: NDArray[np.int_], fraction: Array) -> Planar:
@@ -107,22 +101,44 @@ def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:
     return join_arcs(*bends_from_readings(layout, readings))
 
 
-def bends_from_readings(layout: SensorLayout, readings: Array) -> Bends:
-    """What `arcs_from_readings` joins."""
+def bends_from_readings(layout: SensorLayout, readings: Array) -> tuple[Array, Array]:
+    """What `arcs_from_readings` joins: bends, rad, and lengths, m, each (..., S)."""
     ratios = layout.response.ratio(np.where(np.isfinite(readings), readings, np.nan))
     lengths = ratios.reshape(*readings.shape[:-1], layout.paths, layout.sections) * layout.rest_lengths
-    outer = lengths[..., -1, :]
-    if layout.one_sided:
-        return bends_from_lengths(layout.rest_lengths, outer, -layout.offsets[0], axis_at=0.0)
-    return bends_from_paths(layout.finger, lengths[..., 0, :], outer)
-
-
-def bends_from_paths(finger: Finger, inner: Array, outer: Array) -> Bends:
-    """The arcs of a finger whose two sensor paths are `inner` and `outer` m long, each (..., S)."""
-    spacing = finger.sensor_spacing
-    return bends_from_lengths(inner, outer, spacing, axis_at=finger.sensor_offsets[0] / spacing)
+    inner, axis = (layout.rest_lengths, 0.0) if layout.one_sided else (lengths[..., 0, :], layout.offsets[0])
+    spacing = axis - layout.offsets[-1]
+    return bends_from_lengths(inner, lengths[..., -1, :], spacing, axis_at=axis / spacing)
 
 
 def joints_on_arcs(layout: SensorLayout, arcs: Arcs) -> Planar:
     """The simulation's joints re-mapped onto the estimated curve, (..., N) m in B."""
     return points_on_arcs(arcs, layout.joint_sections, layout.joint_fractions)
+
+
+@dataclass(frozen=True)
+class ArcCurve:
+    """The curve of a finger as arcs, one a section; joined when it is asked for."""
+
+    layout: SensorLayout
+    theta: Array  # rad, bend of each section, (..., S)
+    length: Array  # m, of its axis, (..., S)
+
+    @cached_property
+    def arcs(self) -> Arcs:
+        return join_arcs(self.theta, self.length)
+
+    @cached_property
+    def joints(self) -> Planar:
+        return joints_on_arcs(self.layout, self.arcs)
+
+    @property
+    def tip(self) -> Planar:
+        return self.arcs.end[..., -1]
+
+    @property
+    def tip_heading(self) -> Array:
+        return self.arcs.tip_heading
+
+    def at(self, rows: NDArray[np.int_]) -> "ArcCurve":
+        """The curves of some samples, by their numbers along the first axis."""
+        return ArcCurve(self.layout, self.theta[rows], self.length[rows])

@@ -56,7 +56,7 @@ class BendSharing:
         finger, torque, q = self.layout.finger, np.zeros_like(theta), self.layout.finger.angle(known)
         for _ in range(_ITERATIONS):
             compliance = 1 / finger.joint_law.slope(q)
-            bends = self._sections @ (compliance[..., None] * self.interpolation)
+            bends = self.layout.matrix @ (compliance[..., None] * self.interpolation)
             step = np.linalg.solve(bends, (theta - self.layout.sums(q))[..., None])[..., 0]
             torques = torque + np.multiply.outer(_STEPS, step)
             shapes = finger.angle(torques @ self.interpolation.T + known)
@@ -65,21 +65,16 @@ class BendSharing:
         return q + self.layout.shared_equally(theta - self.layout.sums(q))
 
     @cached_property
-    def _sections(self) -> Array:
-        """The matrix A, (S, N)."""
-        return (self.layout.joint_sections == np.arange(self.layout.sections)[:, None]).astype(float)
-
-    @cached_property
     def _of_bend(self) -> Array:
         """Joint angles by the bends of the sections if nothing but the load bends them, (N, S)."""
         compliant = self.interpolation / self.layout.finger.stiffness[:, None]
-        return compliant @ np.linalg.inv(self._sections @ compliant)
+        return compliant @ np.linalg.inv(self.layout.matrix @ compliant)
 
     @cached_property
     def _of_torque(self) -> Array:
         """Joint angles by known torques, rad/(N m), with no bend of any section, (N, N)."""
         free = np.diag(1 / self.layout.finger.stiffness)
-        return free - self._of_bend @ self._sections @ free
+        return free - self._of_bend @ self.layout.matrix @ free
 
     @cached_property
     def interpolation(self) -> Array:

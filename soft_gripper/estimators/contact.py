@@ -58,14 +58,13 @@ from scipy.optimize import nnls
 from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.bends import UNKNOWN, section_bends
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
-from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
+from soft_gripper.estimators.gaussian import GaussianShape, condition
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import Chain, forward_kinematics
 from soft_gripper.fingers.statics import gravity_torque
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 
 
 def unit_torques(finger: Finger, chain: Chain, s: Array) -> Planar:
@@ -119,7 +118,7 @@ class Bends(NamedTuple):
     compliance: Array  # (..., N) or (N) rad/(N m), of the joints
 
 
-def fit_single_force(layout: SensorLayout, q: Array, bends: Bends, usual: float) -> Fit:
+def fit_single_force(layout: MeasurementModel, q: Array, bends: Bends, usual: float) -> Fit:
     """The single force that explains bends best.
 
     Args:
@@ -163,43 +162,43 @@ def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
     return Fit(ContactForce(*filled[:4]), *filled[4:])
 
 
-def _best(layout: SensorLayout, chain: Chain, bends: Bends, weights: Array, usual: float, s: Array) -> Array:
+def _best(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, usual: float, s: Array) -> Array:
     """The place among s, (..., M) m, at which a force leaves least unexplained, (..., 1)."""
-    a = layout.sums(unit_torques(layout.finger, chain, s).real * bends.compliance[..., None, :])
+    a = (unit_torques(layout.finger, chain, s).real * bends.compliance[..., None, :]) @ layout.matrix.T
     weighted = a @ weights
     explained = (weighted * bends.theta[..., None, :]).sum(axis=-1)
     gain = explained**2 / ((weighted * a).sum(axis=-1) + 1 / usual**2)
     return np.take_along_axis(s, gain.argmax(axis=-1)[..., None], axis=-1)
 
 
-def _fit_aside(layout: SensorLayout, chain: Chain, bends: Bends, weights: Array, usual: float, place: Array) -> Fit:
+def _fit_aside(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, usual: float, place: Array) -> Fit:
     """The force across the finger at a place, (..., 1) m."""
-    finger, around = layout.finger, place + _DS * np.array([-1.0, 0.0, 1.0])
+    finger, A, around = layout.finger, layout.matrix, place + _DS * np.array([-1.0, 0.0, 1.0])
     torques = unit_torques(finger, chain, around)
     before, unit, after = np.moveaxis(torques.real, -2, 0)
-    a = layout.sums(unit * bends.compliance)
+    a = (unit * bends.compliance) @ A.T
     weighted = (a[..., None, :] @ weights)[..., 0, :]
     force = (weighted * bends.theta).sum(axis=-1) / ((weighted * a).sum(axis=-1) + 1 / usual**2)
     moved = force[..., None] * (after - before) / (2 * _DS)
     rubbing = torques.imag[..., 1, :] - face_offset(finger, place, force[..., None]) * (unit != 0)
-    friction = FRICTION * force[..., None] * layout.sums(rubbing * bends.compliance)
+    friction = FRICTION * force[..., None] * ((rubbing * bends.compliance) @ A.T)
     uncertain = bends.covariance + friction[..., :, None] * friction[..., None, :]
-    by_both = np.stack([a, layout.sums(moved * bends.compliance)], axis=-1)
+    by_both = np.stack([a, (moved * bends.compliance) @ A.T], axis=-1)
     weights = np.linalg.inv(uncertain)
     stds = np.sqrt(_variance(by_both, weights, np.array([usual, finger.length / 2])))
     contact = ContactForce(force, place[..., 0], stds[..., 0], stds[..., 1])
     return Fit(contact, force[..., None] * unit, misfit(bends.theta - force[..., None] * a, weights))
 
 
-def _fit_tip(layout: SensorLayout, chain: Chain, bends: Bends, usual: float, across: Array) -> Fit:
+def _fit_tip(layout: MeasurementModel, chain: Chain, bends: Bends, usual: float, across: Array) -> Fit:
     """The force on the tip's edge, in any direction; `across`, (...) N, is about what it is across the finger."""
     finger, across = layout.finger, across[..., None]
     s = np.broadcast_to([finger.length - _DS, finger.length], (*chain.tip.shape, 2))
     before, unit = np.moveaxis(unit_torques(finger, chain, s), -2, 0)
     units = np.stack([unit.real, unit.imag - face_offset(finger, s[..., 1:], across)], axis=-1)
-    by_both = np.swapaxes(layout.sums(np.swapaxes(units * bends.compliance[..., None], -1, -2)), -1, -2)
+    by_both = layout.matrix @ (units * bends.compliance[..., None])
     place_std = TIP_ZONE * finger.length / 2
-    moved = layout.sums(across * (unit - before).real / _DS * bends.compliance) * place_std
+    moved = (across * (unit - before).real / _DS * bends.compliance) @ layout.matrix.T * place_std
     weights = np.linalg.inv(bends.covariance + moved[..., :, None] * moved[..., None, :])
     weighted = np.swapaxes(by_both, -1, -2) @ weights
     prior = np.diag([usual**-2.0, usual**-2.0])
@@ -224,7 +223,7 @@ SEVERAL_NEAREST = 0.3  # of the length from the base, where contacts are looked 
 _SEVERAL_PLACES = 29
 
 
-def fit_several_forces(layout: SensorLayout, q: Array, bends: Bends, side: Array, usual: float) -> Fit:
+def fit_several_forces(layout: MeasurementModel, q: Array, bends: Bends, side: Array, usual: float) -> Fit:
     """The forces on one side that explain bends best, as their sum and their centre.
 
     Args:
@@ -253,9 +252,9 @@ def fit_several_forces(layout: SensorLayout, q: Array, bends: Bends, side: Array
     return Fit(contact, (forces[:, None, :] @ torques)[:, 0], misfit(left, np.linalg.inv(bends.covariance)))
 
 
-def _responses(layout: SensorLayout, bends: Bends, torques: Array) -> Array:
+def _responses(layout: MeasurementModel, bends: Bends, torques: Array) -> Array:
     """How torques, (K, M, N), bend the sections, (K, S, M)."""
-    return np.swapaxes(layout.sums(torques * bends.compliance[..., None, :]), -1, -2)
+    return layout.matrix @ np.swapaxes(torques * bends.compliance[..., None, :], -1, -2)
 
 
 def _fit(responses: Array, bends: Array, usual: float) -> Array:
@@ -291,36 +290,36 @@ _CHANCE = 1e-3  # that noise alone leaves more than what counts as noise
 class ContactShape:
     """The estimator `contact` of one finger; a ShapeFunction."""
 
-    layout: SensorLayout
+    layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, their covariance and the contact force; see ShapeFunction."""
         layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
         gaussian = self._gaussian(readings, driving, gravity)
-        theta, variance = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
+        z, variance = layout.linear(readings, believed.any_reading).uncertain_by(believed.gain)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
         known, q = driving + weight, gaussian.q
         for _ in range(1 if finger.elastic_law is None else _PASSES):
-            fit = explain(layout, self.uncertainty, q, self._unexplained(q, theta, variance, driving, weight))
+            fit = explain(layout, self.uncertainty, q, self._unexplained(q, z, variance, driving, weight))
             q = finger.angle(known + fit.torque)
-        gain, _ = condition(layout, self._gaussian.prior(gaussian.q, driving), variance)
-        q = q + (gain @ (theta - layout.sums(q))[..., None])[..., 0]
+        gain, _ = condition(layout.matrix, self._gaussian.prior(gaussian.q, driving), variance)
+        q = q + (gain @ (z - q @ layout.matrix.T)[..., None])[..., 0]
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
 
-    def _unexplained(self, q: Array, theta: Array, variance: Array, driving: Array, weight: Array) -> Bends:
-        """What driving torque and weight, (..., N) N m, leave of the bends of the sections, about the shape q."""
-        layout, compliance = self.layout, self._gaussian.compliance(q)
-        free = q + compliance * (driving + weight - layout.finger.elastic_torque(q))
-        of_model = sections_of(layout, self._gaussian.of_model(q, driving))
-        return Bends(theta - layout.sums(free), of_model + variance[..., None] * np.eye(layout.sections), compliance)
+    def _unexplained(self, q: Array, z: Array, variance: Array, driving: Array, weight: Array) -> Bends:
+        """What driving torque and weight, (..., N) N m, leave of the values that are read, about the shape q."""
+        A, compliance = self.layout.matrix, self._gaussian.compliance(q)
+        free = q + compliance * (driving + weight - self.layout.finger.elastic_torque(q))
+        of_model = A @ self._gaussian.of_model(q, driving) @ A.T
+        return Bends(z - free @ A.T, of_model + variance[..., None] * np.eye(len(A)), compliance)
 
     @cached_property
     def _gaussian(self) -> GaussianShape:
         return GaussianShape(self.layout, self.uncertainty)
 
 
-def explain(layout: SensorLayout, uncertainty: Uncertainty, q: Array, bends: Bends) -> Fit:
+def explain(layout: MeasurementModel, uncertainty: Uncertainty, q: Array, bends: Bends) -> Fit:
     """The contact that explains best what driving torque and weight do not bend.
 
     NaN where fewer than two sections are read.
@@ -338,10 +337,10 @@ def explain(layout: SensorLayout, uncertainty: Uncertainty, q: Array, bends: Ben
     return Fit(contact, fit.torque.reshape(q.shape), fit.misfit.reshape(shape))
 
 
-def _explain(layout: SensorLayout, q: Array, bends: Bends, usual: float) -> Fit:
+def _explain(layout: MeasurementModel, q: Array, bends: Bends, usual: float) -> Fit:
     """The same of K samples; `usual` is the size of a usual force, N."""
     sections = (np.diagonal(bends.covariance, axis1=-2, axis2=-1) < UNKNOWN / 2).sum(axis=-1)
-    noise = _quantiles(layout.sections)
+    noise = _quantiles(len(layout.matrix))
     remaining = misfit(bends.theta, np.linalg.inv(bends.covariance))
     nan = np.full(len(q), np.nan)
     unknown = Fit(ContactForce(nan, nan, nan, nan), np.zeros_like(q), remaining)

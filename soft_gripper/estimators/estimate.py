@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.arcs import ArcCurve
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 
@@ -29,21 +30,21 @@ class ShapeEstimate(NamedTuple):
     q: Array  # (..., N) rad, joint angles
     covariance: Array | None = None  # (..., N, N) rad^2, of the joint angles
     contact: ContactForce | None = None
-    curve: Planar | None = None  # (..., N + 1) m in B, joints and tip where they do not follow from the joint angles
+    curve: ArcCurve | None = None  # where joints and tip do not follow from the joint angles
+    external_torque: Array | None = None  # (..., N) N m, where it is not that of the dynamic balance
 
     def at(self, rows: NDArray[np.int_]) -> "ShapeEstimate":
         """The estimates of some samples, by their numbers along the first axis."""
         contact = None if self.contact is None else ContactForce(*(values[rows] for values in self.contact))
         covariance = None if self.covariance is None else self.covariance[rows]
-        curve = None if self.curve is None else self.curve[rows]
-        return ShapeEstimate(self.q[rows], covariance, contact, curve)
+        curve = None if self.curve is None else self.curve.at(rows)
+        torque = None if self.external_torque is None else self.external_torque[rows]
+        return ShapeEstimate(self.q[rows], covariance, contact, curve, torque)
 
     def points(self, finger: Finger) -> Planar:
         """Joints and tip, (..., N + 1) m in B."""
-        if self.curve is not None:
-            return self.curve
-        chain = forward_kinematics(self.q, finger.segment_length)
-        return np.concatenate([chain.joints, chain.tip[..., None]], axis=-1)
+        curve = self.curve or forward_kinematics(self.q, finger.segment_length)
+        return np.concatenate([curve.joints, curve.tip[..., None]], axis=-1)
 
 
 class ShapeFunction(Protocol):
@@ -52,7 +53,7 @@ class ShapeFunction(Protocol):
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """
         Args:
-            readings: of the strain sensors, (..., paths * S); NaN where there is none.
+            readings: of the sensors, (..., R); NaN where there is none.
             driving: torque at the joints that is known before anything is read, N m, (..., N); see `driving_torque`.
             gravity: in the bending plane, z + i x in B, m/s^2, a number or (...).
         """

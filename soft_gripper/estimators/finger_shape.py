@@ -1,20 +1,23 @@
 """FingerShape: estimated joint angles -> all that follows from them.
 
 This is the contract between the estimators of the shape and what uses it. An estimator is a system with the output
-port `estimated_joint_angles` (N) rad; it takes what it needs of `strain`, `pressure`, `driving_torque` and `X_WB`, by
-these names. What
-else is asked of the shape follows from the joint angles, by this block; an estimator that knows it better puts it out
-by itself, under the same names. Where it is known, it adds `joint_angle_covariance` (N x N) rad^2.
+port `estimated_joint_angles` (N) rad; it takes what it needs of the readings (`strain`, or what else its sensors
+measure), `pressure`, `driving_torque` and `X_WB`, by these names. What else is asked of the shape follows from the
+joint angles, by this block; an estimator that knows it better puts it out by itself, under the same names. Where it is
+known, it adds `joint_angle_covariance` (N x N) rad^2.
 """
+
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.arcs import Arcs, join_arcs
+from soft_gripper.estimators.arcs import ArcCurve, Arcs, join_arcs
 from soft_gripper.estimators.plane import bending_plane, to_world
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.fingers.kinematics import Chain, as_points, forward_kinematics
 from soft_gripper.signals import POSE, XYZ, XZ
 
 ANGLES = "estimated_joint_angles"
@@ -58,20 +61,24 @@ class FingerShape(ArrayBlock):
         joints = range(finger.segments)
         self.take(ANGLES, finger.segments)
         self.take("X_WB", 12)
-        self.derive("plane", bending_plane, "X_WB")
         self.derive("chain", lambda q: forward_kinematics(q, finger.segment_length), ANGLES)
-        self.put_out(
-            *("arcs", lambda q: arc_table(segment_arcs(finger, q)), ANGLES), unit=ARC_UNITS, segment=joints, arc=ARC
-        )
-        self.put_out("joint_positions", lambda chain: as_points(chain.joints), "chain", unit="m", joint=joints, xz=XZ)
-        self.put_out(
-            *("tip_pose", lambda chain: planar_pose(chain.tip, chain.headings[..., -1]), "chain"),
-            unit=POSE_UNITS,
-            pose=POSE,
-        )
-        self.put_out(
-            *("joint_positions_world", lambda chain, plane: to_world(chain.joints, plane), "chain", "plane"),
-            unit="m",
-            joint=joints,
-            xyz=XYZ,
-        )
+        put_out_arcs(self, lambda q: segment_arcs(finger, q), ANGLES, segment=joints)
+        put_out_pose(self, "chain", joints)
+
+
+def put_out_arcs(block: ArrayBlock, arcs: Callable[..., Arcs], source: str, **axis: Sequence[int]) -> None:
+    """Declares the output `arcs` of a block: those that a function makes of a step, along the named axis."""
+    axes: dict[str, Any] = {**axis, "arc": ARC}
+    block.put_out("arcs", lambda step: arc_table(arcs(step)), source, unit=ARC_UNITS, **axes)
+
+
+def put_out_pose(block: ArrayBlock, curve: str, joints: Sequence[int]) -> None:
+    """Declares the outputs that say where a finger lies, of a block that takes X_WB; `curve` is the step that knows."""
+
+    def world(curve: Chain | ArcCurve, X_WB: Array) -> Array:
+        return to_world(curve.joints, bending_plane(X_WB))
+
+    block.put_out("joint_positions", lambda curve: as_points(curve.joints), curve, unit="m", joint=joints, xz=XZ)
+    tip_pose = "tip_pose", lambda curve: planar_pose(curve.tip, curve.tip_heading), curve
+    block.put_out(*tip_pose, unit=POSE_UNITS, pose=POSE)
+    block.put_out("joint_positions_world", world, curve, "X_WB", unit="m", joint=joints, xyz=XYZ)

@@ -6,10 +6,10 @@ read the joint angles are Gaussian about those of the free finger,
     q ~ N(q_0, P) ,   q_0 = (u + w) / k ,   P = C (T + r^2 u u^T + d^2 g g^T) C + a^2 I ,   C = diag(1 / k) ,
 
 with T the covariance of the load (`load_prior`), r the uncertainty of the bend that the driving torque leads to, as a
-share, d that of the pressure, whose gain is g, and a that of everything else. The readings say  A q = theta + noise ,
-with variances R, so
+share, d that of the pressure, whose gain is g, and a that of everything else. The readings say  z = A q + noise
+(`sensors.measurement`), with variances R, so
 
-    q | theta ~ N(q_0 + G (theta - A q_0), P - G A P) ,   G = P A^T (A P A^T + R)^-1 .
+    q | z ~ N(q_0 + G (z - A q_0), P - G A P) ,   G = P A^T (A P A^T + R)^-1 .
 
 The weight depends a little on q, so this is done twice. Lilge, Barfoot and Burgner-Kahrs (2022, doi
 10.1177/02783649221128843) estimate a continuum robot's shape with a Gaussian process in the same spirit; here the
@@ -30,7 +30,7 @@ the length,
 and the force on the tip gives it u v; each is 1 at the base. What is most probable between readings under the first
 alone is a cubic spline (Wahba 1978, doi 10.1111/j.2517-6161.1978.tb01050.x).
 
-Leading axes are free; S sections, N joints.
+Leading axes are free; S values that are read, N joints.
 """
 
 from dataclasses import dataclass, field
@@ -39,12 +39,11 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.bends import section_bends
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import gravity_torque
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 
 TIP_SHARE = 0.3  # of the variance at the base, that is due to a force on the tip
 
@@ -68,19 +67,19 @@ _PASSES = 2
 class GaussianShape:
     """The estimator `gaussian` of one finger; a ShapeFunction."""
 
-    layout: SensorLayout
+    layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """The joint angles and their covariance; see ShapeFunction."""
         layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
-        bends = section_bends(layout, readings, believed.any_reading).uncertain_by(believed.gain)
+        read, A = layout.linear(readings, believed.any_reading).uncertain_by(believed.gain), layout.matrix
         gravity = np.asarray(gravity)[..., None]
-        q = layout.shared_equally(bends.theta)
-        gain, covariance = condition(layout, self.prior(q, driving), bends.variance)
+        q = read.values @ self._least_bent.T
+        gain, covariance = condition(A, self.prior(q, driving), read.variance)
         for _ in range(_PASSES):
             free = finger.angle(driving + gravity_torque(finger, q, gravity))
-            q = free + (gain @ (bends.theta - layout.sums(free))[..., None])[..., 0]
+            q = free + (gain @ (read.values - free @ A.T)[..., None])[..., 0]
         return ShapeEstimate(q, covariance)
 
     def prior(self, q: Array, driving: Array) -> Array:
@@ -107,6 +106,11 @@ class GaussianShape:
         return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
 
     @cached_property
+    def _least_bent(self) -> Array:
+        """The smallest joint angles that give the values read, (N, S): a section's joints bend alike."""
+        return np.linalg.pinv(self.layout.matrix)
+
+    @cached_property
     def _of_load_if_linear(self) -> Array:
         compliance = 1 / self.layout.finger.stiffness
         return compliance[:, None] * self._torque_covariance * compliance
@@ -121,20 +125,15 @@ def _outer(vector: Array) -> Array:
     return vector[..., None] * vector[..., None, :]
 
 
-def condition(layout: SensorLayout, covariance: Array, variance: Array) -> tuple[Array, Array]:
-    """The gain G, (..., N, S), and the covariance that is left, (..., N, N), when sections are read.
+def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
+    """The gain G, (..., N, S), and the covariance that is left, (..., N, N), when  z = A q + noise  is read.
 
     Args:
-        layout: says which joints belong to which section.
+        A: (S, N).
         covariance: P, of the joint angles before, (..., N, N).
-        variance: of what is read of the sections, (..., S).
+        variance: of the noise, (..., S).
     """
-    sums = np.add.reduceat(covariance, layout.section_ends[:-1], axis=-2)
-    read = layout.sums(sums) + variance[..., None] * np.eye(layout.sections)
-    gain = np.swapaxes(np.linalg.solve(read, sums), -1, -2)
-    return gain, covariance - gain @ sums
-
-
-def sections_of(layout: SensorLayout, covariance: Array) -> Array:
-    """The covariance of the sections' bends, A P A^T, from that of the joint angles, (..., N, N) -> (..., S, S)."""
-    return layout.sums(np.add.reduceat(covariance, layout.section_ends[:-1], axis=-2))
+    seen = A @ covariance
+    read = seen @ A.T + variance[..., None] * np.eye(len(A))
+    gain = np.swapaxes(np.linalg.solve(read, seen), -1, -2)
+    return gain, covariance - gain @ seen

@@ -34,11 +34,11 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.contact import Bends, explain
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
-from soft_gripper.estimators.gaussian import sections_of, torque_covariance
+from soft_gripper.estimators.gaussian import torque_covariance
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.statics import gravity_torque
-from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.measurement import MeasurementModel
 
 _MODES = 5  # of the load
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
@@ -65,7 +65,7 @@ class Filter(NamedTuple):
 class RecursiveShape:
     """The estimator `recursive` of one finger; a ShapeFunction of recordings, whose first axis is time."""
 
-    layout: SensorLayout
+    layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     period: float = 0.01  # s, between samples
 
@@ -99,9 +99,9 @@ class RecursiveShape:
         weight = gravity_torque(finger, before.q, np.asarray(gravity)[..., None])
         torque = self.effective_driving(mean, driving) + weight
         free = finger.angle(torque)
-        strain, gain = extension_ratios(layout, free) - 1, 1 + self._gains(mean)
+        strain, gain = layout.predict(free), 1 + self._gains(mean)
         by_state = self._by_state(free, strain, gain, driving)
-        difference: Array = layout.response.ratio(readings) - 1 - gain * strain - self._offsets(mean)
+        difference: Array = layout.measured(readings) - gain * strain - self._offsets(mean)
         read = np.isfinite(difference)
         difference = np.where(read, difference, 0.0)
         noise = np.where(read, self.uncertainty.reading**2, _MISSING)
@@ -118,14 +118,14 @@ class RecursiveShape:
 
     def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
         """The shape after a sample at a driving torque, N m, (..., N)."""
-        by_joint = self._joints_by_state(known.q, driving)
+        by_joint, A = self._joints_by_state(known.q, driving), self.layout.matrix
         covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
         covariance = covariance + self.uncertainty.angle**2 * np.eye(known.q.shape[-1])
         load = by_joint[..., :_MODES]
         of_load = load @ known.covariance[..., :_MODES, :_MODES] @ np.swapaxes(load, -1, -2)
         bends = Bends(
-            self.layout.sums((load @ known.mean[..., :_MODES, None])[..., 0]),
-            sections_of(self.layout, of_load) + self.uncertainty.angle**2 * np.eye(self.layout.sections),
+            (A @ load @ known.mean[..., :_MODES, None])[..., 0],
+            A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A)),
             self._compliance(known.q),
         )
         return ShapeEstimate(known.q, covariance, explain(self.layout, self.uncertainty, known.q, bends).contact)
@@ -192,9 +192,7 @@ class RecursiveShape:
     def _by_state(self, q: Array, strain: Array, gain: Array, driving: Array) -> Array:
         """By how much the readings' strains move with the states, (..., R, n)."""
         layout, readings = self.layout, np.arange(self.layout.readings)
-        sums = np.add.reduceat(self._joints_by_state(q, driving), layout.section_ends[:-1], axis=-2)
-        bend = -(layout.offsets[:, None] / layout.rest_lengths).ravel()
-        moved = (gain * bend)[..., None] * np.concatenate([sums] * layout.paths, axis=-2)
+        moved = gain[..., None] * (layout.jacobian @ self._joints_by_state(q, driving))
         moved[..., readings, _MODES + 2 + readings] = strain
         moved[..., readings, _MODES + 2 + layout.readings + readings] = 1.0
         return moved
@@ -231,10 +229,8 @@ class RecursiveShape:
         return loaded | (_size(difference, spread + noises) > at_once)
 
     def _is_blind(self, noise: Array) -> NDArray[np.bool_]:
-        """Whether the bend of any section is hardly read, so that a load there cannot be ruled out."""
-        layout, squares = self.layout, self.layout.offsets**2
-        read = (noise < _MISSING).reshape(*noise.shape[:-1], layout.paths, layout.sections)
-        blind: NDArray[np.bool_] = (squares @ read < squares.sum() / 2).any(axis=-1)
+        """Whether any value is hardly read, so that a load there cannot be ruled out."""
+        blind: NDArray[np.bool_] = np.any(self.layout.sees(noise < _MISSING) < 0.5, axis=-1)
         return blind
 
     def _update(
@@ -284,7 +280,7 @@ class RecursiveEstimator(ShapeEstimator):
 
     ::
 
-        strain (paths * S) -------> +--------------------+ ---> all outputs of ShapeEstimator
+        strain (R) ---------------> +--------------------+ ---> all outputs of ShapeEstimator
         driving_torque (N) N m ---> | RecursiveEstimator | ---> effective_driving_torque  (N) N m, see RecursiveShape
         X_WB (12) [R | p] --------> +--------------------+ ---> loaded                    (1) 0 or 1: something bends
                                                                                           the finger
@@ -304,12 +300,12 @@ class RecursiveEstimator(ShapeEstimator):
         )
         self.put_out("loaded", lambda known: float(known.loaded), "known", meanings=("free", "loaded"))
 
-    def _derive_shape(self, function: ShapeFunction, layout: SensorLayout) -> ShapeEstimate:
+    def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         assert isinstance(function, RecursiveShape)
         self._recursive, self._start = function, function.begin()
         self.DeclareDiscreteState(_flat(self._start))
         self.DeclarePeriodicDiscreteUpdateEvent(function.period, 0.0, self._remember)
-        self.remember("known", self._calc_known, "strain", DRIVING_TORQUE, "gravity")
+        self.remember("known", self._calc_known, layout.quantity, DRIVING_TORQUE, "gravity")
         self.derive("shape", function.estimate, "known", DRIVING_TORQUE)
         return function.estimate(self._start, np.zeros(layout.finger.segments))
 
@@ -320,7 +316,8 @@ class RecursiveEstimator(ShapeEstimator):
 
     def _calc_known(self, context: Context) -> Filter:
         before = _unflat(context.get_discrete_state_vector().value(), self._start)
-        sample = (self.read(name, context) for name in ("strain", DRIVING_TORQUE, "gravity"))
+        names = (self._recursive.layout.quantity, DRIVING_TORQUE, "gravity")
+        sample = (self.read(name, context) for name in names)
         return self._recursive.step(before, *sample)
 
 

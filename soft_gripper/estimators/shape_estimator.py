@@ -9,11 +9,10 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
-from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.estimators.finger_shape import ANGLES, put_out_arcs, put_out_pose
 from soft_gripper.estimators.plane import bending_plane
 from soft_gripper.estimators.uncertainty import position_std
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 
 CONTACT_UNITS = {"force": "N", "arc_length": "m", "force_std": "N", "arc_length_std": "m"}
 
@@ -23,38 +22,45 @@ class ShapeEstimator(ArrayBlock):
 
     ::
 
-        strain (paths * S) -------> +----------------+ ---> estimated_joint_angles  (N) rad
+        strain (R) ---------------> +----------------+ ---> estimated_joint_angles  (N) rad
         driving_torque (N) N m ---> | ShapeEstimator | ---> joint_angle_covariance  (N x N) rad^2
         X_WB (12) [R | p] --------> |                | ---> position_std            (N + 1) m, of joints and tip across
                                     |                |                              the finger
                                     |                | ---> contact_force           (1) N, positive on the inner side
                                     |                | ---> contact_arc_length      (1) m, from the base
                                     |                | ---> contact_force_std       (1) N
-                                    +----------------+ ---> contact_arc_length_std  (1) m
+                                    |                | ---> contact_arc_length_std  (1) m
+                                    |                | ---> theta                   (S) rad, bend of each section
+                                    |                | ---> kappa                   (S) 1/m, curvature of each section
+                                    |                | ---> arcs ... tip_pose       as of FingerShape, an arc a section
+                                    +----------------+ ---> external_torque         (N) N m
 
-    Covariance and contact are there if the function gives them. Stateless.
+    `strain` holds the readings, and is called after what the sensors measure; `X_WB` is the known pose of the finger's
+    base. Covariance, contact, arcs and torque are there if the function gives them. Arcs are given by where and in
+    which direction they begin, in B, with their centres (NaN for a straight arc, which has none). Matrices leave their
+    ports row after row. Stateless: a reading that is not finite matters as long as it lasts.
     """
 
-    def __init__(self, function: ShapeFunction, layout: SensorLayout, gravity: Array):
+    def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array):
         """Sensors and finger as they are believed to be; `gravity` in the world, (3,) m/s^2, zero for none.
 
         Raises:
             InputError: if the function does not estimate the joint angles of one sample and of several.
         """
         super().__init__()
-        self.take("strain", layout.readings)
+        self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)
         self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
-        self._put_out_shape(layout.finger, self._derive_shape(function, layout))
+        self._put_out_shape(layout, self._derive_shape(function, layout))
 
-    def _derive_shape(self, function: ShapeFunction, layout: SensorLayout) -> ShapeEstimate:
+    def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         """Declares the step "shape", a ShapeEstimate; returns one, of a straight finger."""
-        self.derive("shape", function, "strain", DRIVING_TORQUE, "gravity")
+        self.derive("shape", function, layout.quantity, DRIVING_TORQUE, "gravity")
         return straight_shape(function, layout)
 
-    def _put_out_shape(self, finger: Finger, found: ShapeEstimate) -> None:
-        joints = range(finger.segments)
+    def _put_out_shape(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
+        finger, joints = layout.finger, range(layout.finger.segments)
         self.put_out(ANGLES, lambda shape: shape.q, "shape", unit="rad", joint=joints)
         if found.covariance is not None:
             self.put_out(
@@ -71,15 +77,26 @@ class ShapeEstimator(ArrayBlock):
         if found.contact is not None:
             for field in ContactForce._fields:
                 self.put_out(f"contact_{field}", _contact_field(field), "shape", unit=CONTACT_UNITS[field])
+        if found.curve is not None:
+            self._put_out_curve(range(layout.sections), joints)
+        if found.external_torque is not None:
+            self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
+
+    def _put_out_curve(self, sections: range, joints: range) -> None:
+        self.derive("curve", lambda shape: shape.curve, "shape")
+        self.put_out("theta", lambda curve: curve.theta, "curve", unit="rad", section=sections)
+        self.put_out("kappa", lambda curve: curve.arcs.kappa, "curve", unit="1/m", section=sections)
+        put_out_arcs(self, lambda curve: curve.arcs, "curve", section=sections)
+        put_out_pose(self, "curve", joints)
 
 
-def straight_shape(function: ShapeFunction, layout: SensorLayout) -> ShapeEstimate:
+def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
     """What a function makes of a straight finger at rest.
 
     Raises:
         InputError: if that is no shape of this finger, or one sample and two do not give one shape and two.
     """
-    readings, driving = layout.response.reading(np.ones(layout.readings)), np.zeros(layout.finger.segments)
+    readings, driving = layout.read(layout.straight), np.zeros(layout.finger.segments)
     found = function(readings, driving, 0j)
     _check_shape(function, found, driving.shape)
     twice = np.zeros((2, 1))

@@ -2,26 +2,30 @@
 
 from typing import Protocol
 
-from soft_gripper.estimators.arc_estimator import ArcShape
+from soft_gripper.estimators.arc_shapes import ArcShape, ConstantCurvatureShape
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.spline import SplineShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.sensor_layout import strain_sensors
 
 
 class MakeShapeFunction(Protocol):
     """Makes an estimator of sensors and finger as they are believed to be, for samples `period` s apart."""
 
-    def __call__(self, layout: SensorLayout, uncertainty: Uncertainty, period: float = 0.01) -> ShapeFunction: ...
+    def __call__(self, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01) -> ShapeFunction: ...
 
 
 SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
-    "arcs": lambda layout, uncertainty, period=0.01: ArcShape(layout),
+    "arcs": lambda layout, uncertainty, period=0.01: ArcShape(strain_sensors(layout, "estimator arcs")),
     "spline": lambda layout, uncertainty, period=0.01: SplineShape(layout),
     "gaussian": lambda layout, uncertainty, period=0.01: GaussianShape(layout, uncertainty),
     "contact": lambda layout, uncertainty, period=0.01: ContactShape(layout, uncertainty),
     "recursive": RecursiveShape,
+    "constant_curvature": lambda layout, uncertainty, period=0.01: ConstantCurvatureShape(
+        strain_sensors(layout, "estimator constant_curvature")
+    ),
 }

@@ -12,10 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.bends import section_bends
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.gaussian import condition
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 
 _NOISE = 1e-5  # of extension ratios: a bend is met as exactly as it is read
 _BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: nothing is known, and much may change from joint to joint
@@ -25,13 +24,13 @@ _BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: nothing is known, and much 
 class SplineShape:
     """The estimator `spline` of one finger; a ShapeFunction."""
 
-    layout: SensorLayout
+    layout: MeasurementModel
 
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """The joint angles; see ShapeFunction. What drives the finger, and gravity, do not matter."""
-        bends = section_bends(self.layout, readings, _NOISE)
-        gain, _ = condition(self.layout, self._walk, bends.variance)
-        return ShapeEstimate((gain @ bends.theta[..., None])[..., 0])
+        read = self.layout.linear(readings, _NOISE)
+        gain, _ = condition(self.layout.matrix, self._walk, read.variance)
+        return ShapeEstimate((gain @ read.values[..., None])[..., 0])
 
     @cached_property
     def _walk(self) -> Array:

@@ -25,6 +25,10 @@ class Chain(NamedTuple):
     def tip(self) -> Planar:
         return self.segment_ends[..., -1]
 
+    @property
+    def tip_heading(self) -> Array:
+        return self.headings[..., -1]
+
 
 def as_points(planar: Planar) -> Array:
     """(x, z) pairs of planar vectors, (...) -> (..., 2)."""

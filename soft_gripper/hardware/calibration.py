@@ -16,7 +16,7 @@ from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.scenario import Scenario
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 ASSUMED = "the mean gain of the sensors of a finger is 1, and nothing but its own weight is on it"
 _REST = 0.3  # s, for which the pressure has not changed where a finger is taken to rest
@@ -58,7 +58,7 @@ def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
     believed = replace(scenario.believed, calibration=None)
     found = []
     for finger in fingers:
-        layout = believed_layout(finger.finger, scenario.sensor, believed)
+        layout = strain_sensors(believed_layout(finger.finger, scenario.sensor, believed), str(file))
         layout = replace(layout, finger=replace(layout.finger, name=finger.name))
         found.append((layout, _samples(file, recording, scenario, layout)))
     return found

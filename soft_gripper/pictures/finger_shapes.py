@@ -14,7 +14,7 @@ from soft_gripper.estimators.arcs import Arcs, points_on_arcs
 from soft_gripper.estimators.contact import face_offset
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import Chain, as_points
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
@@ -51,7 +51,7 @@ def draw_segments(axes: Axes, finger: Finger, chain: Chain, colors: Array) -> No
         axes.add_patch(segment)
 
 
-def draw_tube(axes: Axes, layout: SensorLayout, arcs: Arcs, colors: Array) -> None:
+def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -> None:
     """The finger as the arcs bend it: a piece of `colors`, (N, 3), for every segment, a line round every section."""
     in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
     for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
@@ -62,7 +62,7 @@ def draw_tube(axes: Axes, layout: SensorLayout, arcs: Arcs, colors: Array) -> No
         axes.add_patch(Polygon(_outline(layout, arcs, section), fill=False, edgecolor=_EDGE, lw=0.8))
 
 
-def _outline(layout: SensorLayout, arcs: Arcs, section: int, begin: float = 0.0, end: float = 1.0) -> Array:
+def _outline(layout: MeasurementModel, arcs: Arcs, section: int, begin: float = 0.0, end: float = 1.0) -> Array:
     """Round the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
     fraction = np.linspace(begin, end, 17)
     s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
@@ -72,7 +72,7 @@ def _outline(layout: SensorLayout, arcs: Arcs, section: int, begin: float = 0.0,
     return in_mm(np.concatenate([axis + built.inner_face * normal, (axis + built.outer_face * normal)[::-1]]))
 
 
-def draw_arcs(axes: Axes, layout: SensorLayout, arcs: Arcs) -> None:
+def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
     """The arcs with their centres, and with the radii to both of their ends, in mm."""
     for section, (start, center, end) in enumerate(zip(arcs.start, arcs.centers, arcs.end, strict=True)):
         look: dict[str, Any] = {"color": SECTION_COLORS[section % len(SECTION_COLORS)]}
@@ -84,7 +84,7 @@ def draw_arcs(axes: Axes, layout: SensorLayout, arcs: Arcs) -> None:
         _write_radius(axes, layout, arcs, section, **look)
 
 
-def _write_radius(axes: Axes, layout: SensorLayout, arcs: Arcs, section: int, **look: Any) -> None:
+def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int, **look: Any) -> None:
     """The radius of an arc, mm, beside its middle on the outer side of the bend."""
     (middle,) = points_on_arcs(arcs, np.array([section]), np.array([0.5]))
     theta, radius = arcs.theta[section], abs(arcs.start[section] - arcs.centers[section])

@@ -32,7 +32,7 @@ from soft_gripper.pictures.finger_shapes import (
     point_on_chain,
 )
 from soft_gripper.pictures.torque_bar import torque_limit
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
@@ -54,7 +54,7 @@ class Shape(NamedTuple):
     std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if it is estimated
 
 
-def read_shape(layout: SensorLayout, recording: Recording, time: float) -> Shape:
+def read_shape(layout: MeasurementModel, recording: Recording, time: float) -> Shape:
     """The shape of the finger of `layout`, which was recorded with these sensors, at a time, s."""
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
@@ -84,7 +84,7 @@ def _arrow(
     return arrow_of_force(finger, *point_at(s), force, s) if np.isfinite(s) else None
 
 
-def shape_figure(layout: SensorLayout, recording: Recording, time: float) -> Figure:
+def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
     """Three panels at a time, s: the simulation, the estimated arcs over the true joints, the estimate.
 
     The contact force is drawn where it presses, 25 mm a newton: the true one, and beside it the estimated one where the
@@ -120,7 +120,7 @@ def shape_figure(layout: SensorLayout, recording: Recording, time: float) -> Fig
     return figure
 
 
-def _limits(layout: SensorLayout, shape: Shape) -> tuple[list[Array], Array]:
+def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]:
     """Of x in the three panels and of z, mm; the centres of arcs are shown if they lie near."""
     x, z = in_mm(shape.chain.segment_ends).T
     free = 1e3 * layout.finger.base.thickness

@@ -29,8 +29,13 @@ def section_style(sections: int) -> dict[str, Any]:
 
 
 def estimator_style(place: int, name: str) -> dict[str, Any]:
-    """How the line of an estimator looks, in every figure; `place` counts the estimators from 0."""
-    return {"marker": ESTIMATOR_MARKERS[place], "ms": 4.5, "lw": 1.5, "color": ESTIMATOR_COLORS[place], "label": name}
+    """How the line of an estimator looks, in every figure; `place` counts the estimators from 0.
+
+    Colours begin anew after the last, with dashed lines, then dotted ones.
+    """
+    again, place = divmod(place, len(ESTIMATOR_COLORS))
+    look = {"ls": ("-", "--", ":", "-.")[again % 4], "color": ESTIMATOR_COLORS[place], "label": name}
+    return {"marker": ESTIMATOR_MARKERS[place], "ms": 4.5, "lw": 1.5, **look}
 
 
 def save_figure(figure: Figure, stem: Path) -> None:

@@ -12,7 +12,7 @@ from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import held_rows, held_samples
 from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 from soft_gripper.truth.contact import touches
 
 SAMPLES = 2  # of every held step, spread evenly: the finger rests, and only noise differs
@@ -59,5 +59,5 @@ def _held_finger(name: str, run: RecordedRun, finger: PlantFinger) -> HeldFinger
     chosen = np.linspace(0, steps.shape[1] - 1, min(SAMPLES, steps.shape[1])).astype(int)
     held = steps[:, chosen].ravel()
     gravity = planar_gravity(X_WB[held], np.array(scenario.gravity))
-    layout = sensor_layout(finger.finger, scenario.sensor)
+    layout = strain_sensors(sensor_layout(finger.finger, scenario.sensor), name)
     return HeldFinger(layout, scenario.sensor.period, q, held, pressure, gravity)

@@ -14,8 +14,9 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.fingers.statics import softened
 from soft_gripper.scenario.model_files import model_path
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 
 @dataclass
@@ -46,12 +47,13 @@ def as_config(layout: SensorLayout, found: Calibration) -> FingerCalibrationConf
     return FingerCalibrationConfig(*_identity(layout), *numbers)
 
 
-def calibrated(layout: SensorLayout, calibration: CalibrationConfig) -> SensorLayout:
+def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
     """The believed layout with the gains, offsets and stiffness that were found for its finger.
 
     Raises:
         InputError: if the calibration is of other fingers or sensors.
     """
+    layout = strain_sensors(sensors, "believed.calibration")
     name, finger, curve = layout.finger.name, layout.finger, layout.response
     if name not in calibration.fingers:
         raise InputError("believed.calibration", "fingers", list(calibration.fingers), f"has none for '{name}'")

@@ -1,58 +1,42 @@
-"""Which sensors a finger carries, and the maths of reading them: joint angles -> readings.
+"""Strain sensors along the sides of a finger: joint angles -> extension ratios, and these -> bends of the sections.
 
-Everything here is pure and takes arrays whose leading axes are free, so that a block calls it for one
-sample and an evaluation calls it once for a whole recording.
+If the n joints of a section bend alike, a path at the offset o from the neutral axis reads of it the extension ratio
+L / (2 a), with a half a segment and L the length of the path over one segment (`segment_path_lengths`),
+
+    (L / 2)^2 = a^2 + 2 o^2 - 2 o |a + i o| sin(u + arg(a + i o)) ,   u = theta / (2 n) ,
+
+so that every path gives the bend theta by itself. Where a section of length l is straight, its ratio changes by
+- o / l with the bend: readings are weighed by o^2.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
-from soft_gripper.numbers_check import mistyped
-from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
+from soft_gripper.sensors.measurement import MeasurementModel
 
 
 @dataclass(frozen=True)
-class SensorLayout:
+class SensorLayout(MeasurementModel):
     """Strain sensors along the sides of a finger, `sections` of them one after the other on each path.
 
     Two-sided (the default), both paths are measured, on the inner and on the outer side. One-sided, only the outer
-    path is; the neutral axis, which does not stretch, stands for the other.
-
-    Sections are as equal as whole segments allow, or end at `borders`, one fewer than there are sections: shares of the
-    finger's length, each taken to the nearest end of a segment.
-
-    Raises:
-        InputError: if there are fewer than 1 or more sections than segments, the borders do not make so many, or the
-            response is calibrated for others.
+    path is; the neutral axis, which does not stretch, stands for the other. Readings run path after path and from the
+    base to the tip; the values that they give are the bends of the sections, rad.
     """
 
-    finger: Finger
-    sections: int
     one_sided: bool = False
-    response: ResponseCurve | CalibratedResponse = field(default_factory=ResponseCurve)
-    borders: tuple[float, ...] | None = None
 
-    def __post_init__(self) -> None:
-        ends = self.section_ends
-        if len(ends) != self.sections + 1 or not np.all(np.diff(ends) > 0):
-            segments = self.finger.segments
-            expected = (
-                f"give {self.sections - 1} increasing shares of the length, each at another end of {segments} segments"
-            )
-            raise InputError("sensor", "borders", self.borders, expected)
-        if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
-            expected = f"the layout has {self.readings} readings"
-            raise InputError("calibration", "gains", list(self.response.gains), expected)
+    quantity = "strain"
+    unit = "1"
 
-    @property
+    @cached_property
     def paths(self) -> int:
         """Number of measured paths: 2 (inner, outer) or 1 (outer)."""
         return 1 if self.one_sided else 2
@@ -63,9 +47,8 @@ class SensorLayout:
         return path_names(self.one_sided)
 
     @property
-    def readings(self) -> int:
-        """Number of readings, path after path and from the base to the tip."""
-        return self.paths * self.sections
+    def axes(self) -> Mapping[str, Sequence[Any]]:
+        return {"path": self.path_names, "section": range(self.sections)}
 
     @cached_property
     def offsets(self) -> Array:
@@ -73,36 +56,28 @@ class SensorLayout:
         return np.array(self.finger.sensor_offsets[-self.paths :])
 
     @cached_property
-    def section_ends(self) -> NDArray[np.int_]:
-        """Segments covered up to the end of each section, from 0 to N, (S + 1,)."""
-        equal = self.finger.section_ends(self.sections)
-        if self.borders is None:
-            return equal
-        listed = isinstance(self.borders, Sequence) and all(mistyped(float, border) is None for border in self.borders)
-        if not listed or not np.isfinite(self.borders).all():
-            raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
-        return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)
+    def matrix(self) -> Array:
+        """Sums joint angles over sections."""
+        return (self.joint_sections == np.arange(self.sections)[:, None]).astype(float)
 
     @cached_property
-    def joints_per_section(self) -> NDArray[np.int_]:
-        """Number of joints in every section, (S,)."""
-        return np.diff(self.section_ends)
+    def sensitivity(self) -> Array:
+        return -self.offsets[:, None] / self.rest_lengths
 
-    @cached_property
-    def rest_lengths(self) -> Array:
-        """Rest length of every section, m, (S,)."""
-        return self.joints_per_section * self.finger.segment_length
+    def predict(self, q: Array) -> Array:
+        return extension_ratios(self, q) - 1
 
-    @cached_property
-    def joint_sections(self) -> NDArray[np.int_]:
-        """Section that every joint lies in, (N,)."""
-        return np.repeat(np.arange(self.sections), self.joints_per_section)
+    def inverse(self, measured: Array) -> Array:
+        """The bends that extension ratios give if all joints of a section bend alike, (..., paths, S) rad."""
+        half, offset = self.finger.segment_length / 2, self.offsets[:, None]
+        offset = np.where(offset == 0, half, offset)  # a path on the neutral axis reads nothing, and has no weight
+        sine = (half**2 * (1 - (1 + measured) ** 2) + 2 * offset**2) / (2 * offset * np.hypot(half, offset))
+        bends: Array = 2 * self.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - np.arctan2(offset, half))
+        return bends
 
-    @cached_property
-    def joint_fractions(self) -> Array:
-        """How far along its section every joint lies, 0 to 1, (N,)."""
-        begin = self.section_ends[self.joint_sections] * self.finger.segment_length
-        return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
+    def signals(self, q: Array) -> dict[str, Array]:
+        ratios = extension_ratios(self, q)
+        return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
     def sums(self, q: Array) -> Array:
         """Sums over the joints of each section, (..., N) -> (..., S)."""
@@ -114,6 +89,17 @@ class SensorLayout:
         return (theta / self.joints_per_section).take(self.joint_sections, axis=-1)
 
 
+def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
+    """The same sensors, for what works with strain along sections alone and is called `where`.
+
+    Raises:
+        InputError: if they are of another kind.
+    """
+    if isinstance(layout, SensorLayout):
+        return layout
+    raise InputError(where, "sensor.type", layout.quantity, "works with strain sensors along the sections only")
+
+
 def path_names(one_sided: bool) -> tuple[str, ...]:
     """What the measured paths are called, in the order of the readings."""
     return ("outer",) if one_sided else ("inner", "outer")
@@ -123,4 +109,5 @@ def extension_ratios(layout: SensorLayout, q: Array) -> Array:
     """Length over rest length of every section, from joint angles (..., N) rad -> (..., paths * S)."""
     offsets = layout.offsets[:, None]
     lengths = segment_path_lengths(q[..., None, :], layout.finger.segment_length, offsets)
-    return (layout.sums(lengths) / layout.rest_lengths).reshape(*q.shape[:-1], layout.readings)
+    sums = np.add.reduceat(lengths, layout.section_ends[:-1], axis=-1)
+    return (sums / layout.rest_lengths).reshape(*q.shape[:-1], layout.readings)

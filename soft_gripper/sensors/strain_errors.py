@@ -24,8 +24,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.numbers_check import check_numbers
 from soft_gripper.sensors import strain_errors
 from soft_gripper.sensors.error_block import ErrorBlock, pass_delay_line
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
-from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.signals import describe
 
 PLAYS = 10
@@ -54,7 +54,8 @@ HYSTERESIS_LIMIT = 0.1  # beyond it small reversals would leave the play operato
 class StrainErrors:
     """The errors of strain sensors, in the order in which they act; none by default.
 
-    Strain is the extension ratio - 1. Standard deviations are those of independent draws for every sensor.
+    Strain is the extension ratio - 1; of sensors that measure another quantity y, 1 + y stands for the extension ratio,
+    so that offsets and noise are in the unit of y. Standard deviations are those of independent draws for every sensor.
 
     Raises:
         InputError: for the first number that is out of range.
@@ -240,18 +241,20 @@ class _ReadingErrors:
         return strain_errors.stacked(after), self.response.reading(disturbed)
 
 
-class StrainErrorBlock(ErrorBlock):
-    """Disturbs the readings of the strain sensors of one finger; see `ErrorBlock`.
+class ReadingErrorBlock(ErrorBlock):
+    """Disturbs the readings of the sensors of one finger; see `ErrorBlock`.
 
     ::
 
-        ideal_strain (paths * S) ------> +------------------+
-                                         | StrainErrorBlock | ---> strain (paths * S) readings
-        standard_normal (7 paths * S) -> +------------------+
+        ideal_strain (R) ---------> +-------------------+
+                                    | ReadingErrorBlock | ---> strain (R) readings
+        standard_normal (7 R) ----> +-------------------+
+
+    Of sensors that measure another quantity, the ports are called after that.
     """
 
-    def __init__(self, layout: SensorLayout, errors: StrainErrors, period: float):
-        """Sensors of the given layout, sampled every `period` s."""
+    def __init__(self, layout: MeasurementModel, errors: StrainErrors, period: float):
+        """Sensors that are sampled every `period` s."""
         model = _ReadingErrors(errors, layout.response, period)
-        super().__init__(model, layout.readings, period, "ideal_strain", "strain")
-        describe(self.GetOutputPort("strain"), "1", path=layout.path_names, section=range(layout.sections))
+        super().__init__(model, layout.readings, period, f"ideal_{layout.quantity}", layout.quantity)
+        describe(self.GetOutputPort(layout.quantity), layout.unit, **layout.axes)

@@ -20,7 +20,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.sensor_layout import SensorLayout
 
 
 class Sections(NamedTuple):
@@ -57,4 +57,4 @@ def as_strain(finger: Finger, theta: Array, sections: int) -> tuple[SensorLayout
     bends = SensorLayout(finger, theta.shape[-1])
     q = bends.shared_equally(theta)
     layout = SensorLayout(finger, sections)
-    return layout, layout.response.reading(extension_ratios(layout, layout.shared_equally(layout.sums(q))))
+    return layout, layout.read(layout.shared_equally(layout.sums(q)))

@@ -14,7 +14,7 @@ from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.sensors.sensor_block import SensorBlock
 
 SHORT = ["pressure.steps.all=[60e3]", "pressure.settle=0.1", "pressure.hold_samples=2"]
 NOISY = [*SHORT, "sensor.errors.preset=realistic", "sensor.errors.dropout=0.1"]
@@ -87,7 +87,7 @@ def test_a_model_of_several_files_is_read_for_every_run(built, tmp_path):
     assert len(kept_stations._kept) == 0
 
 
-class Tired(StrainSensor):
+class Tired(SensorBlock):
     """A sensor that remembers on itself how often it has been read."""
 
     read = 0

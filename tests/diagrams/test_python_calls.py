@@ -65,7 +65,7 @@ def baseline():
 
 def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
     two_fingers = 2 * 100
-    assert baseline["soft_gripper.sensors.strain_sensor._sample"] == two_fingers
+    assert baseline["soft_gripper.sensors.sensor_block._sample"] == two_fingers
     assert baseline["soft_gripper.estimators.arcs.bends_from_readings"] == two_fingers
     assert baseline["soft_gripper.load.force_estimator._remember"] == two_fingers
 

@@ -37,4 +37,4 @@ def test_pages_have_fields_and_ports(pages):
     finger = pages["api/fingers.Finger.md"]
     assert "| `sensor_spacing` | `float` |  | m, between inner and outer sensor path (Delta_R) |" in finger
     assert "## Ports" not in finger
-    assert "| `strain` | out |" in pages["api/sensors.StrainSensor.md"]
+    assert "| `strain` | out |" in pages["api/sensors.SensorBlock.md"]

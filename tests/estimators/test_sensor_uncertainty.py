@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.bends import SectionBends
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.sensors.measurement import LinearReadings
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
@@ -43,7 +43,7 @@ def test_any_reading_has_what_lasts_for_a_minute():
 
 
 def test_a_share_of_a_bend_adds_its_variance():
-    bends = SectionBends(np.array([0.0, -0.5]), np.array([1e-4, 1e-4])).uncertain_by(0.04)
+    bends = LinearReadings(np.array([0.0, -0.5]), np.array([1e-4, 1e-4])).uncertain_by(0.04)
     np.testing.assert_allclose(bends.variance, [1e-4, 5e-4])
 
 

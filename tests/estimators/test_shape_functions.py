@@ -10,7 +10,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 
 def test_names():
-    assert list(SHAPE_FUNCTIONS) == ["arcs", "spline", "gaussian", "contact", "recursive"]
+    assert list(SHAPE_FUNCTIONS) == ["arcs", "spline", "gaussian", "contact", "recursive", "constant_curvature"]
 
 
 @pytest.mark.parametrize("sections", [{"sections": 1}, {"sections": 4}, {"sections": 2, "borders": (1 / 3,)}])

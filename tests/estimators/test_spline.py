@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.bends import section_bends
 from soft_gripper.estimators.spline import SplineShape
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -48,7 +47,7 @@ def test_constant_curvature_is_found(layout, bend):
 
 def test_sums_are_those_that_are_read_and_nothing_is_smoother(layout, bent):
     read = readings(layout, bent(20, 12))
-    theta = section_bends(layout, read, 1e-5).theta
+    theta = layout.linear(read, 1e-5).values
     q = estimated(layout, read)
     np.testing.assert_allclose(layout.sums(q), theta, atol=1e-6)
     known = np.full(layout.sections, True)
@@ -70,7 +69,7 @@ def test_linear_curvature_is_found_where_it_is_the_smoothest(shipped_finger):
 def test_a_missing_section_is_bridged(shipped_finger, missing):
     layout, q = SensorLayout(shipped_finger, 4), np.linspace(0.0, 0.2, 12)
     read = readings(layout, q)
-    theta = section_bends(layout, read, 1e-5).theta
+    theta = layout.linear(read, 1e-5).values
     read[[missing, missing + 4]] = np.nan
     found, known = estimated(layout, read), np.arange(4) != missing
     np.testing.assert_allclose(found, smoothest(layout, theta, known), atol=1e-5)

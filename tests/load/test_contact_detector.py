@@ -13,8 +13,9 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Ma
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_shapes import ArcShape
 from soft_gripper.estimators.plane import bending_plane
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.statics import gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
@@ -23,8 +24,8 @@ from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.base_pose import BasePoseSensor
+from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_sensor import StrainSensor
 from soft_gripper.signals import signal_of
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -212,10 +213,10 @@ def run_carried_finger(sections, time_step, torque, since):
     builder.Connect(force, plant.get_applied_generalized_force_input_port())
 
     joint_angles = add(MatrixGain(carried.position_selector()), plant.get_state_output_port())
-    strain = add(StrainSensor(layout, PERIOD), joint_angles).get_system().GetOutputPort("strain")
+    strain = add(SensorBlock(layout, PERIOD), joint_angles).get_system().GetOutputPort("strain")
     X_WB = add(BasePoseSensor(carried.base.index(), PERIOD), plant.get_body_poses_output_port())
     known = add(ConstantVectorSource(np.zeros(12))), X_WB  # driving torque and pose of the base
-    q = add(ArcPoseEstimator(layout, GRAVITY), strain, *known)
+    q = add(ShapeEstimator(ArcShape(layout), layout, GRAVITY), strain, *known)
     forces = add(ForceEstimator(carried.finger, GRAVITY, PERIOD), q, *known).get_system()
     balance = (forces.GetOutputPort(name) for name in ("external_torque", "torque_tolerance"))
     contact = add(ContactDetector(12, int(layout.joints_per_section[0]), PERIOD), *balance)

@@ -1,4 +1,4 @@
-"""ErrorBlock and StrainErrorBlock: the same numbers as for a recording, without a sample of delay of their own."""
+"""ErrorBlock and ReadingErrorBlock: the same numbers as for a recording, without a sample of delay of their own."""
 
 import numpy as np
 import pytest
@@ -11,9 +11,9 @@ from pydrake.trajectories import PiecewisePolynomial
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_errors import RUN_DRAWS, Draws, StrainErrorBlock, StrainErrors, disturb
-from soft_gripper.sensors.strain_sensor import StrainSensor
+from soft_gripper.sensors.strain_errors import RUN_DRAWS, Draws, ReadingErrorBlock, StrainErrors, disturb
 from soft_gripper.signals import signal_of
 
 PERIOD, SAMPLES = 0.01, 60
@@ -32,8 +32,8 @@ def disturbed_ramp(layout, errors, seed):
     builder = DiagramBuilder()
     motion = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.linspace([0.0] * 12, [0.3] * 12, 2).T)
     source = builder.AddSystem(TrajectorySource(motion))
-    sensor = builder.AddSystem(StrainSensor(layout, PERIOD))
-    block = builder.AddSystem(StrainErrorBlock(layout, errors, PERIOD))
+    sensor = builder.AddSystem(SensorBlock(layout, PERIOD))
+    block = builder.AddSystem(ReadingErrorBlock(layout, errors, PERIOD))
     normal = block.GetInputPort("standard_normal")
     random = builder.AddSystem(RandomSource(RandomDistribution.kGaussian, normal.size(), PERIOD))
     builder.Connect(source.get_output_port(), sensor.get_input_port())
@@ -75,7 +75,7 @@ def test_a_seed_makes_a_run_reproducible(layout):
 
 def test_ports(layout):
     builder = DiagramBuilder()
-    block = builder.AddSystem(StrainErrorBlock(layout, ERRORS, PERIOD))
+    block = builder.AddSystem(ReadingErrorBlock(layout, ERRORS, PERIOD))
     assert signal_of(block.GetOutputPort("strain")).axes == {"path": ("inner", "outer"), "section": range(3)}
     assert block.GetInputPort("ideal_strain").size() == block.GetOutputPort("strain").size() == layout.readings
     assert AddRandomInputs(PERIOD, builder) == 1
@@ -83,7 +83,7 @@ def test_ports(layout):
 
 def test_readings_depend_on_no_new_draws_between_samples(layout):
     """The output follows its state and the ideal signal; the random input acts through the state alone."""
-    block = StrainErrorBlock(layout, ERRORS, PERIOD)
+    block = ReadingErrorBlock(layout, ERRORS, PERIOD)
     ideal, normal = (block.GetInputPort(name).get_index() for name in ("ideal_strain", "standard_normal"))
     assert block.HasDirectFeedthrough(ideal, 0)
     assert not block.HasDirectFeedthrough(normal, 0)

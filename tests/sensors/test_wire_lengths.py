@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.bends import section_bends
 from soft_gripper.sensors.wire_lengths import WireCalibration, as_strain
 
 SPACING = 0.04
@@ -51,4 +50,4 @@ def test_strain_says_the_bends(shipped_finger, sections):
     theta = np.array([0.5, -0.3])
     layout, strain = as_strain(shipped_finger, theta, sections)
     expected = theta if sections == 2 else [theta.sum()]
-    np.testing.assert_allclose(section_bends(layout, strain, 1e-4).theta, expected, atol=5e-3)
+    np.testing.assert_allclose(layout.linear(strain, 1e-4).values, expected, atol=5e-3)

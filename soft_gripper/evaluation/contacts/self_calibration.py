@@ -22,7 +22,6 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.bends import section_bends
 from soft_gripper.fingers.statics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -61,7 +60,7 @@ def trusting_chamber(believed: SensorLayout, free: FreeMotion) -> Scale:
 
 def _known(believed: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
     """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
-    theta = section_bends(believed, free.readings, _NOISE).theta
+    theta = believed.linear(free.readings, _NOISE).values
     weight = gravity_torque(believed.finger, believed.shared_equally(theta), np.asarray(free.gravity)[..., None])
     return np.broadcast_to(believed.finger.pressure_torque(free.pressure), weight.shape), weight, theta
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.estimators.arcs import bends_from_paths, join_arcs
+from soft_gripper.estimators.arcs import arcs_from_lengths
 from soft_gripper.evaluation.paper.claims import PAPER_POSE_GAIN, PAPER_TIP_GAIN
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, segment_path_lengths
@@ -73,7 +73,8 @@ def chain_with_joints_at_starts(q: Array, ds: float, offsets: Array) -> tuple[Ar
 def _tip(paths: Array, finger: Finger) -> Planar:
     """The estimated tip from the lengths of the inner and outer paths, (2, steps, S) m."""
     inner, outer = paths
-    tip: Planar = join_arcs(*bends_from_paths(finger, inner, outer)).end[..., -1]
+    spacing = finger.sensor_spacing
+    tip: Planar = arcs_from_lengths(inner, outer, spacing, finger.sensor_offsets[0] / spacing).end[..., -1]
     return tip
 
 

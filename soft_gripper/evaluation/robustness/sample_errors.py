@@ -14,7 +14,7 @@ from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.evaluation.robustness.plants import FingerAtRest
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import fingertip_error, pose_error
 
 BAND = 1.96  # standard deviations either side, of 95 %
@@ -30,7 +30,7 @@ class Errors(NamedTuple):
 
 def estimated(
     estimator: str,
-    layout: SensorLayout,
+    layout: MeasurementModel,
     uncertainty: Uncertainty,
     held: FingerAtRest,
     readings: Array,

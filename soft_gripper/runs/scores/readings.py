@@ -13,7 +13,6 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.diagrams.wiring.sensors import sensor_layout
-from soft_gripper.estimators.arcs import Arcs, arcs_from_readings
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.plane import planar_gravity
@@ -22,24 +21,19 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.scenario.sensor_presets import uncertainty
-from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.measurement import MeasurementModel
 
 
 @dataclass(frozen=True)
 class ReadAgain:
     """What is measured of a recorded finger, T samples, and sensors and finger as they are believed to be."""
 
-    layout: SensorLayout
+    layout: MeasurementModel
     uncertainty: Uncertainty
-    readings: Array  # (T, paths * S)
+    readings: Array  # (T, R)
     pressure: Array  # (T) Pa
     gravity: Planar  # (T) m/s^2, in the bending plane; 0 where it is not compensated
     period: float  # s, between samples
-
-    @property
-    def arcs(self) -> Arcs:
-        """The arcs, (T, S)."""
-        return arcs_from_readings(self.layout, self.readings)
 
     def shape(self, estimator: str = "arcs") -> ShapeEstimate:
         """What an estimator of this project makes of the readings."""
@@ -80,14 +74,16 @@ def read_again(
     scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
     simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections, borders)
     believed = believed_layout(finger.finger, scenario.sensor, scenario.believed)
-    readings = simulated.response.reading(extension_ratios(simulated, q))
+    readings = simulated.read(q)
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
     gravity = planar_gravity(X_WB, _gravity(station))
     layout, uncertain = with_sections(believed, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
     return ReadAgain(layout, uncertain, readings, pressure, gravity, scenario.sensor.period)
 
 
-def with_sections(layout: SensorLayout, sections: int, borders: tuple[float, ...] | None = None) -> SensorLayout:
+def with_sections(
+    layout: MeasurementModel, sections: int, borders: tuple[float, ...] | None = None
+) -> MeasurementModel:
     """The sensors with so many sections: with these borders, or as they are if there are as many, or equally long."""
     as_is = sections == layout.sections and borders is None
     return layout if as_is else replace(layout, sections=sections, borders=borders)
@@ -97,7 +93,10 @@ def external_torque_again(
     station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain, estimator: str = "arcs"
 ) -> Array:
     """The external torque for these readings at every sample, N m, (T, N); NaN until there are five samples."""
-    q, X_WB = again.shape(estimator).q, recording[f"{finger.name}.X_WB"].values
+    shape, X_WB = again.shape(estimator), recording[f"{finger.name}.X_WB"].values
+    if shape.external_torque is not None:
+        return shape.external_torque
+    q = shape.q
     motion = Motion(*map(windows, (q, again.driving(estimator), X_WB)))
     balance = TorqueBalance(again.layout.finger)
     torque = balance.external_torque(motion, _gravity(station), station.scenario.sensor.period).torque

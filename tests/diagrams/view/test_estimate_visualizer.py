@@ -17,8 +17,9 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_shapes import ArcShape
 from soft_gripper.estimators.plane import pose_entries
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -37,7 +38,7 @@ class Scene:
         skin = tuple((f"/link_{i}/box", f"/link_{i}/knuckle") for i in range(layout.finger.segments + 1))
         drawn = DrawnFinger(NAME, layout.finger, layout.section_ends, BodyIndex(2), skin)
         visualizer = builder.AddSystem(EstimateVisualizer(self.drawing, [drawn], LIMIT, period=0.05))
-        pose = builder.AddSystem(ArcPoseEstimator(layout, np.zeros(3)))
+        pose = builder.AddSystem(ShapeEstimator(ArcShape(layout), layout, np.zeros(3)))
         other = RigidTransform([9.0, 9.0, 9.0])
         poses = builder.AddSystem(ConstantValueSource(Value([other, other, X_WB, other])))
         builder.Connect(poses.get_output_port(), visualizer.GetInputPort("body_poses"))

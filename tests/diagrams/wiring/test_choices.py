@@ -7,17 +7,14 @@ from pydrake.systems.primitives import ZeroOrderHold
 
 from soft_gripper.diagrams.wiring.choices import SENSORS, find_estimator, find_sensor, make_block
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_sensor import StrainSensor
 
 
 def test_names_of_the_project(shipped_finger):
     layout = SensorLayout(shipped_finger, 3)
     assert list(SENSORS) == ["strain"]
-    assert isinstance(find_sensor("strain")(layout, 0.01), StrainSensor)
-    assert isinstance(find_estimator("arcs")(layout, [0, 0, -9.81], 0.01), ArcPoseEstimator)
+    assert find_sensor("strain") is SensorLayout
     assert isinstance(find_estimator("gaussian")(layout, [0, 0, -9.81], 0.01), ShapeEstimator)
 
 

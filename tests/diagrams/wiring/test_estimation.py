@@ -12,8 +12,9 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_shapes import ArcShape
 from soft_gripper.estimators.plane import bending_plane, pose_entries
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.fingers.statics import gravity_torque
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -43,7 +44,7 @@ def balanced(layout, load):
 
 def estimated(layout, q, samples, threshold=None):
     """What is estimated after some samples of a finger that rests at q."""
-    estimation = FingerEstimation(ArcPoseEstimator(layout, GRAVITY), layout, GRAVITY, PERIOD, threshold)
+    estimation = FingerEstimation(ShapeEstimator(ArcShape(layout), layout, GRAVITY), layout, GRAVITY, PERIOD, threshold)
     simulator = Simulator(estimation)
     context = simulator.get_mutable_context()
     strain = layout.response.reading(extension_ratios(layout, q))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.bends import UNKNOWN, section_bends
+from soft_gripper.sensors.measurement import UNKNOWN
 from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -39,36 +39,36 @@ def test_joints_that_bend_alike_are_found_exactly(layout, degrees):
     """By both paths together, and by each alone."""
     q = np.full(12, np.radians(degrees) / 12)
     read = readings(layout, q)
-    np.testing.assert_allclose(section_bends(layout, read, NOISE).theta, layout.sums(q), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(layout.linear(read, NOISE).values, layout.sums(q), rtol=0, atol=1e-9)
     for path in range(layout.paths):
         alone = by_path(layout, np.full_like(read, np.nan))
         alone[path] = by_path(layout, read)[path]
-        found = section_bends(layout, alone.reshape(-1), NOISE)
-        np.testing.assert_allclose(found.theta, layout.sums(q), rtol=0, atol=1e-9)
+        found = layout.linear(alone.reshape(-1), NOISE)
+        np.testing.assert_allclose(found.values, layout.sums(q), rtol=0, atol=1e-9)
         assert (found.variance < UNKNOWN).all()
 
 
 def test_every_section_has_its_own_bend(layout):
     theta = np.linspace(-0.5, 0.7, layout.sections)
     read = readings(layout, layout.shared_equally(theta))
-    np.testing.assert_allclose(section_bends(layout, read, NOISE).theta, theta, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(layout.linear(read, NOISE).values, theta, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf])
 def test_a_section_that_reads_nothing_is_unknown_and_no_other(layout, missing):
     read = readings(layout, np.full(12, 0.1))
-    known = section_bends(layout, read, NOISE)
+    known = layout.linear(read, NOISE)
     spoiled = by_path(layout, read.copy())
     spoiled[:, -1] = missing
-    found = section_bends(layout, spoiled.reshape(-1), NOISE)
-    assert (found.theta[-1], found.variance[-1]) == (0.0, UNKNOWN)
-    np.testing.assert_array_equal(found.theta[:-1], known.theta[:-1])
+    found = layout.linear(spoiled.reshape(-1), NOISE)
+    assert (found.values[-1], found.variance[-1]) == (0.0, UNKNOWN)
+    np.testing.assert_array_equal(found.values[:-1], known.values[:-1])
     np.testing.assert_array_equal(found.variance[:-1], known.variance[:-1])
 
 
 def test_a_finger_that_reads_nothing_is_unknown(layout):
-    found = section_bends(layout, np.full((3, layout.readings), np.nan), NOISE)
-    np.testing.assert_array_equal(found.theta, np.zeros((3, layout.sections)))
+    found = layout.linear(np.full((3, layout.readings), np.nan), NOISE)
+    np.testing.assert_array_equal(found.values, np.zeros((3, layout.sections)))
     np.testing.assert_array_equal(found.variance, np.full((3, layout.sections), UNKNOWN))
 
 
@@ -80,9 +80,9 @@ def test_variance_is_that_of_noisy_readings(shipped_finger, lost):
     ratios = ratios + NOISE * np.random.default_rng(7).standard_normal((20_000, layout.readings))
     if lost is not None:
         by_path(layout, ratios)[:, lost] = np.nan
-    found = section_bends(layout, layout.response.reading(ratios), NOISE)
-    np.testing.assert_allclose(found.theta.var(axis=0), found.variance[0], rtol=0.05)
-    np.testing.assert_allclose(found.theta.mean(axis=0), layout.sums(np.full(12, 0.01)), atol=2e-4)
+    found = layout.linear(layout.response.reading(ratios), NOISE)
+    np.testing.assert_allclose(found.values.var(axis=0), found.variance[0], rtol=0.05)
+    np.testing.assert_allclose(found.values.mean(axis=0), layout.sums(np.full(12, 0.01)), atol=2e-4)
 
 
 def test_both_paths_together_are_surer_than_either(shipped_finger):
@@ -91,7 +91,7 @@ def test_both_paths_together_are_surer_than_either(shipped_finger):
     inner, outer = by_path(layout, np.tile(read, (2, 1)))
     inner[1], outer[0] = np.nan, np.nan
     both, *either = (
-        section_bends(layout, values.reshape(-1), NOISE).variance for values in (by_path(layout, read), inner, outer)
+        layout.linear(values.reshape(-1), NOISE).variance for values in (by_path(layout, read), inner, outer)
     )
     np.testing.assert_allclose(1 / both, 1 / either[0] + 1 / either[1], rtol=1e-12)
 
@@ -101,31 +101,31 @@ def test_a_path_on_the_neutral_axis_reads_nothing(shipped_finger, angle):
     layout = SensorLayout(replace(shipped_finger, sensor_spacing=2 * float(shipped_finger.tip.neutral_axis)), 2)
     assert layout.offsets[0] == 0
     q = np.full(12, angle)
-    np.testing.assert_allclose(section_bends(layout, readings(layout, q), NOISE).theta, layout.sums(q), atol=1e-9)
+    np.testing.assert_allclose(layout.linear(readings(layout, q), NOISE).values, layout.sums(q), atol=1e-9)
     lost = readings(layout, q)
     lost[2:] = np.nan
-    assert (section_bends(layout, lost, NOISE).variance == UNKNOWN).all()
+    assert (layout.linear(lost, NOISE).variance == UNKNOWN).all()
 
 
 @pytest.mark.parametrize("wild", [-1.0, -0.9, 5.0, 100.0])
 def test_readings_that_no_bend_has_give_finite_bends(shipped_finger, wild):
     layout = SensorLayout(shipped_finger, 4)
-    found = section_bends(layout, np.full(8, wild), NOISE)
-    assert (np.abs(found.theta) <= 2 * np.pi * layout.joints_per_section).all()
+    found = layout.linear(np.full(8, wild), NOISE)
+    assert (np.abs(found.values) <= 2 * np.pi * layout.joints_per_section).all()
 
 
 def test_a_batch_is_its_samples(layout, bent):
     read = readings(layout, bent(4, 2, 12))
     read[1, 1, 0] = np.nan
-    found = section_bends(layout, read, NOISE)
+    found = layout.linear(read, NOISE)
     for index in np.ndindex(4, 2):
-        for whole, part in zip(found, section_bends(layout, read[index], NOISE), strict=True):
+        for whole, part in zip(found, layout.linear(read[index], NOISE), strict=True):
             np.testing.assert_array_equal(whole[index], part)
 
 
 def test_an_error_that_is_a_share_of_the_bend_is_added_as_a_variance(layout):
     theta = np.linspace(-0.5, 0.7, layout.sections)
-    known = section_bends(layout, readings(layout, layout.shared_equally(theta)), NOISE)
+    known = layout.linear(readings(layout, layout.shared_equally(theta)), NOISE)
     doubted = known.uncertain_by(0.1)
-    np.testing.assert_array_equal(doubted.theta, known.theta)
+    np.testing.assert_array_equal(doubted.values, known.values)
     np.testing.assert_allclose(doubted.variance - known.variance, 0.01 * theta**2, atol=1e-12)

@@ -1,4 +1,4 @@
-"""StrainSensor: samples at initialization and at its period, and holds in between."""
+"""SensorBlock: samples at initialization and at its period, and holds in between."""
 
 from unittest.mock import Mock
 
@@ -10,8 +10,8 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.sensors.response_curve import ResponseCurve
+from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from soft_gripper.sensors.strain_sensor import StrainSensor
 
 PERIOD = 0.01  # s
 START, RATE = np.linspace(0.1, 0.2, 12), np.linspace(-1.0, 1.0, 12)  # rad, rad/s
@@ -30,7 +30,7 @@ def ramp(shipped_finger):
     builder = DiagramBuilder()
     motion = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.column_stack([angles(0), angles(1)]))
     source = builder.AddSystem(TrajectorySource(motion))
-    sensor = builder.AddSystem(StrainSensor(layout, PERIOD))
+    sensor = builder.AddSystem(SensorBlock(layout, PERIOD))
     builder.Connect(source.get_output_port(), sensor.get_input_port())
     simulator = Simulator(builder.Build())
 
@@ -42,7 +42,7 @@ def ramp(shipped_finger):
 
 
 def test_ports(layout):
-    sensor = StrainSensor(layout, PERIOD)
+    sensor = SensorBlock(layout, PERIOD)
     assert sensor.GetInputPort("joint_angles").size() == 12
     sizes = {sensor.get_output_port(i).get_name(): sensor.get_output_port(i).size() for i in range(2)}
     readings = layout.paths * layout.sections
@@ -72,11 +72,11 @@ def test_first_sample_is_there_before_the_first_step(ramp):
 def test_samples_once_a_period(ramp, monkeypatch):
     simulator, _, _ = ramp
     measure = Mock(wraps=extension_ratios)
-    monkeypatch.setattr("soft_gripper.sensors.strain_sensor.extension_ratios", measure)
+    monkeypatch.setattr("soft_gripper.sensors.sensor_layout.extension_ratios", measure)
     simulator.Initialize()
     simulator.AdvanceTo(0.995)
     assert measure.call_count == 1 + 100  # at initialization, then at 0, 10, ... 990 ms
 
 
 def test_passes_nothing_through_at_once(layout):
-    assert not StrainSensor(layout, PERIOD).HasAnyDirectFeedthrough()
+    assert not SensorBlock(layout, PERIOD).HasAnyDirectFeedthrough()

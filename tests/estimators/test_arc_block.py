@@ -1,4 +1,4 @@
-"""ArcPoseEstimator: the pure functions as a block, sample for sample."""
+"""The estimator `arcs` as a block: the pure functions, sample for sample."""
 
 from unittest.mock import Mock
 
@@ -16,13 +16,14 @@ from pydrake.systems.primitives import (
 )
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
+from soft_gripper.estimators.arc_shapes import ArcShape
 from soft_gripper.estimators.arcs import arcs_from_readings, bends_from_readings, joints_on_arcs
 from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.estimators.plane import pose_entries
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import extension_ratios
-from soft_gripper.sensors.strain_sensor import StrainSensor
 from soft_gripper.signals import signal_of
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
@@ -34,7 +35,7 @@ class Fixed:
     """An estimator whose inputs are fixed by hand."""
 
     def __init__(self, layout):
-        self.system = ArcPoseEstimator(layout, GRAVITY)
+        self.system = ShapeEstimator(ArcShape(layout), layout, GRAVITY)
         self.context = self.system.CreateDefaultContext()
         self.fix(driving_torque=DRIVING, X_WB=pose_entries(X_WB))
 
@@ -144,14 +145,14 @@ def test_a_moved_base_moves_the_world_positions_alone(layout, strain):
 
 
 def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch):
-    estimate = Mock(wraps=bends_from_readings)
-    monkeypatch.setattr("soft_gripper.estimators.arc_estimator.bends_from_readings", estimate)
-    Fixed(layout).read(strain)
+    estimate, fixed = Mock(wraps=bends_from_readings), Fixed(layout)
+    monkeypatch.setattr("soft_gripper.estimators.arc_shapes.bends_from_readings", estimate)
+    fixed.read(strain)
     assert estimate.call_count == 1
 
 
 def test_ports_and_no_state(layout):
-    system = ArcPoseEstimator(layout, GRAVITY)
+    system = ShapeEstimator(ArcShape(layout), layout, GRAVITY)
     inputs = [(system.get_input_port(i).get_name(), system.get_input_port(i).size()) for i in range(3)]
     assert inputs == [("strain", layout.paths * layout.sections), ("driving_torque", 12), ("X_WB", 12)]
     assert system.num_input_ports() == 3
@@ -162,10 +163,10 @@ def test_ports_and_no_state(layout):
 
 @pytest.fixture
 def wired(layout):
-    """A builder that holds StrainSensor -> ArcPoseEstimator."""
+    """A builder that holds SensorBlock -> ShapeEstimator."""
     builder = DiagramBuilder()
-    sensor = builder.AddSystem(StrainSensor(layout, 0.01))
-    estimator = builder.AddSystem(ArcPoseEstimator(layout, GRAVITY))
+    sensor = builder.AddSystem(SensorBlock(layout, 0.01))
+    estimator = builder.AddSystem(ShapeEstimator(ArcShape(layout), layout, GRAVITY))
     builder.Connect(sensor.GetOutputPort("strain"), estimator.GetInputPort("strain"))
     for port, value in (("driving_torque", DRIVING), ("X_WB", pose_entries(X_WB))):
         source = builder.AddSystem(ConstantVectorSource(value))

@@ -1,0 +1,185 @@
+"""The measurement model of a finger: joint angles -> readings, and what readings say of the joint angles.
+
+The sensors measure a quantity, y = h(q) + noise, of which the readings are what a response curve makes. Estimators that
+are linear in the joint angles need no more of it than
+
+    z = A q + noise ,
+
+values z that follow from the readings, with their variances. One or several readings may see the same value: near the
+straight finger y = c z, with the sensitivities c, so that the Jacobian of h is c A and readings of equal noise give
+
+    z = sum c^2 z_reading / sum c^2 ,   variance = noise^2 / sum c^2 ,
+
+over those that read anything.
+
+Everything is pure and takes arrays whose leading axes are free, so that a block calls it for one sample and an
+evaluation once for a whole recording; q is flat, (..., D). R readings, S values.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.numbers_check import mistyped
+from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
+
+UNKNOWN = 1e6  # variance of a value of which nothing is read, in the square of its unit
+
+
+class LinearReadings(NamedTuple):
+    """What readings say of the joint angles, each (..., S)."""
+
+    values: Array  # z, rad where the readings are of bends or angles; 0 where nothing is read
+    variance: Array
+
+    def uncertain_by(self, share: float) -> "LinearReadings":
+        """The same with a further error of every value, whose standard deviation is a share of it."""
+        return LinearReadings(self.values, self.variance + (share * self.values) ** 2)
+
+
+@dataclass(frozen=True)
+class MeasurementModel(ABC):
+    """Sensors of one finger, one or several in each of its `sections`.
+
+    A subclass is a kind of sensor. It gives the quantity that is read, its unit and the matrix A: then h(q) = A q, and
+    every row is one reading. What is not linear overrides `predict` and `inverse` as well, see `SensorLayout`.
+
+    Sections are as equal as whole segments allow, or end at `borders`, one fewer than there are sections: shares of the
+    finger's length, each taken to the nearest end of a segment.
+
+    Raises:
+        InputError: if there are fewer than 1 or more sections than segments, the borders do not make so many, the
+            response is calibrated for other sensors, or A does not fit the joints.
+    """
+
+    quantity: ClassVar[str]  # names the port that carries the readings
+    unit: ClassVar[str]  # of the quantity
+
+    finger: Finger
+    sections: int
+    response: ResponseCurve | CalibratedResponse = field(default_factory=ResponseCurve, kw_only=True)  # of 1 + y
+    borders: tuple[float, ...] | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        ends, segments = self.section_ends, self.finger.segments
+        if len(ends) != self.sections + 1 or not np.all(np.diff(ends) > 0):
+            expected = (
+                f"give {self.sections - 1} increasing shares of the length, each at another end of {segments} segments"
+            )
+            raise InputError("sensor", "borders", self.borders, expected)
+        shape = np.shape(self.matrix)
+        if len(shape) != 2 or shape[0] < 1 or shape[1] != segments or not np.isfinite(self.matrix).all():
+            expected = f"give finite numbers, a row for each value and {segments} columns"
+            raise InputError("sensor", f"matrix of {type(self).__name__}", shape, expected)
+        if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
+            expected = f"the layout has {self.readings} readings"
+            raise InputError("calibration", "gains", list(self.response.gains), expected)
+
+    @property
+    @abstractmethod
+    def matrix(self) -> Array:
+        """A, from joint angles to the values that are read, (S, D)."""
+
+    @cached_property
+    def sensitivity(self) -> Array:
+        """By how much what each reading measures changes with its value, at the straight finger, (R / S, S)."""
+        return np.ones((1, len(self.matrix)))
+
+    @cached_property
+    def straight(self) -> Array:
+        """Joint angles of the straight finger, (D,) rad."""
+        return np.zeros(self.matrix.shape[-1])
+
+    @property
+    def axes(self) -> Mapping[str, Sequence[Any]]:
+        """What the readings are called along each axis, for `describe`."""
+        return {"sensor": range(self.readings)}
+
+    @cached_property
+    def readings(self) -> int:
+        """Number of readings."""
+        return int(self.sensitivity.size)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Of h at the straight finger, (R, D)."""
+        return (self.sensitivity[..., None] * self.matrix).reshape(self.readings, -1)
+
+    def predict(self, q: Array) -> Array:
+        """The quantity that is measured, h(q): (..., D) -> (..., R)."""
+        return q @ self.jacobian.T
+
+    def inverse(self, measured: Array) -> Array:
+        """The value that each reading gives by itself, (..., R / S, S), from its quantity y, of the same shape."""
+        return measured / self.sensitivity
+
+    def signals(self, q: Array) -> dict[str, Array]:
+        """What the sensors put out, (..., R) each, by the names of the ports; the readings are `quantity`."""
+        return {self.quantity: self.response.reading(1 + self.predict(q))}
+
+    def read(self, q: Array) -> Array:
+        """Readings of joint angles, (..., D) rad -> (..., R)."""
+        return self.signals(q)[self.quantity]
+
+    def measured(self, readings: Array) -> Array:
+        """The quantity y that readings stand for, (..., R)."""
+        return self.response.ratio(readings) - 1
+
+    def linear(self, readings: Array, noise: float) -> LinearReadings:
+        """The values z that readings, (..., R), give; `noise` is the standard deviation of the quantity y.
+
+        Where no reading of a value is finite it is 0, with the variance UNKNOWN.
+        """
+        measured = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
+        read = np.isfinite(measured)
+        weights = read * self.sensitivity**2
+        information = weights.sum(axis=-2)
+        each = self.inverse(np.where(read, measured, 0.0))
+        values = (weights * each).sum(axis=-2) / np.where(information == 0, 1.0, information)
+        return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
+
+    def sees(self, read: NDArray[np.bool_]) -> Array:
+        """The share of the information on each value that the `read` readings carry, (..., R) -> (..., S)."""
+        weights = self.sensitivity**2
+        share: Array = (read.reshape(*read.shape[:-1], *weights.shape) * weights).sum(axis=-2) / weights.sum(axis=0)
+        return share
+
+    @cached_property
+    def section_ends(self) -> NDArray[np.int_]:
+        """Segments covered up to the end of each section, from 0 to N."""
+        equal = self.finger.section_ends(self.sections)
+        if self.borders is None:
+            return equal
+        listed = isinstance(self.borders, Sequence) and all(mistyped(float, border) is None for border in self.borders)
+        if not listed or not np.isfinite(self.borders).all():
+            raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
+        return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)
+
+    @cached_property
+    def joints_per_section(self) -> NDArray[np.int_]:
+        """Number of joints in every section."""
+        return np.diff(self.section_ends)
+
+    @cached_property
+    def rest_lengths(self) -> Array:
+        """Rest length of every section, m."""
+        return self.joints_per_section * self.finger.segment_length
+
+    @cached_property
+    def joint_sections(self) -> NDArray[np.int_]:
+        """Section that every joint lies in, (N,)."""
+        return np.repeat(np.arange(self.sections), self.joints_per_section)
+
+    @cached_property
+    def joint_fractions(self) -> Array:
+        """How far along its section every joint lies, 0 to 1, (N,)."""
+        begin = self.section_ends[self.joint_sections] * self.finger.segment_length
+        return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]

@@ -1,0 +1,114 @@
+"""Sensors of another kind: a class in one file, shown in docs/sensors.md, and the estimators that take its matrix."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.wiring.sensors import sensor_layout
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.statics import free_bending_angles
+from soft_gripper.scenario.scenario import SensorConfig
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+TEXT = (Path(__file__).parents[2] / "docs/sensors.md").read_text(encoding="utf-8")
+(CODE,) = re.findall(r"```python\n(# my_sensors.py\n.*?)```", TEXT, re.DOTALL)
+KINDS = {"FiberGratings": ("curvature", "rad/m"), "LinkAngles": ("link_angle", "rad")}
+LINEAR = ("spline", "gaussian", "contact", "recursive")
+
+
+@pytest.fixture(params=KINDS)
+def kind(request, tmp_path, monkeypatch):
+    (tmp_path / "my_sensors.py").write_text(CODE)
+    monkeypatch.chdir(tmp_path)
+    return f"my_sensors:{request.param}"
+
+
+def run(kind, estimator, *overrides):
+    steps = "pressure.steps={all: [0, 6e4]}", "pressure.hold_samples=10"
+    settings = f"sensor.type={kind}", f"estimator.type={estimator}", *steps, *overrides
+    return simulate(load_scenario("obstructed_inside", settings))
+
+
+def test_readings_are_those_of_the_chain(kind, shipped_finger, bent):
+    layout, q = sensor_layout(shipped_finger, SensorConfig(type=kind, sections=4)), bent(5, 12)
+    headings, ds = q.cumsum(axis=-1), shipped_finger.segment_length
+    expected = headings[:, 2::3] if kind.endswith("Angles") else q[:, 1::3] / ds
+    np.testing.assert_allclose(layout.read(q), expected, atol=1e-12)
+    np.testing.assert_allclose(layout.predict(q), q @ layout.jacobian.T, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_free_bending_is_estimated(kind, name, shipped_finger):
+    layout = sensor_layout(shipped_finger, SensorConfig(type=kind, sections=4))
+    pressure = np.array([0.0, 50e3, 150e3])
+    q, driving = free_bending_angles(shipped_finger, pressure), shipped_finger.pressure_torque(pressure)
+    shape = SHAPE_FUNCTIONS[name](layout, Uncertainty())(layout.read(q), driving, np.zeros(3))
+    np.testing.assert_allclose(shape.q, q, atol=5e-3)
+
+
+def test_a_scenario_names_them(kind):
+    """Three estimators side by side; the readings with unit, axis and errors of their own."""
+    quantity, unit = KINDS[kind.partition(":")[2]]
+    ideal = run(kind, "gaussian", "estimator.beside=[spline,recursive]")
+    assert ideal[f"left_finger.{quantity}"].attrs["units"] == unit
+    assert ideal[f"left_finger.{quantity}"].sizes["sensor"] == 4
+    for name, limit in (("", 1e-4), ("spline.", 1e-3), ("recursive.", 1e-3)):
+        assert float(ideal[f"left_finger.{name}pose_error"][-1]) < limit
+    noisy = run(kind, "gaussian", "sensor.errors.noise=0.02")
+    error = (noisy[f"left_finger.{quantity}"] - noisy[f"left_finger.ideal_{quantity}"]).values
+    assert error.std() == pytest.approx(0.02, rel=0.2)
+    assert float(noisy["left_finger.pose_error"][-1]) > float(ideal["left_finger.pose_error"][-1])
+
+
+@pytest.mark.parametrize("name", ["arcs", "constant_curvature"])
+def test_arcs_are_made_of_strain(kind, name):
+    with pytest.raises(InputError) as error:
+        run(kind, name)
+    assert (error.value.field, error.value.value) == ("sensor.type", KINDS[kind.partition(":")[2]][0])
+
+
+def test_what_they_do_not_have_is_refused(kind, shipped_finger):
+    with pytest.raises(InputError) as error:
+        sensor_layout(shipped_finger, SensorConfig(type=kind, one_sided=True))
+    assert error.value.field == "one_sided"
+    with pytest.raises(InputError) as error:
+        run(kind, "gaussian", "sensor.errors.dead=[{path: outer, section: 1}]")
+    assert error.value.field == "dead"
+
+
+def test_what_is_not_read_is_unknown(kind, shipped_finger, bent):
+    layout = sensor_layout(shipped_finger, SensorConfig(type=kind, sections=3))
+    readings = layout.read(bent(12))
+    readings[1] = np.nan
+    found = layout.linear(readings, 0.01)
+    np.testing.assert_array_equal(found.variance, [1e-4, UNKNOWN, 1e-4])
+    np.testing.assert_allclose(found.values[[0, 2]], readings[[0, 2]], rtol=1e-12)
+    np.testing.assert_array_equal(layout.sees(np.isfinite(readings)), [1, 0, 1])
+
+
+@pytest.mark.parametrize("matrix", [np.ones((2, 11)), np.ones(12), np.full((2, 12), np.nan), np.empty((0, 12))])
+def test_a_matrix_that_does_not_fit_is_refused(shipped_finger, matrix):
+    class Wrong(MeasurementModel):
+        quantity, unit = "wrong", "1"
+
+        @property
+        def matrix(self):
+            return matrix
+
+    with pytest.raises(InputError) as error:
+        Wrong(shipped_finger, 2)
+    assert error.value.field == "matrix of Wrong"
+
+
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_the_jacobian_of_strain_is_the_derivative_at_the_straight_finger(shipped_finger, one_sided):
+    layout, step = SensorLayout(shipped_finger, 3, one_sided), 1e-6 * np.eye(12)
+    slopes = (layout.predict(step) - layout.predict(-step)).T / 2e-6
+    np.testing.assert_allclose(layout.jacobian, slopes, atol=1e-9)
