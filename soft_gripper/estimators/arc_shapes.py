@@ -22,7 +22,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.arcs import ArcCurve, bends_from_readings
 from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

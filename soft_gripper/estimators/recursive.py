@@ -37,7 +37,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.gaussian import torque_covariance
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _MODES = 5  # of the load

@@ -9,8 +9,8 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from soft_gripper.estimators.arc_shapes import ArcShape, ConstantCurvatureShape
 from soft_gripper.estimators.plane import bending_plane, pose_entries
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.fingers.kinematics import as_planar
-from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
+from soft_gripper.fingers.kinematics import as_planar, gravity_torque
+from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 GRAVITY = np.array([0.5, -1.0, -9.0])  # m/s^2

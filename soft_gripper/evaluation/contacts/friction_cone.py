@@ -16,8 +16,8 @@ from soft_gripper.evaluation.contacts.estimates import ESTIMATORS, Case, estimat
 from soft_gripper.evaluation.contacts.random_contact import SIDES
 from soft_gripper.evaluation.contacts.sensors import LAYOUTS, describe_borders
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import gravity_torque, relaxed_law
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.statics import relaxed_law
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 SHARES = 0.0, 1 / 3, 2 / 3, 1.0  # of the friction that the coefficient allows
