@@ -139,6 +139,11 @@ class ArcCurve:
     def tip_heading(self) -> Array:
         return self.arcs.tip_heading
 
+    @property
+    def points(self) -> Planar:
+        """Joints and tip, (..., N + 1) m."""
+        return np.concatenate([self.joints, self.arcs.end[..., -1:]], axis=-1)
+
     def at(self, rows: NDArray[np.int_]) -> "ArcCurve":
         """The curves of some samples, by their numbers along the first axis."""
         return ArcCurve(self.layout, self.theta[rows], self.length[rows])

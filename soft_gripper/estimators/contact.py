@@ -66,21 +66,15 @@ from soft_gripper.fingers.kinematics import Chain, forward_kinematics, gravity_t
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 
 
-def unit_torques(finger: Finger, chain: Chain, s: Array) -> Planar:
+def unit_torques(chain: Chain, s: Array) -> Planar:
     """Torques of forces of 1 N at the joints, N m, (..., M, N): across the finger (real) and along it (imaginary).
 
     Args:
-        finger: whose skin the forces press on.
         chain: where the bent finger lies, of leading axes (...).
         s: arc lengths where they press, m, (..., M).
     """
-    link = np.searchsorted(finger.joint_arc_lengths, s)
-    begins = np.concatenate([np.zeros_like(chain.tip)[..., None], chain.joints], axis=-1)
-    direction = np.exp(1j * np.take_along_axis(chain.headings, link, axis=-1))
-    place = np.take_along_axis(begins, link, axis=-1) + direction * (s - finger.link_ends[link])
-    before = np.arange(finger.segments) < link[..., None]
-    lever = np.conj(place[..., None] - chain.joints[..., None, :]) * direction[..., None] * before
-    torques: Planar = -lever.conj()
+    sites = chain.at(s)
+    torques: Planar = sites.torques(-sites.normals) + 1j * sites.torques(sites.directions)
     return torques
 
 
@@ -163,7 +157,7 @@ def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
 
 def _best(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, usual: float, s: Array) -> Array:
     """The place among s, (..., M) m, at which a force leaves least unexplained, (..., 1)."""
-    a = (unit_torques(layout.finger, chain, s).real * bends.compliance[..., None, :]) @ layout.matrix.T
+    a = (unit_torques(chain, s).real * bends.compliance[..., None, :]) @ layout.matrix.T
     weighted = a @ weights
     explained = (weighted * bends.theta[..., None, :]).sum(axis=-1)
     gain = explained**2 / ((weighted * a).sum(axis=-1) + 1 / usual**2)
@@ -173,7 +167,7 @@ def _best(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, 
 def _fit_aside(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, usual: float, place: Array) -> Fit:
     """The force across the finger at a place, (..., 1) m."""
     finger, A, around = layout.finger, layout.matrix, place + _DS * np.array([-1.0, 0.0, 1.0])
-    torques = unit_torques(finger, chain, around)
+    torques = unit_torques(chain, around)
     before, unit, after = np.moveaxis(torques.real, -2, 0)
     a = (unit * bends.compliance) @ A.T
     weighted = (a[..., None, :] @ weights)[..., 0, :]
@@ -193,7 +187,7 @@ def _fit_tip(layout: MeasurementModel, chain: Chain, bends: Bends, usual: float,
     """The force on the tip's edge, in any direction; `across`, (...) N, is about what it is across the finger."""
     finger, across = layout.finger, across[..., None]
     s = np.broadcast_to([finger.length - _DS, finger.length], (*chain.tip.shape, 2))
-    before, unit = np.moveaxis(unit_torques(finger, chain, s), -2, 0)
+    before, unit = np.moveaxis(unit_torques(chain, s), -2, 0)
     units = np.stack([unit.real, unit.imag - face_offset(finger, s[..., 1:], across)], axis=-1)
     by_both = layout.matrix @ (units * bends.compliance[..., None])
     place_std = TIP_ZONE * finger.length / 2
@@ -234,7 +228,7 @@ def fit_several_forces(layout: MeasurementModel, q: Array, bends: Bends, side: A
     """
     finger, chain = layout.finger, forward_kinematics(q, layout.finger.segment_length)
     s = np.linspace(SEVERAL_NEAREST, 1, _SEVERAL_PLACES) * finger.length
-    unit = unit_torques(finger, chain, np.broadcast_to(s, (len(q), _SEVERAL_PLACES)))
+    unit = unit_torques(chain, np.broadcast_to(s, (len(q), _SEVERAL_PLACES)))
     torques = side[:, None, None] * unit.real
     rubbing = unit.imag - face_offset(finger, s, side[:, None])[..., None] * (unit.real != 0)
     responses, frictions = (_responses(layout, bends, torque) for torque in (torques, rubbing))

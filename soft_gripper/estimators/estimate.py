@@ -44,7 +44,7 @@ class ShapeEstimate(NamedTuple):
     def points(self, finger: Finger) -> Planar:
         """Joints and tip, (..., N + 1) m in B."""
         curve = self.curve or forward_kinematics(self.q, finger.segment_length)
-        return np.concatenate([curve.joints, curve.tip[..., None]], axis=-1)
+        return curve.points
 
 
 class ShapeFunction(Protocol):

@@ -19,10 +19,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.numbers_check import check_numbers
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
@@ -87,15 +87,6 @@ def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
         q: estimated joint angles, rad, (..., N).
         covariance: of these, rad^2, (..., N, N).
     """
-    chain = forward_kinematics(q, finger.segment_length)
-    moved = position_jacobian(chain)
-    across = (np.conj(1j * np.exp(1j * chain.headings))[..., None] * moved).real
+    sites = forward_kinematics(q, finger.segment_length).at(np.append(finger.joint_arc_lengths, finger.length))
+    across = sites.torques(sites.normals)  # of 1 N at the joints: by how much these move the points across, m/rad
     return np.sqrt(np.maximum(((across @ covariance) * across).sum(axis=-1), 0))
-
-
-def position_jacobian(chain: Chain) -> Planar:
-    """By how much joints and tip move with every joint angle, z + i x, m/rad, (..., N + 1, N)."""
-    points = np.concatenate([chain.joints, chain.tip[..., None]], axis=-1)
-    beyond = np.tri(*(points.shape[-1], chain.joints.shape[-1]), -1)
-    jacobian: Planar = 1j * (points[..., :, None] - chain.joints[..., None, :]) * beyond
-    return jacobian

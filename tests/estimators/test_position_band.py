@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.uncertainty import position_jacobian, position_std
+from soft_gripper.estimators.uncertainty import position_std
 from soft_gripper.fingers.kinematics import forward_kinematics
 
 
@@ -17,15 +17,6 @@ def covariance():
     """Of 12 joint angles, correlated, some tenths of a degree."""
     root = 1e-3 * np.random.default_rng(2).standard_normal((12, 12))
     return root @ root.T
-
-
-def test_jacobian_is_that_of_the_kinematics(shipped_finger, bent):
-    q, step = bent(12), 1e-6
-    found = position_jacobian(forward_kinematics(q, shipped_finger.segment_length))
-    differences = [
-        (points(shipped_finger, q + turn) - points(shipped_finger, q - turn)) / (2 * step) for turn in step * np.eye(12)
-    ]
-    np.testing.assert_allclose(found, np.transpose(differences), rtol=0, atol=1e-9)
 
 
 def test_std_is_that_of_fingers_drawn_from_the_covariance(shipped_finger, bent, covariance):
