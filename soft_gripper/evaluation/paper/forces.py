@@ -25,14 +25,17 @@ class ForceRow(HeldStep):
     true_nm: float
 
 
-def force_table(name: str, station: Station, recording: Recording, sections: Sequence[int]) -> list[ForceRow]:
-    """A row for every finger, number of sections, held step and joint, in this order, of the estimator `arcs`."""
+def force_table(
+    name: str, station: Station, recording: Recording, sections: Sequence[int], estimators: Sequence[str] = ("arcs",)
+) -> list[ForceRow]:
+    """A row for every estimator, finger, number of sections, held step and joint, in this order."""
     rows: list[ForceRow] = []
-    for finger in station.fingers:
-        for count in sections:
-            again = read_again(station, recording, finger, count)
-            estimate = external_torque_again(station, recording, finger, again)
-            rows += _rows(name, station, recording, finger, "arcs", count, estimate)
+    for estimator in estimators:
+        for finger in station.fingers:
+            for count in sections:
+                again = read_again(station, recording, finger, count)
+                estimate = external_torque_again(station, recording, finger, again, estimator)
+                rows += _rows(name, station, recording, finger, estimator, count, estimate)
     return rows
 
 

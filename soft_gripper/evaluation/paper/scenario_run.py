@@ -28,6 +28,7 @@ FREE = "free_bending"
 CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
 SCENARIOS = (FREE, *CONTACT)
 SECTIONS = (1, 2, 3, 4)
+TORQUE_OF = ("arcs", "constant_curvature")  # ours, and as published
 
 
 def run_scenario(name: str, folder: Path) -> None:
@@ -45,7 +46,7 @@ def run_scenario(name: str, folder: Path) -> None:
         recording.save(partial / "recording.nc")
         _picture(scenario, recording).save(partial / "scene.png")
         write_csv(partial / "metrics.csv", pose_table(name, station, recording, SECTIONS, tuple(SHAPE_FUNCTIONS)))
-        write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS))
+        write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS, TORQUE_OF))
         write_csv(partial / "contact.csv", contact_table(name, station, recording))
         write_csv(partial / "contact_forces.csv", contact_force_table(name, station, recording, LAYOUTS))
         write_replay(meshcat, partial / "replay.html")

@@ -134,12 +134,12 @@ def _evaluate(
     contacts: list[ContactRow],
     pressing: list[ContactForceRow],
 ) -> Evaluation:
-    """What follows from the tables; the figures are written on the way. All that is the paper's is of arcs."""
+    """What follows from the tables; the figures are written on the way. What the paper has too is of arcs."""
     runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
     bend, errors = held_tip_errors(*runs[FREE], _finger(*runs[FREE]))
-    arcs = of_estimator(poses, "arcs")
+    arcs, torques = of_estimator(poses, "arcs"), of_estimator(forces, "arcs")
     figures = {
-        **_scenario_figures(runs, arcs, forces),
+        **_scenario_figures(runs, arcs, torques),
         "estimators": estimators_figure(poses, SCENARIOS),
         "contact_force": contact_force_figure(pressing, CONTACT),
         "difference": difference_figure(bend, errors),
@@ -150,7 +150,7 @@ def _evaluate(
     return Evaluation(
         poses,
         forces,
-        claims(arcs, forces) + estimator_claims(poses),
+        claims(arcs, torques) + estimator_claims(poses),
         contacts,
         differences(arcs, FREE, CONTACT, errors),
         read_csv(out / GRIP / "regimes.csv", RegimeRow),

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ class HeldStep:
     belief: str
     sections: int
     pressure_kpa: float
+
+
+Row = TypeVar("Row", bound=HeldStep)
 
 
 def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:
@@ -89,7 +93,7 @@ def pose_table(
     return rows
 
 
-def of_estimator(rows: Sequence[PoseRow], estimator: str) -> list[PoseRow]:
+def of_estimator(rows: Sequence[Row], estimator: str) -> list[Row]:
     """The rows of one estimator."""
     return [row for row in rows if row.estimator == estimator]
 
