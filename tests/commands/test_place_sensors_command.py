@@ -100,6 +100,7 @@ def test_two_recordings_of_one_name_are_two_runs(tiny, tmp_path):
     assert {row["run"] for row in rows(tmp_path / "runs.csv")} == set(map(str, files))
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_nothing_half_done(tmp_path):
     command = [*LISTENING, "place-sensors", "--count", "4", "--out", str(tmp_path / "out")]
     with subprocess.Popen(

@@ -63,6 +63,7 @@ def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_pat
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
 
 
+@pytest.mark.slow
 def test_ctrl_c_says_how_to_go_on(tmp_path):
     arguments = [*LISTENING, *SWEEP, "--jobs", "1", "--out", tmp_path]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}

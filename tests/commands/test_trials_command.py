@@ -97,6 +97,7 @@ def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path)
     assert f"soft-gripper grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
     """Ctrl-C reaches the whole process group, workers too."""
     out = tmp_path / "out"

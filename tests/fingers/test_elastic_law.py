@@ -124,6 +124,7 @@ def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path, shipped_finge
     np.testing.assert_allclose(*angles, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_finger, time_step):
     file = gripper("finger.urdf", STIFFENING)

@@ -229,6 +229,7 @@ def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
     assert not (tmp_path / "1" / "replay.html").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("then", [record, reset])
 def test_a_meshcat_that_fails_before_a_click_is_no_end(attacked, then: User) -> None:
     session, send_junk = attacked
@@ -237,6 +238,7 @@ def test_a_meshcat_that_fails_before_a_click_is_no_end(attacked, then: User) -> 
     assert len(feed.sent) == 4
 
 
+@pytest.mark.slow
 def test_a_meshcat_that_fails_again_and_again_is_an_end(attacked, monkeypatch) -> None:
     monkeypatch.setattr(session_module, "_MOST_VIEWS", 1)
     session, send_junk = attacked

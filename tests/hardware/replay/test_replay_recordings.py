@@ -89,6 +89,7 @@ def test_the_figure_has_a_column_a_recording(replayed):
     assert len(replay_figure(replayed, ROWS).axes) == 3 * 4
 
 
+@pytest.mark.slow
 def test_the_published_arm(arm_finger):
     folder = published("two_segment_arm")
     files = [str(folder / f"trial_{i}.txt") for i in range(1, 6)]

@@ -76,6 +76,7 @@ def test_a_sweep_is_the_same_as_in_processes_here(address, workers, tmp_path):
     assert (here / "sweep.csv").read_bytes() == (there / "sweep.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_loses_no_call(address, workers):
     found: dict[int, int] = {}
 

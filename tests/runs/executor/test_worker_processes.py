@@ -170,6 +170,7 @@ with open_executor(1) as executor:
 """
 
 
+@pytest.mark.slow
 def test_a_script_without_a_guard_is_told_so(tmp_path):
     """And the calls that are left are not tried."""
     script = tmp_path / "own_script.py"

@@ -56,6 +56,7 @@ def test_rows_are_in_order_after_every_trial(executor, tmp_path):
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("error", "cause"),
     [
@@ -110,6 +111,7 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
         run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
 
 
+@pytest.mark.slow
 def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
     whole = {table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv")}
