@@ -22,7 +22,7 @@ from soft_gripper.evaluation.report.evaluate import CONTACT, FREE, SCENARIOS
 from soft_gripper.files.csv_table import read_csv
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 MARK = "<!-- make evaluate -->"  # before a table that the command writes
 ESTIMATORS = ("arcs", "spline", "gaussian", "contact", "recursive")
 SECTIONS = (1, 2, 3, 4)
