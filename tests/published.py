@@ -124,8 +124,8 @@ def _few_sensors(w: Written) -> list[Numbers]:
 
 
 TABLES: dict[tuple[str, str], Callable[[Written], list[Numbers]]] = {
-    ("README.md", "mean pose error [mm], sensors a side | arcs, 1 | arcs, 4"): _few_sensors,
-    ("docs/evaluation.md", "mean pose error [mm] | 1 | 2 | 3 | 4 sensors a side"): _errors_by_sections(POSE),
+    ("README.md", "mean pose error [mm], sensors per side | arcs, 1 | arcs, 4"): _few_sensors,
+    ("docs/evaluation.md", "mean pose error [mm] | 1 | 2 | 3 | 4 sensors per side"): _errors_by_sections(POSE),
     ("docs/evaluation.md", "mean fingertip error [mm] | 1"): _errors_by_sections(TIP),
     ("docs/evaluation.md", "mean pose error [mm] | | 1"): _errors_by_estimator,
     ("docs/evaluation.md", " | touching links | contact length"): _contacts,
