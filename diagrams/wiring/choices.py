@@ -12,6 +12,9 @@ from sensors and finger as they are believed to be, gravity in the world, m/s^2 
 `estimator.compensate_gravity`), and the period:
 
     def make(layout: SensorLayout, gravity: Array, period: float) -> System
+
+`module:function` is imported from Python's path and the current folder, not from the folder of the scenario: a
+scenario from a stranger cannot bring code of its own.
 """
 
 import importlib

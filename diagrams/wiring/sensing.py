@@ -1,4 +1,8 @@
-"""Sensing, applied: sensors, estimation and, where it is wanted, scoring of the fingers of a plant."""
+"""Sensing, applied: sensors, estimation and, where it is wanted, scoring of the fingers of a plant.
+
+A finger has three sub-diagrams: sensors, estimation and scoring. Estimation has no wire from the truth, so that
+recorded signals can feed it. Signals named `ideal_*` are the truth, and `add_estimation` does not offer them.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -2,6 +2,9 @@
 
 A path is a pydrake Trajectory of the joint positions, (n, 1) rad or m; an arm plant and its joints are those of
 `arm_kinematics`.
+
+Timing is minimum-jerk, not TOPPRA: the jumps in acceleration of a time-optimal profile make soft fingers sway. The
+motion is still the quickest of its kind within the limits of velocity, acceleration and effort.
 """
 
 from dataclasses import dataclass

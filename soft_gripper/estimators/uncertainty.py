@@ -12,6 +12,10 @@ first order the place across the finger, along the normal n, has the variance  J
 r_j)) .
 
 Leading axes are free; N joints.
+
+Unless a scenario gives it, the uncertainty follows from the errors of the sensors: an estimator that trusts noisy
+readings reports bands that are far too narrow. Gain errors and hysteresis count as a share of the bend, since a
+straight finger shows none.
 """
 
 import math

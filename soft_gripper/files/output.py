@@ -1,4 +1,8 @@
-"""Files that are written whole or not at all, and where they may be written."""
+"""Files that are written whole or not at all, and where they may be written.
+
+A folder of results appears at once, with its checksums (SHA256SUMS). Resuming trusts these, not a scenario file that
+may lie next to incomplete results.
+"""
 
 import fcntl
 import hashlib

@@ -1,4 +1,8 @@
-"""A finger as plain URDF: links, joints and spring-damper pairs, as XML elements."""
+"""A finger as plain URDF: links, joints and spring-damper pairs, as XML elements.
+
+A link that slides in shear has a millionth of a finger link's mass, since cenic rejects massless bodies. Its spring
+begins a finger's length away along the axis, which makes it linear.
+"""
 
 import xml.etree.ElementTree as ET
 

@@ -1,4 +1,8 @@
-"""ObjectWidth: how wide the object is that the fingers of a gripper hold, from their estimated shapes."""
+"""ObjectWidth: how wide the object is that the fingers of a gripper hold, from their estimated shapes.
+
+Width and gripper opening are one measure, twice the mean distance of points from their centroid. For two points that
+is their distance, so two fingers are not a special case.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -2,6 +2,10 @@
 
 Everything here is pure and takes arrays whose leading axes are free, so that a block calls it for one
 sample and an evaluation calls it once for a whole recording.
+
+Sections hold whole segments, as equal as that allows, so that a joint belongs to one section. The evaluation compares
+numbers of sections and therefore requires that they divide the segments. Truth and nominal model each have a layout;
+the two are equal unless a scenario has `believed`.
 """
 
 from collections.abc import Sequence

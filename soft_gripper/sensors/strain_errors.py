@@ -10,6 +10,8 @@ the next and one weight w for all, the loop of a cycle is as wide as w (stroke -
 whatever the stroke. (M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989; K. Kuhnen,
 Modeling, identification and compensation of complex hysteretic nonlinearities, European Journal of Control 9, 2003,
 doi:10.3166/ejc.9.407-418.)
+
+Such a sum is the only one of play operators whose loop is the same share of every stroke.
 """
 
 import math

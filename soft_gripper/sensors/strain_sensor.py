@@ -1,4 +1,9 @@
-"""StrainSensor: samples the joints of a finger and reads the sensors along its sides."""
+"""StrainSensor: samples the joints of a finger and reads the sensors along its sides.
+
+The length of a segment's sensor path depends on its own joint alone, so the lengths are computed in closed form,
+without forward kinematics of the chain. A test compares them with distances along the points of
+`kinematics.sensor_path`.
+"""
 
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 

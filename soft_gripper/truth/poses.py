@@ -1,4 +1,8 @@
-"""PoseError: how far the estimated pose is from the true one."""
+"""PoseError: how far the estimated pose is from the true one.
+
+The pressure and the true torque are sampled with the strain, and the true torque is delayed like the estimated one,
+so that values of the same instant are compared.
+"""
 
 from collections.abc import Sequence
 from typing import Any

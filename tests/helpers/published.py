@@ -118,19 +118,14 @@ def _contact_forces(w: Written) -> list[Numbers]:
     return found
 
 
-def _pose_and_tip(w: Written) -> list[Numbers]:
-    return [[], *([w.mean(s, n, column) for column in (POSE, TIP) for n in SECTIONS] for s in SCENARIOS)]
-
-
 def _few_sensors(w: Written) -> list[Numbers]:
     shown = (("arcs", 1), ("arcs", 4), ("gaussian", 1), ("gaussian", 2), ("contact", 2))
     return [[w.mean(s, n, POSE, name) for name, n in shown] for s in CONTACT]
 
 
 TABLES: dict[tuple[str, str], Callable[[Written], list[Numbers]]] = {
-    ("README.md", "mean error [mm], sensors a side | 1 | 2 | 3 | 4 | | 1 | 2 | 3 | 4"): _pose_and_tip,
-    ("README.md", "mean pose error [mm], sensors a side | arcs, 1 | arcs, 4"): _few_sensors,
-    ("docs/evaluation.md", "mean pose error [mm] | 1 | 2 | 3 | 4 sensors a side"): _errors_by_sections(POSE),
+    ("README.md", "mean pose error [mm], sensors per side | arcs, 1 | arcs, 4"): _few_sensors,
+    ("docs/evaluation.md", "mean pose error [mm] | 1 | 2 | 3 | 4 sensors per side"): _errors_by_sections(POSE),
     ("docs/evaluation.md", "mean fingertip error [mm] | 1"): _errors_by_sections(TIP),
     ("docs/evaluation.md", "mean pose error [mm] | | 1"): _errors_by_estimator,
     ("docs/evaluation.md", " | touching links | contact length"): _contacts,

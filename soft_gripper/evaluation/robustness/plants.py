@@ -10,6 +10,10 @@ engineering stress
 (Treloar, The Physics of Rubber Elasticity, 1975, ch. 4): it softens in tension and stiffens in compression. With plane
 sections, lambda = 1 - kappa (x - x_n) at x, and the moment about the neutral axis x_n, which the strain-limiting layer
 keeps in its place, is the integral of -sigma (x - x_n) over the section.
+
+Only another plant is simulated; errors of sensors are applied to recordings, since sensors do not change what they
+measure. The plants differ from the nominal model in segments, elastic law and time step, so that no estimator is
+right because it is wrong in the same way as the plant.
 """
 
 import xml.etree.ElementTree as ET

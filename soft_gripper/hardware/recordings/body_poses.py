@@ -1,4 +1,7 @@
-"""Poses of rigid bodies in a recording."""
+"""Poses of rigid bodies in a recording.
+
+Headings have no sign: motion capture now and then takes a body with symmetric markers to be turned by half a turn.
+"""
 
 from dataclasses import dataclass
 

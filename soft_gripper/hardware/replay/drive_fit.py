@@ -3,6 +3,9 @@
 With the bends of training recordings known, the balance  k q = G p + u_0 + w(q) + memory  is linear in the gains G and
 in the torque u_0 without pressure; creep of a given share and time filters both sides alike. So the gains follow by
 least squares for every creep on a grid, and the creep is the one that leaves the least.
+
+Geometry is fitted with arcs, and the drive with the resulting bends, on other recordings than the one that is
+estimated: estimators then differ only in how they share bends between joints.
 """
 
 from collections.abc import Sequence

@@ -2,6 +2,9 @@
 
 The most probable numbers, given what is known of them beforehand (`_WIDTHS`) and where motion capture saw the bodies.
 An error of the model lasts: the samples of a recording count as few (_INDEPENDENT) that are independent.
+
+Without these widths, offsets, tilt and rigid lengths of the fitted recordings compensate for each other, and the
+held-out recording is estimated worse.
 """
 
 from collections.abc import Sequence

@@ -9,6 +9,9 @@ planar vectors z + i x (see `kinematics`), with h_s the heading at the end of se
 where chain_s is the end of section s along the stretched chain.
 
 Leading axes are free; S sections, N joints.
+
+How an arm lengthens bypasses its estimators, from the wires to `StretchedArm`: a finger in bending is inextensible,
+and its joint angles do not depend on length.
 """
 
 from collections.abc import Sequence
