@@ -34,23 +34,29 @@ class ExitCode(IntEnum):
     BROKEN_PIPE = 141  # the reader of the output has gone, as shells report it
 
 
+Read = Callable[[str], Any]  # text -> value; raises a ValueError that says what would be right
+
+
 @dataclass(frozen=True)
 class Option:
-    """An option or a positional argument.
+    """An option with its names, or a positional argument.
 
-    names: as for `argparse.ArgumentParser.add_argument`.
-    read: text -> value; raises a ValueError that says what would be right.
-    settings: of argparse.
+    settings: of `argparse.ArgumentParser.add_argument`.
     """
 
-    names: tuple[str, ...]
-    read: Callable[[str], Any] | None
+    names: list[str]
+    read: Read | None
     settings: dict[str, Any]
 
 
-def option(*names: str, read: Callable[[str], Any] | None = None, **settings: Any) -> Option:
-    """An option, written as for argparse, which need not know what `read` makes of the text."""
-    return Option(names, read, settings)
+def option(names: str, help_: str, metavar: str | None = None, read: Read | None = None, **settings: Any) -> Option:
+    """An option that has a value, or a positional argument."""
+    return Option(names.split(), read, {"help": help_, "metavar": metavar, **settings})
+
+
+def flag(names: str, help_: str) -> Option:
+    """An option that is given or not."""
+    return Option(names.split(), None, {"help": help_, "action": "store_true"})
 
 
 def whole(least: int, most: int = 10_000) -> Callable[[str], int]:
@@ -123,53 +129,55 @@ def urdf(text: str) -> Path:
 
 
 CONSOLE = (
-    option("-q", "--quiet", action="store_true", help="print errors only"),
-    option("--json", action="store_true", help="print tables and file names as one JSON document instead of text"),
-    option("--traceback", action="store_true", help="if a sensor or estimator of your own fails, print its traceback"),
+    flag("-q --quiet", "print errors only"),
+    flag("--json", "print tables and file names as one JSON document instead of text"),
+    flag("--traceback", "if a sensor or estimator of your own fails, print its traceback"),
 )
-SEED = option("--seed", metavar="N", read=whole(0, 2**32 - 1), default=1, help="random seed (default: %(default)s)")
-RESUME = option("--resume", action="store_true", help="run only what an interrupted run left")
-HTML = option("--html", metavar="FILE", read=path, help="write a 3-D replay that opens offline")
+SEED = option("--seed", "random seed (default: %(default)s)", "N", whole(0, 2**32 - 1), default=1)
+RESUME = flag("--resume", "run only what an interrupted run left")
+HTML = option("--html", "write a 3-D replay that opens offline", "FILE", path)
 HOST = option(
     "--host",
-    metavar="ADDRESS",
+    "address at which the page is served (default: %(default)s, for this machine only; 0.0.0.0: for the network)",
+    "ADDRESS",
     default=LOOPBACK,
-    help="address at which the page is served (default: %(default)s, for this machine only; 0.0.0.0: for the network)",
 )
 SCHEDULER = option(
     "--scheduler",
-    metavar="URL",
-    help="Dask scheduler whose workers are used instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
+    "Dask scheduler whose workers are used instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
+    "URL",
 )
-JOBS = option("--jobs", metavar="N", read=whole(1, 256), default=os.cpu_count() or 1, help="default: one per core")
+JOBS = option("--jobs", "default: one per core", "N", whole(1, 256), default=os.cpu_count() or 1)
 EXECUTOR = (JOBS, SCHEDULER)
 RECORDINGS = (
-    option("file", nargs="+", help="a recording; looked for here, then in the data folder"),
-    option("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file"),
+    option("file", "a recording; looked for here, then in the data folder", nargs="+"),
+    option("--as", "description: a shipped one, or a YAML file", "NAME", dest="described_as"),
 )
-DATA = option("--data", metavar="DIR", read=path, help="data folder (default: environment variable SOFT_GRIPPER_DATA)")
+DATA = option("--data", "data folder (default: environment variable SOFT_GRIPPER_DATA)", "DIR", path)
 
 
 def scenario(default: str | None = None) -> tuple[Option, ...]:
     """A scenario, which may have a default, and changes to it."""
     described = "a shipped scenario (see `soft-gripper list`) or a YAML file"
-    settings = {"nargs": "?", "default": default, "help": f"{described}; default: {default}"}
+    optional = {"nargs": "?", "default": default} if default else {}
     changes = "change a field, such as pressure.settle=2 or models.3.mesh.mass=0.1; may be repeated"
     return (
-        option("scenario", read=scenario_name, **(settings if default else {"help": described})),
-        option("--sections", metavar="N", read=whole(1), help="sensor sections along each side of a finger"),
-        option("--set", metavar="KEY=VALUE", read=assignment, action="append", default=[], help=changes),
+        option(
+            "scenario", f"{described}; default: {default}" if default else described, None, scenario_name, **optional
+        ),
+        option("--sections", "sensor sections along each side of a finger", "N", whole(1)),
+        option("--set", changes, "KEY=VALUE", assignment, action="append", default=[]),
     )
 
 
 def out(default: str) -> Option:
     """The folder of the results."""
-    return option("--out", metavar="DIR", read=path, default=Path(default), help="default: %(default)s")
+    return option("--out", "default: %(default)s", "DIR", path, default=Path(default))
 
 
 def count(name: str, help_: str, default: int, least: int = 1) -> Option:
     """How many of something."""
-    return option(name, metavar="N", read=whole(least), default=default, help=f"{help_} (default: %(default)s)")
+    return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
 
 
 def _check_sweep(options: argparse.Namespace) -> None:
@@ -227,15 +235,12 @@ COMMANDS = (
             *CONSOLE,
             *scenario(),
             option(
-                "--out",
-                metavar="DIR",
-                read=path,
-                help="default: results/SCENARIO, or results/SCENARIO-2 ... if that holds another run",
+                "--out", "default: results/SCENARIO, or results/SCENARIO-2 ... if that holds another run", "DIR", path
             ),
-            option("--meshcat", action="store_true", help="show the run in a browser and wait at its end"),
+            flag("--meshcat", "show the run in a browser and wait at its end"),
             HOST,
             HTML,
-            option("--video", metavar="FILE", read=path, help="write a film: .mp4, .gif, .webp or .png"),
+            option("--video", "write a film: .mp4, .gif, .webp or .png", "FILE", path),
         ),
     ),
     Command(
@@ -250,10 +255,10 @@ COMMANDS = (
             *scenario("box_grasp"),
             option(
                 "--grip",
+                "what the sliders command (default: the opening if the scenario controls it)",
                 choices=("pressure", "opening"),
-                help="what the sliders command (default: the opening if the scenario controls it)",
             ),
-            option("--out", metavar="DIR", read=path, help="folder of recordings (default: results/play/SCENARIO)"),
+            option("--out", "folder of recordings (default: results/play/SCENARIO)", "DIR", path),
             HOST,
         ),
     ),
@@ -270,11 +275,7 @@ COMMANDS = (
             out("results/evaluation"),
             *EXECUTOR,
             RESUME,
-            option(
-                "--robustness",
-                action="store_true",
-                help="also evaluate with sensor errors, wrong nominal models and other plants",
-            ),
+            flag("--robustness", "also evaluate with sensor errors, wrong nominal models and other plants"),
             count("--seeds", "number of random seeds with --robustness", 20),
         ),
     ),
@@ -291,17 +292,17 @@ COMMANDS = (
             *scenario(),
             option(
                 "--vary",
-                metavar="KEY=VALUES",
-                read=assignment,
+                "values or a range of a field, like pressure.maximum=1e5,2e5 or believed.youngs_modulus=-20..20 %%:5;"
+                " whole numbers stay whole; may be repeated",
+                "KEY=VALUES",
+                assignment,
                 action="append",
                 required=True,
-                help="values or a range of a field, such as pressure.maximum=1e5,2e5 or "
-                "models.gripper.fingers.all.youngs_modulus=-20..20 %%:5; whole numbers stay whole; may be repeated",
             ),
-            option("--method", choices=("grid", "latin", "sobol"), help="default: grid; latin with --sample"),
-            option("--sample", metavar="N", read=whole(1), help="number of points drawn from the values and ranges"),
+            option("--method", "default: grid; latin with --sample", choices=("grid", "latin", "sobol")),
+            option("--sample", "number of points drawn from the values and ranges", "N", whole(1)),
             SEED,
-            option("--out", metavar="DIR", read=path, required=True, help="folder of the table"),
+            option("--out", "folder of the table", "DIR", path, required=True),
             RESUME,
             *EXECUTOR,
         ),
@@ -321,12 +322,12 @@ COMMANDS = (
             SEED,
             option(
                 "--scenario",
-                metavar="NAME",
-                read=scenario_name,
+                "may be repeated (default: the shipped pick_and_place scenarios)",
+                "NAME",
+                scenario_name,
                 action="append",
-                help="may be repeated (default: the shipped pick_and_place scenarios)",
             ),
-            option("--trial", metavar="K", read=whole(0), help="run this trial only; keep its scenario and recording"),
+            option("--trial", "run this trial only; keep its scenario and recording", "K", whole(0)),
             RESUME,
             *EXECUTOR,
             out("results/grasp_trials"),
@@ -339,7 +340,7 @@ COMMANDS = (
         ("--train 60 --test 50 --seed 1",),
         (
             *CONSOLE,
-            option("scenario", nargs="?", read=scenario_name, default="probing_grasp", help="default: %(default)s"),
+            option("scenario", "default: %(default)s", read=scenario_name, nargs="?", default="probing_grasp"),
             count("--train", "number of grasps of every shape to learn from", 60, least=2),
             count("--test", "number of further grasps of every shape to test with", 50),
             SEED,
@@ -360,64 +361,53 @@ COMMANDS = (
             SEED,
             option(
                 "--friction",
-                metavar="MU",
-                read=number(100.0),
+                "coefficient of friction of the peg's surface (default: %(default)s)",
+                "MU",
+                number(100.0),
                 default=0.3,
-                help="coefficient of friction of the peg's surface (default: %(default)s)",
             ),
             *EXECUTOR,
-            option(
-                "--contacts",
-                metavar="FILE",
-                read=path,
-                help="contacts.npz of an earlier run: evaluate its contacts, simulate none",
-            ),
+            option("--contacts", "contacts.npz of an earlier run: evaluate its contacts, simulate none", "FILE", path),
             out("results/contact_trials"),
         ),
     ),
     Command(
         "place-sensors",
         "find the best boundaries between sensor sections",
-        (
-            "--count 3",
-            "--count 2 --recordings results/a/recording.nc results/b/recording.nc",
-        ),
+        ("--count 3", "--count 2 --recordings results/a/recording.nc results/b/recording.nc"),
         (
             *CONSOLE,
-            option("--count", metavar="N", read=whole(1), required=True, help="sections along each side of a finger"),
-            option("--estimator", metavar="NAME", default="gaussian", help="default: %(default)s"),
+            option("--count", "sections along each side of a finger", "N", whole(1), required=True),
+            option("--estimator", "default: %(default)s", "NAME", default="gaussian"),
             option(
-                "--scenarios",
-                metavar="A,B",
-                read=scenario_list,
-                help="scenarios to place sensors for (default: those of `evaluate`)",
+                "--scenarios", "scenarios to place sensors for (default: those of `evaluate`)", "A,B", scenario_list
             ),
             option(
                 "--recordings",
-                metavar="FILE",
+                "recording.nc of runs to place sensors for, instead of scenarios",
+                "FILE",
+                path,
                 nargs="+",
-                read=path,
-                help="recording.nc of runs to place sensors for, instead of scenarios",
             ),
             option(
                 "--sensors",
-                metavar="PRESET",
-                read=preset,
+                "preset of sensor errors, or ideal (default: %(default)s)",
+                "PRESET",
+                preset,
                 default="realistic",
-                help="preset of sensor errors, or ideal (default: %(default)s)",
             ),
             option(
                 "--belief",
-                metavar="PERCENT",
-                read=number(100.0, is_most_allowed=False),
+                "by how much the nominal model is too stiff or too soft (default: %(default)g)",
+                "PERCENT",
+                number(100.0, is_most_allowed=False),
                 default=10.0,
-                help="by how much the nominal model is too stiff or too soft (default: %(default)g)",
             ),
             option(
                 "--contacts",
-                metavar="FILE",
-                read=path,
-                help="contacts.npz of `contact-trials`: also errors of contact force and location",
+                "contacts.npz of `contact-trials`: also errors of contact force and location",
+                "FILE",
+                path,
             ),
             SEED,
             out("results/place_sensors"),
@@ -427,10 +417,7 @@ COMMANDS = (
     Command(
         "tune",
         "find gains for the grip control of a gripper",
-        (
-            "                              for the shipped gripper",
-            "my_steps.yaml --evaluations 80",
-        ),
+        ("                              for the shipped gripper", "my_steps.yaml --evaluations 80"),
         (
             *CONSOLE,
             *scenario("tip_distance_steps"),
@@ -444,8 +431,8 @@ COMMANDS = (
         ("results/free_bending/recording.nc --out my_gripper.yaml",),
         (
             *CONSOLE,
-            option("recording", nargs="+", read=path, help="a recording.nc that `soft-gripper run` wrote"),
-            option("--out", metavar="FILE", read=path, required=True, help="YAML file for believed.calibration"),
+            option("recording", "a recording.nc that `soft-gripper run` wrote", read=path, nargs="+"),
+            option("--out", "YAML file for believed.calibration", "FILE", path, required=True),
         ),
     ),
     Command(
@@ -458,22 +445,10 @@ COMMANDS = (
         (
             *CONSOLE,
             *RECORDINGS,
-            option("--test", nargs="+", default=[], metavar="FILE", help="recordings held out for testing"),
-            option("--finger", required=True, metavar="FILE", help="URDF with one finger, where the fit begins"),
-            option(
-                "--free",
-                nargs="+",
-                required=True,
-                metavar="KEY",
-                help="parameters to fit, such as youngs_modulus",
-            ),
-            option(
-                "--out",
-                required=True,
-                metavar="FILE",
-                read=urdf,
-                help="URDF to write; a table and figures get its name",
-            ),
+            option("--test", "recordings held out for testing", "FILE", nargs="+", default=[]),
+            option("--finger", "URDF with one finger, where the fit begins", "FILE", required=True),
+            option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", required=True),
+            option("--out", "URDF to write; a table and figures get its name", "FILE", urdf, required=True),
             DATA,
             count("--starts", "number of random restarts; the best fit is kept", 1),
             SEED,
@@ -490,16 +465,11 @@ COMMANDS = (
         (
             *CONSOLE,
             *RECORDINGS,
-            option(
-                "--fit",
-                nargs="+",
-                metavar="FILE",
-                help="recordings to fit to (default: all but the one estimated)",
-            ),
-            option("--estimator", nargs="+", metavar="NAME", help="default: all"),
+            option("--fit", "recordings to fit to (default: all but the one estimated)", "FILE", nargs="+"),
+            option("--estimator", "default: all", "NAME", nargs="+"),
             DATA,
             out("results/replay"),
-            option("--meshcat", action="store_true", help="show it in a browser and wait at its end"),
+            flag("--meshcat", "show it in a browser and wait at its end"),
             HOST,
             HTML,
         ),
@@ -514,36 +484,17 @@ COMMANDS = (
     Command(
         "show",
         "print a resolved scenario, draw its block diagram",
-        (
-            "box_grasp                            every field with its value, as YAML",
-            "box_grasp --graphviz blocks.svg",
-        ),
-        (
-            *scenario(),
-            option(
-                "--graphviz",
-                metavar="FILE",
-                read=path,
-                help="write the block diagram (.dot, .svg, .png or .pdf)",
-            ),
-        ),
+        ("box_grasp                            every field with its value, as YAML", "box_grasp --graphviz blocks.svg"),
+        (*scenario(), option("--graphviz", "write the block diagram (.dot, .svg, .png or .pdf)", "FILE", path)),
     ),
     Command(
         "expand",
         "expand the <finger>s of a URDF to links, joints and springs",
+        ("package://soft_gripper/grippers/two_finger.urdf -o plain.urdf", "mine.urdf --segments 24 -o plain.urdf"),
         (
-            "package://soft_gripper/grippers/two_finger.urdf -o plain.urdf",
-            "mine.urdf --segments 24 -o plain.urdf",
-        ),
-        (
-            option("file", help="the URDF, a path or a package://soft_gripper/... URI"),
-            option(
-                "--segments",
-                metavar="N",
-                read=whole(1),
-                help="number of segments of every finger (default: as in the file)",
-            ),
-            option("-o", "--out", metavar="FILE", read=path, help="file to write (default: the terminal)"),
+            option("file", "the URDF, a path or a package://soft_gripper/... URI"),
+            option("--segments", "number of segments of every finger (default: as in the file)", "N", whole(1)),
+            option("-o --out", "file to write (default: the terminal)", "FILE", path),
         ),
     ),
     Command("doctor", "check the installation", ("", "--json"), CONSOLE),
@@ -555,9 +506,8 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         where = self.prog.replace(f"{PROGRAM} ", f"{PROGRAM}: ")
-        self.exit(
-            ExitCode.REFUSED, f"{where}: {in_one_line(shortened(message))}; `{PROGRAM} COMMAND --help` lists options\n"
-        )
+        hint = f"`{PROGRAM} COMMAND --help` lists options"
+        self.exit(ExitCode.REFUSED, f"{where}: {in_one_line(shortened(message))}; {hint}\n")
 
 
 def command_parser() -> argparse.ArgumentParser:
@@ -586,7 +536,7 @@ def command_parser() -> argparse.ArgumentParser:
     return parser
 
 
-_SCENARIOS = "_soft_gripper_scenarios"  # function of a shell
+_SCENARIOS = "_soft_gripper_scenarios"
 
 
 def _add_completion(parser: argparse.ArgumentParser) -> None:
