@@ -55,5 +55,5 @@ from .scenario.scenario import TaskConfig as TaskConfig
 from .scenario.scenario_file import changed_scenario as changed_scenario
 from .scenario.scenario_file import dump_scenario as dump_scenario
 from .scenario.scenario_file import load_scenario as load_scenario
-from .scenario.scenario_file import scenario_names as scenario_names
+from .scenario.shipped import scenario_names as scenario_names
 from .signals import describe as describe

@@ -9,58 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.commands.terminal.console import Console, add_console_options
-from soft_gripper.commands.terminal.options import (
-    MOST_SEED,
-    Subparsers,
-    add_command,
-    add_executor_options,
-    add_out_folder,
-    chosen_executor,
-    number_from_zero,
-    path,
-    whole_number,
-)
-from soft_gripper.evaluation.contacts.bench import MOST_FRICTION, PEG_FRICTION
 from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts
 from soft_gripper.evaluation.contacts.errors import BOTH, ContactErrorRow
 from soft_gripper.evaluation.contacts.random_contact import SIDES, Contact
 from soft_gripper.evaluation.contacts.scores import ERRORS, FIGURE, SCORES, score_contacts
 from soft_gripper.evaluation.contacts.trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
 from soft_gripper.files.output import claim_folder
-
-NAME = "contact-trials"
-
-
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        "press a finger against random pegs: force and place of the contact",
-        "--trials 200 --seed 1",
-        "--contacts results/contact_trials/contacts.npz    score those of an earlier run again",
-    )
-    add_console_options(parser)
-    parser.add_argument("--trials", metavar="N", default="200", help="contacts (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
-    friction = "coefficient of friction of the peg's surface (default: %(default)s)"
-    parser.add_argument("--friction", metavar="MU", default=f"{PEG_FRICTION:g}", help=friction)
-    add_executor_options(parser)
-    contacts = f"{ARRAYS} of an earlier run: score its contacts, and simulate none"
-    parser.add_argument("--contacts", metavar="FILE", type=path, help=contacts)
-    add_out_folder(parser, Path("results/contact_trials"))
-    parser.set_defaults(command=_run)
+from soft_gripper.runs.executor import open_executor
 
 
-def _run(options: argparse.Namespace) -> None:
-    number = whole_number(NAME, "--trials", options.trials, 1)
-    seed = whole_number(NAME, "--seed", options.seed, 0, MOST_SEED)
-    executor = chosen_executor(NAME, options)
-    friction = number_from_zero(NAME, "--friction", options.friction, MOST_FRICTION)
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor = open_executor(options.jobs, options.scheduler)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = claim_folder(options.out)
-    contacts = _simulate(number, seed, executor, friction, out, options.console) if kept is None else kept
+    contacts = _simulate(options, executor, out) if kept is None else kept
     with options.console.counter(SCORES, "scores") as bar:
         rows = score_contacts(contacts, out, bar.update)
     _print_errors(rows)
@@ -72,10 +35,9 @@ def _run(options: argparse.Namespace) -> None:
     options.console.wrote(*(out / file for file in written))
 
 
-def _simulate(
-    number: int, seed: int, executor: AbstractContextManager[Executor], friction: float, out: Path, console: Console
-) -> Contacts:
-    with console.counter(number, "contacts") as bar:
+def _simulate(options: argparse.Namespace, executor: AbstractContextManager[Executor], out: Path) -> Contacts:
+    number, seed, friction = options.trials, options.seed, options.friction
+    with options.console.counter(number, "contacts") as bar:
         try:
             with executor as opened:
                 contacts = run_contacts(number, seed, opened, lambda contact: bar.update(), friction)

@@ -5,16 +5,8 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
-from soft_gripper.commands.terminal.console import Console, add_console_options
-from soft_gripper.commands.terminal.options import (
-    Subparsers,
-    add_command,
-    add_executor_options,
-    add_out_folder,
-    chosen_executor,
-    whole_number,
-)
-from soft_gripper.commands.terminal.tables import print_claims
+from soft_gripper.commands.console import Console
+from soft_gripper.commands.tables import print_claims
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.evaluation.report.evaluate import RUNS, run_scenarios, summarize, unfinished
 from soft_gripper.evaluation.report.report import Evaluation
@@ -25,38 +17,18 @@ from soft_gripper.evaluation.robustness.plant_runs import run_plants, unfinished
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.table import RobustnessRow
 from soft_gripper.files.output import claim_folder
+from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "evaluate",
-        "run the paper's evaluation with 1 to 4 sensors a side",
-        "                    report.html, tables, figures, and whether each claim holds",
-        "--robustness        also with sensors that err, wrong beliefs, and other plants",
-        "--resume            what an interrupted one left",
-    )
-    add_console_options(parser)
-    add_out_folder(parser, Path("results/evaluation"))
-    add_executor_options(parser)
-    parser.add_argument("--resume", action="store_true", help="run only what an interrupted evaluation left")
-    parser.add_argument(
-        "--robustness", action="store_true", help="also with sensors that err, wrong beliefs, and other plants"
-    )
-    parser.add_argument("--seeds", metavar="N", default="20", help="of --robustness (default: %(default)s)")
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> int:
-    opened = chosen_executor("evaluate", options)
-    seeds = whole_number("evaluate", "--seeds", options.seeds, 1)
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
+    opened = open_executor(options.jobs, options.scheduler)
     out = claim_folder(options.out)
     with opened as executor:
         evaluation = _evaluate(out, options.resume, executor, options.console)
-        robust = not options.robustness or _robustness(out, seeds, executor, options.resume, options.console)
+        robust = not options.robustness or _robustness(out, options.seeds, executor, options.resume, options.console)
     return 0 if robust and all(claim.holds for claim in evaluation.claims) else 1
 
 

@@ -4,21 +4,11 @@ import argparse
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
-from pathlib import Path
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.terminal.console import Console, add_console_options
-from soft_gripper.commands.terminal.options import (
-    MOST_SEED,
-    Subparsers,
-    add_command,
-    add_executor_options,
-    add_out_folder,
-    chosen_executor,
-    whole_number,
-)
+from soft_gripper.commands.console import Console
 from soft_gripper.evaluation.recognition import (
     SECTIONS,
     SETS,
@@ -35,38 +25,18 @@ from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import claim_folder
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.recognition.model_file import save_shape_model
+from soft_gripper.runs.executor import open_executor
 
 TABLE, FIGURE = "grasps.csv", "recognition"
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "recognition",
-        "train and test which shape is held, over random grasps",
-        "--train 60 --test 50 --seed 1",
-    )
-    add_console_options(parser)
-    parser.add_argument("scenario", nargs="?", default="probing_grasp", help="default: %(default)s")
-    parser.add_argument("--train", metavar="N", default="60", help="grasps of every shape (default: %(default)s)")
-    parser.add_argument("--test", metavar="N", default="50", help="others, of every shape (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
-    add_executor_options(parser)
-    add_out_folder(parser, Path("results/recognition"))
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> None:
-    seed = whole_number("recognition", "--seed", options.seed, 0, MOST_SEED)
-    numbers = {
-        SETS[0]: whole_number("recognition", "--train", options.train, 2),
-        SETS[1]: whole_number("recognition", "--test", options.test, 1),
-    }
-    executor = chosen_executor("recognition", options)
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    numbers = dict(zip(SETS, (options.train, options.test), strict=True))
+    executor = open_executor(options.jobs, options.scheduler)
     check_scenario_for_recognition(options.scenario)
     out = claim_folder(options.out)
-    grasps = _run_grasps(options.scenario, numbers, seed, executor, options.console)
+    grasps = _run_grasps(options.scenario, numbers, options.seed, executor, options.console)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]
     matrices = {sections: confusion(rows, sections) for sections in SECTIONS}

@@ -27,8 +27,8 @@ from threading import Thread
 from types import TracebackType
 from typing import Any, NamedTuple
 
-from soft_gripper.diagrams.notes import notes
 from soft_gripper.errors import InputError, WorkerDiedError
+from soft_gripper.library_messages import notes
 from soft_gripper.numbers_check import mistyped
 
 WAIT = 10  # s, for the scheduler to answer

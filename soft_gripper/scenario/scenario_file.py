@@ -15,14 +15,9 @@ from soft_gripper.files.yaml_text import parse_yaml, read_yaml
 from soft_gripper.scenario.checks import check_scenario, plain_scenario
 from soft_gripper.scenario.drake_values import without_numpy
 from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.shipped import scenario_path
 
-SHIPPED = Path(__file__).parents[1] / "diagrams" / "scenarios"
 _DEEPEST = 20  # names in the key of an override
-
-
-def scenario_names() -> list[str]:
-    """Names of the shipped scenarios."""
-    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -56,7 +51,7 @@ def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Sc
 
 def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
     """Reads a scenario with changes, which come from `where`."""
-    path = _find(name_of(name_or_path))
+    path = scenario_path(name_of(name_or_path))
     require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
     document = _mapping(path, read_yaml(path))
     for key, value in changes.items():
@@ -122,15 +117,6 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
     text: str = yaml_dump(document)
     return text
-
-
-def _find(name_or_path: str) -> Path:
-    if name_or_path.endswith((".yaml", ".yml")):
-        return Path(name_or_path)
-    path = SHIPPED / f"{name_or_path}.yaml"
-    if name_or_path not in scenario_names():
-        raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
-    return path
 
 
 def _mapping(path: Path, document: Any) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from dataclasses import asdict, fields
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from pydrake.common.yaml import yaml_load_file
@@ -10,11 +9,10 @@ from pydrake.common.yaml import yaml_load_file
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.scenario.scenario import DeadSensorConfig, EstimatorConfig, SensorConfig
+from soft_gripper.scenario.shipped import PRESETS
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.sensor_layout import path_names
 from soft_gripper.sensors.strain_errors import StrainErrors
-
-PRESETS = Path(__file__).with_name("sensor_presets.yaml")
 
 
 def strain_errors(sensor: SensorConfig) -> StrainErrors | None:

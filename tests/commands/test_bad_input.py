@@ -127,7 +127,6 @@ def test_arm_without_limits() -> None:
 @pytest.mark.parametrize("sections", [0, 99, "four"])
 def test_wrong_number_of_sections(sections: object) -> None:
     line = complaint("run", "free_bending", "--sections", sections)
-    assert "free_bending" in line
     require(line, "sections", str(sections))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from command_line import soft_gripper
 
-from soft_gripper.commands.hardware import replay
+from soft_gripper.commands import replay
 from soft_gripper.diagrams.view import open_meshcat as meshcats
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
@@ -75,7 +75,7 @@ OPTIONS = {
     ("show", "free_bending", "--set", "models.²=1"): "--set: key = 'models.²'",
     ("show", "free_bending", "--set", ".".join("a" * 3000) + "=1"): "--set: key = ",
     ("show", "free_bending", "--set", "sensor.seed=" + "9" * 5000): "--set: sensor.seed = ",
-    ("show", "n" * 300 + ".yaml"): "file = ",
+    ("show", "n" * 300 + ".yaml"): "scenario = ",
 }
 
 

@@ -128,7 +128,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
         (["--scenarios", "pick_and_place_box"], "pick_and_place_box: task"),
         (["--sensors", "perfect"], "--sensors = 'perfect': known: ideal, realistic"),
         (["--belief", "much"], "--belief = 'much'"),
-        (["--belief", "100"], "--belief = 100.0"),
+        (["--belief", "100"], "--belief = '100'"),
         (["--seed", "-1"], "--seed = '-1'"),
         (["--recordings", "nowhere.nc"], "nowhere.nc: file = 'nowhere.nc': cannot be read"),
         (["--contacts", "nowhere.npz"], "nowhere.npz: file = 'nowhere.npz': cannot be read"),

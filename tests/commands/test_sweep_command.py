@@ -96,7 +96,7 @@ def test_a_scenario_of_ones_own_and_failures_as_rows(tmp_path, monkeypatch):
     ("arguments", "complaint"),
     [
         (["--vary", "sensor.nothing=1,2"], "--vary sensor.nothing: "),
-        (["--vary", "sensor.sections"], "write KEY=1,2,3"),
+        (["--vary", "sensor.sections"], "--vary = 'sensor.sections'"),
         (["--vary", "sensor.sections=1,2", "--vary", "sensor.sections=3"], "appears more than once"),
         (["--vary", "pressure.time_constant=0.01..0.1"], "say how many values"),
         (["--vary", "sensor.seed=1,2", "--method", "sobol"], "give --sample N"),

@@ -21,6 +21,7 @@ from soft_gripper.runs.trials.trials import run_trial
 from soft_gripper.runs.trials.variation import draw, random_numbers
 from soft_gripper.scenario.scenario import TrialsConfig
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.shipped import SHIPPED
 
 COMMAND = [*LISTENING, "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
@@ -130,7 +131,10 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
         (["--trial", "1.5"], "--trial = '1.5': give a whole number of at least 0"),
         (["--scenario", "nowhere"], "name = 'nowhere': not shipped"),
         (["--scenario", "box_grasp"], "task = None: give a task to be tried"),
-        (["--scenario", "box_grasp", "--scenario", "my/box_grasp.yaml"], "give scenarios of different names"),
+        (
+            ["--scenario", "box_grasp", "--scenario", str(SHIPPED / "box_grasp.yaml")],
+            "give scenarios of different names",
+        ),
     ],
 )
 def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):

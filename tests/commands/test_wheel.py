@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from command_line import short
 
-from soft_gripper.scenario.scenario_file import SHIPPED
+from soft_gripper.scenario.shipped import SHIPPED
 
 pytestmark = pytest.mark.slow
 

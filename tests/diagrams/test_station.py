@@ -6,7 +6,8 @@ from pydrake.systems.framework import Diagram
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 from soft_gripper.signals import signal_of
 
 FINGERS = ("left_finger", "right_finger")

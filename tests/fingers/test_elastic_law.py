@@ -14,7 +14,8 @@ from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import elastic_law_block, free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 LAW = ElasticLaw(
     curvature=(-50.0, -10.0, 5.0, 12.0, 40.0),

@@ -19,11 +19,9 @@ from soft_gripper.diagrams.view.open_meshcat import cut_off, has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.play import session as session_module
 from soft_gripper.play.control_panel import ALL_FINGERS, Button
-from soft_gripper.play.interrupts import held_back
-from soft_gripper.play.open_scenario import open_scenario
 from soft_gripper.play.pacer import Pacer
 from soft_gripper.play.recorder import Recorder
-from soft_gripper.play.session import Session
+from soft_gripper.play.session import Session, held_back, open_scenario
 from soft_gripper.play.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario_file import load_scenario
 

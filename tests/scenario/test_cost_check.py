@@ -3,7 +3,8 @@
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 ENDLESS = {
     "plant_config.time_step=5.0e-324": "time_step = 5e-324: give a finite number",

@@ -21,7 +21,8 @@ from soft_gripper.scenario.scenario import (
     StrainErrorsConfig,
     TaskConfig,
 )
-from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
 DEFAULTS, EVERYTHING = str(FOLDER / "defaults.yaml"), str(FOLDER / "one_of_everything.yaml")

@@ -20,7 +20,7 @@ from synthetic_hardware import (
     write_segment,
 )
 
-from soft_gripper.commands.hardware import identify as identify_command
+from soft_gripper.commands import identify as identify_command
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.hardware.identification.finger_file import read_finger
 from soft_gripper.hardware.identification.free_parameters import Model

@@ -1,10 +1,10 @@
-"""The options that several commands share."""
+"""The station that the options of a command name."""
 
 from dataclasses import replace
 
 import pytest
 
-from soft_gripper.commands.terminal import options
+from soft_gripper.commands import chosen_station
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -18,7 +18,7 @@ def test_a_scenario_that_takes_long_to_build_says_so_first(number, said, monkeyp
         raise InputError("models", "file", "", "enough")
 
     scenario = load_scenario("box_grasp")
-    monkeypatch.setattr(options, "make_station", build)
+    monkeypatch.setattr(chosen_station, "make_station", build)
     with pytest.raises(InputError):
-        options.station_of("box_grasp", replace(scenario, models=number * scenario.models[:1]))
+        chosen_station.station_of("box_grasp", replace(scenario, models=number * scenario.models[:1]))
     assert before_it_was_built == [said]

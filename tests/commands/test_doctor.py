@@ -5,7 +5,7 @@ import json
 import numpy as np
 from command_line import soft_gripper
 
-from soft_gripper.commands.inspect import doctor
+from soft_gripper.commands import doctor
 from soft_gripper.scenario import mesh_object as mesh_cache
 
 

@@ -1,27 +1,15 @@
 """Meshcat for somebody who watches a run, and then its replay."""
 
-import argparse
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.diagrams.view.open_meshcat import LOOPBACK
 from soft_gripper.play.page_server import page_server
 
 _ASKS = "The replay is in Meshcat. Press Enter to end. "
 _ENDS = "There is no terminal to wait at, and Meshcat closes now; --html FILE keeps the replay."
-
-
-def add_host_option(parser: argparse.ArgumentParser) -> None:
-    """`--host`, for what shows something in a browser."""
-    parser.add_argument(
-        "--host",
-        metavar="ADDRESS",
-        default=LOOPBACK,
-        help=f"who can open the page; default: {LOOPBACK}, this machine alone; 0.0.0.0: whoever reaches it",
-    )
 
 
 @contextmanager

@@ -4,16 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.terminal.console import add_console_options
-from soft_gripper.commands.terminal.options import (
-    Subparsers,
-    add_command,
-    add_executor_options,
-    add_out_folder,
-    chosen_executor,
-    path,
-)
-from soft_gripper.commands.terminal.tables import print_claims, print_identified, print_replay
+from soft_gripper.commands.tables import print_claims, print_identified, print_replay
 from soft_gripper.evaluation.hardware import (
     ARM,
     BEAM,
@@ -30,25 +21,12 @@ from soft_gripper.files.output import claim_folder
 from soft_gripper.hardware.identification.finger_file import with_finger, write_finger
 from soft_gripper.hardware.identification.identification import Identified
 from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.executor import open_executor
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "hardware",
-        "identify and replay the published recordings of hardware",
-        "--data ~/recordings",
-    )
-    add_console_options(parser)
-    parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
-    add_out_folder(parser, Path("results/hardware"))
-    add_executor_options(parser)
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> int:
-    opened = chosen_executor("hardware", options)
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
+    opened = open_executor(options.jobs, options.scheduler)
     recordings = published_recordings(options.data)
     out = claim_folder(options.out)
     arm = replay_published(list(recordings[ARM].values()))

@@ -4,7 +4,6 @@ import argparse
 import sys
 from collections.abc import Iterator
 
-from soft_gripper.commands.terminal.options import Subparsers, add_command, path
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file, keep_inputs
 from soft_gripper.fingers.finger import Finger
@@ -12,23 +11,9 @@ from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "expand",
-        "expand the <finger>s of a URDF to links, joints and springs",
-        "package://soft_gripper/grippers/two_finger.urdf -o plain.urdf",
-        "mine.urdf --segments 24 -o plain.urdf",
-    )
-    parser.add_argument("file", help="the URDF, a path or a package://soft_gripper/... URI")
-    parser.add_argument("--segments", metavar="N", help="segments of every finger, in the place of the file's")
-    parser.add_argument("-o", "--out", metavar="OUT", type=path, help="file to write (default: the terminal)")
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> None:
-    expanded = expand_urdf(model_path(options.file), _segments(options.segments))
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    expanded = expand_urdf(model_path(options.file), options.segments)
     if not expanded.fingers:
         raise InputError(options.file, "finger", None, "there is no <finger> in the file to expand")
     for finger in expanded.fingers:
@@ -50,10 +35,3 @@ def _left_out(finger: Finger) -> Iterator[str]:
         yield "the springs are the instantaneous ones; URDF has no creep"
     if finger.pressure_law is not None:
         yield "what drives the joints must apply the pressure law; URDF has none"
-
-
-def _segments(text: str | None) -> int | None:
-    try:
-        return None if text is None else int(text)
-    except ValueError:
-        raise InputError("expand", "--segments", text, "give a whole number of at least 1") from None

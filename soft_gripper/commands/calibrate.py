@@ -3,28 +3,13 @@
 import argparse
 from dataclasses import asdict
 
-from soft_gripper.commands.terminal.console import add_console_options
-from soft_gripper.commands.terminal.options import Subparsers, add_command, path
 from soft_gripper.files.output import check_file, keep_inputs
 from soft_gripper.hardware.calibration import calibrate_recordings
 from soft_gripper.scenario.calibration_file import save_calibration
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "calibrate",
-        "calibrate sensors and fingers from recordings of free bending",
-        "results/free_bending/recording.nc --out my_gripper.yaml",
-    )
-    add_console_options(parser)
-    parser.add_argument("recording", nargs="+", type=path, help="a recording.nc that `soft-gripper run` wrote")
-    parser.add_argument("--out", metavar="FILE", type=path, required=True, help="YAML file for believed.calibration")
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
     keep_inputs(options.recording, [options.out])
     check_file(options.out)
     calibration = calibrate_recordings(options.recording)

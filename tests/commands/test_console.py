@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command_line import short, soft_gripper
 
-from soft_gripper.commands.terminal.console import Console
+from soft_gripper.commands.console import Console
 
 
 @dataclass

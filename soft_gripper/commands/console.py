@@ -1,23 +1,16 @@
 """What a command says: text for people, one JSON document for programs, or nothing; and progress bars."""
 
-import argparse
 import json
 import math
-import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import asdict, dataclass, field
 from io import StringIO
-from itertools import count
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
-
-from soft_gripper.diagrams.simulation import Progress
-from soft_gripper.scenario.scenario import Scenario
-from soft_gripper.scenario.scenario_file import dump_scenario
 
 SIMULATED = "{desc} {bar} {n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
 
@@ -48,7 +41,7 @@ class Console:
         return tqdm(total=total, desc=of, bar_format=SIMULATED, dynamic_ncols=True, disable=self.quiet or None)
 
     @contextmanager
-    def progress(self, of: str, duration: float) -> Iterator[Progress]:
+    def progress(self, of: str, duration: float) -> Iterator[Callable[[float], None]]:
         """Shows how far a run of `duration` s has come; give what it yields to `simulate`."""
         with self.seconds(duration, of) as bar:
             yield lambda time: bar.update(time - bar.n)
@@ -68,14 +61,6 @@ class Console:
             print()
 
 
-def add_console_options(parser: argparse.ArgumentParser) -> None:
-    """How much is said."""
-    parser.add_argument("-q", "--quiet", action="store_true", help="print errors alone")
-    parser.add_argument("--json", action="store_true", help="print tables and files as one JSON document, no text")
-    help_ = "where a sensor or an estimator of your own fails, print the traceback of its code as well"
-    parser.add_argument("--traceback", action="store_true", help=help_)
-
-
 def _plain(value: Any) -> Any:
     """What JSON can say of a value; None for what is no finite number."""
     if isinstance(value, dict):
@@ -85,28 +70,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if isinstance(value, bool | int | str | None) else _plain(value.tolist())
-
-
-def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
-    """The folder for the results of a scenario.
-
-    Without one that is asked for, results/NAME, or the first of results/NAME-2, -3 ... that is free or holds this very
-    scenario. In one that is asked for, other results are replaced, with a note.
-    """
-    if asked is not None:
-        if not fits(asked, scenario):
-            print(f"note: {asked} held the results of another scenario or other settings", file=sys.stderr)
-        return asked
-    base = Path("results") / name
-    found = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if fits(f, scenario))
-    if found != base:
-        print(f"note: {base} holds a run with other settings; the results go to {found}", file=sys.stderr)
-    return found
-
-
-def fits(folder: Path, scenario: Scenario) -> bool:
-    """Whether a folder holds no run, or one of just this scenario."""
-    file = folder / "scenario.yaml"
-    if not os.path.isfile(file):
-        return True
-    return file.read_text(encoding="utf-8", errors="replace") == dump_scenario(scenario, folder)

@@ -12,9 +12,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from soft_gripper.commands.terminal.console import add_console_options
-from soft_gripper.commands.terminal.exit_codes import ExitCode
-from soft_gripper.commands.terminal.options import PROGRAM, Subparsers, add_command
+from soft_gripper.commands.parser import PROGRAM, ExitCode
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.errors import InputError, first_line
@@ -47,14 +45,8 @@ class Finding:
     found: str
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(subparsers, "doctor", "check the installation", "", "--json")
-    add_console_options(parser)
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> ExitCode:
+def run(options: argparse.Namespace) -> ExitCode:
+    """Runs the command."""
     logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
     findings = [
         Finding("python", True, f"{platform.python_version()} on {platform.platform()}"),

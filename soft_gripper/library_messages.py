@@ -1,6 +1,7 @@
-"""What libraries complain of on the way, as lines of our own."""
+"""Messages of libraries, printed as notes of one line each."""
 
 import logging
+import re
 import sys
 import warnings
 from collections.abc import Iterator
@@ -8,10 +9,17 @@ from contextlib import contextmanager
 from typing import Any
 
 from soft_gripper.errors import in_one_line
-from soft_gripper.scenario.drake_reading import of_drake
 
+# The temporary folder in which Drake reads a file that was made of another one, and what is added to the file's name.
+PREFIX, MARK = "soft-gripper-", ".expanded"
+_OWN_FOLDER = re.compile(rf"/\S*/{PREFIX}[^/\s]+/([^/\s]+){re.escape(MARK)}")
 _MOST = 5  # notes of a command
-_DRAKE = "drake"  # of which a command may ask for more than warnings
+_DRAKE = "drake"  # the logger whose level a command may lower
+
+
+def of_drake(message: str) -> str:
+    """A message from Drake, in which temporary files have the names of the files that they were made of."""
+    return _OWN_FOLDER.sub(r"\1", message)
 
 
 class _Notes(logging.Handler):
@@ -35,7 +43,7 @@ class _Notes(logging.Handler):
 
 @contextmanager
 def notes() -> Iterator[None]:
-    """Makes notes of what libraries log and of Python's warnings, of which numbers out of range are the most."""
+    """Prints what libraries log, and Python's warnings, as notes; most of the warnings are of numbers out of range."""
     root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _Notes()
 
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:

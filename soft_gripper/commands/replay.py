@@ -5,10 +5,8 @@ import logging
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.terminal.console import add_console_options
-from soft_gripper.commands.terminal.options import Subparsers, add_command, add_out_folder, path
-from soft_gripper.commands.terminal.tables import print_replay
-from soft_gripper.commands.terminal.viewing import add_host_option, viewed
+from soft_gripper.commands.tables import print_replay
+from soft_gripper.commands.viewing import viewed
 from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
@@ -34,29 +32,8 @@ from soft_gripper.pictures.style import save_figure
 from soft_gripper.scenario.model_files import model_path
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "replay",
-        "estimate recordings of hardware, and compare with motion capture",
-        "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
-        "trial_*.txt --as two_segment_arm --html replay.html",
-    )
-    add_console_options(parser)
-    parser.add_argument("file", nargs="+", help="a recording; looked for here, then below the data folder")
-    parser.add_argument("--as", dest="described_as", metavar="NAME", help="description: a shipped one, or a YAML file")
-    parser.add_argument("--fit", nargs="+", metavar="FILE", help="fit to these; default: to all but the one estimated")
-    parser.add_argument("--estimator", nargs="+", metavar="NAME", help="default: all")
-    parser.add_argument("--data", metavar="FOLDER", type=path, help="default: the environment's SOFT_GRIPPER_DATA")
-    add_out_folder(parser, Path("results/replay"))
-    parser.add_argument("--meshcat", action="store_true", help="show it in a browser and wait at its end")
-    add_host_option(parser)
-    parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
     recordings = find_recordings(options.file, options.described_as, options.data)
     fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
     for recording in [*recordings, *(fitted or [])]:

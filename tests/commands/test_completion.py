@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from soft_gripper.commands.dispatch import command_parser
+from soft_gripper.commands.parser import command_parser
 
 BASH = shutil.which("bash")
 
