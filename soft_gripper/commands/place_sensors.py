@@ -32,9 +32,9 @@ from soft_gripper.placement.held_finger import HeldFinger, held_fingers
 from soft_gripper.placement.place_sensors import PlacedSensors, place_sensors
 from soft_gripper.placement.tables import left_out_rows, placement_rows, run_rows
 from soft_gripper.runs.scores.recorded_run import RecordedRun, load_run
-from soft_gripper.scenario.scenario import SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.scenario import SensorConfig, StrainErrorsConfig, presets
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.sensor_presets import presets, strain_errors
+from soft_gripper.scenario.sensor_presets import strain_errors
 
 NAME, IDEAL = "place-sensors", "ideal"
 TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_out.csv", "placement"

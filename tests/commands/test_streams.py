@@ -121,7 +121,9 @@ def test_a_signal_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal
                 signal.raise_signal(number)  # again, while it cleans up
 
     monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", end)
-    before = {each: signal.signal(each, signal.SIG_DFL) for each in (signal.SIGTERM, signal.SIGHUP)}  # nohup ignores one
+    before = {
+        each: signal.signal(each, signal.SIG_DFL) for each in (signal.SIGTERM, signal.SIGHUP)
+    }  # nohup ignores one
     try:
         with pytest.raises(SystemExit) as caught:
             soft_gripper("show", "free_bending")
