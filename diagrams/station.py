@@ -13,7 +13,7 @@ from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_contact_width, add_sensing
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.checks import check_finger_names, check_scenario, plain_scenario
+from soft_gripper.scenario.checks import check_finger_names, checked_scenario
 from soft_gripper.scenario.scenario import Scenario
 
 
@@ -70,8 +70,7 @@ def add_station(
         InputError: if a part of the scenario cannot be built, or the diagram has a plant already.
     """
     _check_first(builder)
-    scenario = plain_scenario("scenario", scenario)
-    check_scenario("scenario", scenario)
+    scenario = checked_scenario("scenario", scenario)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))

@@ -10,7 +10,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.scenario import SensorConfig
-from soft_gripper.scenario.sensor_presets import pressure_errors, strain_errors
+from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
@@ -39,12 +39,8 @@ def strain_error_block(sensor: System, layout: SensorLayout, config: SensorConfi
 
 
 def pressure_error_block(config: SensorConfig) -> ErrorBlock | None:
-    """What disturbs the sampled pressure; None if nothing does.
-
-    Raises:
-        InputError: if an error is wrong.
-    """
-    errors = pressure_errors(config)
+    """What disturbs the sampled pressure; None if nothing does."""
+    errors = config.pressure_errors
     if errors is None:
         return None
     block = ErrorBlock(errors, 1, config.period, f"{IDEAL}pressure", "sampled_pressure")

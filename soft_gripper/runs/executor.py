@@ -29,7 +29,6 @@ from typing import Any, NamedTuple
 
 from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.library_messages import notes
-from soft_gripper.numbers_check import mistyped
 
 WAIT = 10  # s, for the scheduler to answer
 
@@ -269,7 +268,7 @@ def open_executor(jobs: int | None = None, scheduler: str | None = None) -> Iter
     Raises:
         InputError: if the number is none of processes, there is no such scheduler, or Dask is not installed.
     """
-    if jobs is not None and (mistyped(int, jobs) or jobs < 1):
+    if jobs is not None and (not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1):
         raise InputError("open_executor", "jobs", jobs, "give a whole number of processes, 1 or more")
     opened = WorkerProcesses(jobs or os.cpu_count() or 1) if scheduler is None else cluster_executor(scheduler)
     with opened as executor:

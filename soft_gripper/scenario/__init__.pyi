@@ -8,8 +8,6 @@ from .scenario import FingerConfig as FingerConfig
 from .scenario import MeshConfig as MeshConfig
 from .scenario import PhaseConfig as PhaseConfig
 from .scenario import PoseErrorConfig as PoseErrorConfig
-from .scenario import PressureErrorsConfig as PressureErrorsConfig
 from .scenario import StrainErrorsConfig as StrainErrorsConfig
 from .scenario import TrialsConfig as TrialsConfig
-from .sensor_presets import pressure_errors as pressure_errors
 from .sensor_presets import strain_errors as strain_errors

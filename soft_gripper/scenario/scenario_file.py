@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
+from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import check_document, require
+from soft_gripper.files.document import load_config, require
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
-from soft_gripper.scenario.checks import check_scenario, plain_scenario
+from soft_gripper.scenario.checks import check_scenario, checked_scenario
 from soft_gripper.scenario.drake_values import without_numpy
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.shipped import scenario_path
@@ -70,14 +70,10 @@ def parse_scenario(path: Path, text: str) -> Scenario:
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
     for changes in _changes(document):
         _quote_numbers(changes)
-    check_document(path, document, Scenario)
-    try:
-        scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(document), retain_map_defaults=False)
-    except (RuntimeError, ValueError, TypeError) as error:
-        raise InputError(path, "scenario", path.stem, " ".join(str(error).split())) from None
-    check_scenario(path, scenario)
+    scenario = load_config(path, document, Scenario, retain_map_defaults=False)
     for part, field in _files(scenario):
         setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
+    check_scenario(path, scenario)
     return scenario
 
 
@@ -109,7 +105,7 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
 
     Paths are relative to `folder`, where the text is to be kept; absolute without one.
     """
-    scenario = plain_scenario("scenario", copy.deepcopy(scenario))
+    scenario = copy.deepcopy(checked_scenario("scenario", scenario))
     if folder is not None:
         for part, field in _files(scenario):
             setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))

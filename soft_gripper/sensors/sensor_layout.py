@@ -8,7 +8,6 @@ numbers of sections and therefore requires that they divide the segments. Truth 
 the two are equal unless a scenario has `believed`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,9 +16,9 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.files.document import check_document
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import segment_path_lengths
-from soft_gripper.numbers_check import mistyped
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
 
@@ -82,9 +81,7 @@ class SensorLayout:
         equal = self.finger.section_ends(self.sections)
         if self.borders is None:
             return equal
-        listed = isinstance(self.borders, Sequence) and all(mistyped(float, border) is None for border in self.borders)
-        if not listed or not np.isfinite(self.borders).all():
-            raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
+        check_document("sensor", self.borders, tuple[float, ...], "borders", strict=True)
         return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)
 
     @cached_property

@@ -120,8 +120,8 @@ def test_a_signal_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal
             if number == signal.SIGHUP:
                 signal.raise_signal(number)  # again, while it cleans up
 
-    # Below nohup the suite itself has SIGHUP ignored.
     monkeypatch.setattr("soft_gripper.commands.chosen_station.make_station", end)
+    # Below nohup the suite itself has SIGHUP ignored.
     before = {each: signal.signal(each, signal.SIG_DFL) for each in (signal.SIGTERM, signal.SIGHUP)}
     try:
         with pytest.raises(SystemExit) as caught:

@@ -9,15 +9,15 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw, TipLoad
 
 WRONG_PARTS = [
-    ({"creep": (CreepBranch(0.0, 1.0),)}, "creep.share = 0.0: give a finite number above 0"),
-    ({"creep": (CreepBranch(0.2, 1.0), CreepBranch(0.1, -1.0))}, "creep.time = -1.0: give a finite number above 0"),
-    ({"creep": (CreepBranch(0.5, 1.0),) * 2}, "creep.share = [0.5, 0.5]: nothing would be left of the stiffness"),
-    ({"pressure_law": PressureLaw((0.0,), (0.0,))}, "pressure_law.pressure = (0.0,): give as many increasing"),
-    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0,))}, "pressure_law.effective = (0.0,): give as many increasing"),
-    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0, -1.0))}, "pressure_law.effective = (0.0, -1.0): give as many"),
-    ({"pressure_law": PressureLaw((0.0, 1e5), (1.0, 2.0))}, "pressure_law.effective = (1.0, 2.0): without pressure"),
-    ({"tip_load": TipLoad(0.0, 0.0, 0.0)}, "tip_load.mass = 0.0: give a finite number above 0"),
-    ({"tip_load": TipLoad(0.1, float("nan"), 0.0)}, "tip_load.x = nan: give a finite number"),
+    ({"creep": (CreepBranch(0.0, 1.0),)}, "creep[0].share = 0.0"),
+    ({"creep": (CreepBranch(0.2, 1.0), CreepBranch(0.1, -1.0))}, "creep[1].time = -1.0"),
+    ({"creep": (CreepBranch(0.5, 1.0),) * 2}, "creep.share = [0.5, 0.5]"),
+    ({"pressure_law": PressureLaw((0.0,), (0.0,))}, "pressure_law.pressure = (0.0,)"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0,))}, "pressure_law.effective = (0.0,)"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0, -1.0))}, "pressure_law.effective = (0.0, -1.0)"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (1.0, 2.0))}, "pressure_law.effective = (1.0, 2.0)"),
+    ({"tip_load": TipLoad(0.0, 0.0, 0.0)}, "tip_load.mass = 0.0"),
+    ({"tip_load": TipLoad(0.1, float("nan"), 0.0)}, "tip_load.x = nan"),
 ]
 
 

@@ -79,7 +79,7 @@ def test_gains_are_numbers(name, value):
 
 @pytest.mark.parametrize(
     ("period", "minimum", "maximum", "field"),
-    [(0.0, 0.0, 1.0, "period"), (None, 0.0, 1.0, "period"), (0.1, None, 1.0, "limits"), (0.1, 2.0, 1.0, "limits")],
+    [(0.0, 0.0, 1.0, "period"), (None, 0.0, 1.0, "period"), (0.1, None, 1.0, "limits[0]"), (0.1, 2.0, 1.0, "limits")],
 )
 def test_limits_of_a_controller(period, minimum, maximum, field):
     with pytest.raises(sg.InputError) as caught:

@@ -105,7 +105,7 @@ def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
             ["estimator.beside=[gaussian, arcs]"],
             "estimator.beside[1] = 'arcs': is an estimator of this scenario already",
         ),
-        (["estimator.beside=spline"], "estimator.beside = 'spline': give a list"),
+        (["estimator.beside=spline"], "estimator.beside = 'spline'"),
     ],
 )
 def test_what_cannot_stand_beside(overrides, complaint):
