@@ -51,7 +51,9 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_console_options(parser)
     parser.add_argument("--count", metavar="N", required=True, help="sections along each path of a finger")
-    parser.add_argument("--estimator", metavar="NAME", default="gaussian", help="default: %(default)s")
+    parser.add_argument(
+        "--estimator", metavar="NAME", default="gaussian", help="or your own as MODULE:FUNCTION (default: %(default)s)"
+    )
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--scenarios", metavar="A,B", default=",".join(SCENARIOS), help="to place by (default: %(default)s)"

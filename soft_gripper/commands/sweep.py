@@ -18,8 +18,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.sweep.axes import METHODS, Axis, Variation, points, read_axis
 from soft_gripper.runs.sweep.figure import sweep_figure
-from soft_gripper.runs.sweep.run import TABLE, run_sweep
-from soft_gripper.runs.sweep.table import ERROR, NUMBER, SweepTable
+from soft_gripper.runs.sweep.run import ERROR, NUMBER, TABLE, run_sweep
 from soft_gripper.scenario.scenario_file import read_override
 
 NAME, FIGURE = "sweep", "sweep"
@@ -43,6 +42,8 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--method", choices=METHODS, help="default: grid; latin with --sample")
     parser.add_argument("--sample", metavar="N", help="points drawn from the values and ranges")
     parser.add_argument("--seed", metavar="S", default="1", help="of these (default: %(default)s)")
+    own = "a measure of your own, a function of station and recording: one more column; may be repeated"
+    parser.add_argument("--measure", metavar="MODULE:FUNCTION", action="append", default=[], help=own)
     parser.add_argument("--out", metavar="DIR", type=path, required=True, help="folder of the table")
     parser.add_argument("--resume", action="store_true", help="run only what an interrupted sweep left")
     add_executor_options(parser)
@@ -54,33 +55,21 @@ def _run(options: argparse.Namespace) -> int:
     fixed = dict(map(read_override, options.set))
     if options.sections is not None:
         fixed["sensor.sections"] = whole_number(NAME, "--sections", options.sections, 1)
-    executor = chosen_executor(NAME, options)
-    fine: list[bool] = []  # of every run that has ended, whether it came off
-    with options.console.counter(len(variations), "runs") as bar:
-
-        def report(came_off: bool) -> None:
-            fine.append(came_off)
-            bar.set_postfix_str(f"{fine.count(False)} failed")
-            bar.update()
-
-        try:
-            with executor as opened:
-                table = run_sweep(
-                    options.scenario,
-                    variations,
-                    options.out,
-                    opened,
-                    fixed=fixed,
-                    resume=options.resume,
-                    report=report,
-                )
-        except KeyboardInterrupt:
-            bar.close()
-            print(f"\n{len(fine)} of {len(variations)} runs ended; they are in {options.out / TABLE}, --resume goes on")
-            raise
-    files = [TABLE, *_draw(table, variations, options)]
-    print(f"{len(variations)} runs, {fine.count(False)} failed")
-    options.console.document["runs"] = [dict(zip(table.header, table.rows[i], strict=True)) for i in sorted(table.rows)]
+    executor, kept = chosen_executor(NAME, options), f"they are in {options.out / TABLE}, --resume runs the others"
+    with options.console.jobs(len(variations), "runs", kept) as report, executor as opened:
+        rows = run_sweep(
+            options.scenario,
+            variations,
+            options.out,
+            opened,
+            fixed=fixed,
+            own=options.measure,
+            resume=options.resume,
+            report=report,
+        )
+    files = [TABLE, *_draw(rows, variations, options)]
+    print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
+    options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
     return 0
 
@@ -94,10 +83,9 @@ def _variations(options: argparse.Namespace, axes: list[Axis]) -> list[Variation
     return points(axes, method, number, whole_number(NAME, "--seed", options.seed, 0, MOST_SEED))
 
 
-def _draw(table: SweepTable, variations: list[Variation], options: argparse.Namespace) -> list[str]:
+def _draw(rows: list[dict[str, str]], variations: list[Variation], options: argparse.Namespace) -> list[str]:
     """Draws the figure, if the sweep has one; returns its files."""
-    keys, rows = list(variations[0]), list(zip(*(table.rows[i] for i in sorted(table.rows)), strict=True))
-    columns = dict(zip(table.header, rows, strict=True))
+    keys, columns = list(variations[0]), {name: [row[name] for row in rows] for name in rows[0]}
     measured = {name: cells for name, cells in columns.items() if name not in (NUMBER, ERROR, *keys)}
     title = f"{Path(options.scenario).stem}: {len(variations)} runs"
     figure = sweep_figure({key: columns[key] for key in keys}, measured, title)

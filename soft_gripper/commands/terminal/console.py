@@ -5,7 +5,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import asdict, dataclass, field
 from io import StringIO
@@ -42,6 +42,28 @@ class Console:
     def counter(self, total: int | None, of: str) -> "tqdm[None]":
         """A bar that counts, where somebody looks."""
         return tqdm(total=total, desc=of, dynamic_ncols=True, disable=self.quiet or None)
+
+    @contextmanager
+    def jobs(self, total: int, of: str, kept: str) -> Iterator[Callable[..., None]]:
+        """Counts jobs; give each that ends, with True if it succeeded, to what this yields.
+
+        Ctrl-C says how many have ended, and what is `kept` of them.
+        """
+        fine: list[bool] = []
+        with self.counter(total, of) as bar:
+
+            def ended(succeeded: bool = True) -> None:
+                fine.append(succeeded)
+                if not all(fine):
+                    bar.set_postfix_str(f"{fine.count(False)} failed")
+                bar.update()
+
+            try:
+                yield ended
+            except KeyboardInterrupt:
+                bar.close()
+                print(f"\n{len(fine)} of {total} {of} ended; {kept}")
+                raise
 
     def seconds(self, total: float, of: str) -> "tqdm[None]":
         """A bar of simulated seconds, where somebody looks."""
