@@ -130,6 +130,18 @@ def name_of(make: Callable[..., System] | None, type_name: str) -> str:
     return type_name if make is None else f"{make.__module__}:{getattr(make, '__qualname__', repr(make))}"
 
 
+def find_function(field: str, name: str) -> Callable[..., Any]:
+    """A user's function, "module:function", that an option or a field names.
+
+    Raises:
+        InputError: if it cannot be imported, or is not callable.
+    """
+    if not is_own(name):
+        raise InputError("scenario", field, name, 'give "module:function"')
+    found: Callable[..., Any] = _find(field, name, {})
+    return found
+
+
 def _find(field: str, name: str, known: Mapping[str, Any]) -> Any:
     if name in known:
         return known[name]

@@ -36,6 +36,28 @@ class Console:
         """A bar that counts, where somebody looks."""
         return tqdm(total=total, desc=of, dynamic_ncols=True, disable=self.quiet or None)
 
+    @contextmanager
+    def jobs(self, total: int, of: str, kept: str) -> Iterator[Callable[..., None]]:
+        """Counts jobs; give each that ends, with True if it succeeded, to what this yields.
+
+        Ctrl-C says how many have ended, and what is `kept` of them.
+        """
+        fine: list[bool] = []
+        with self.counter(total, of) as bar:
+
+            def ended(succeeded: bool = True) -> None:
+                fine.append(succeeded)
+                if not all(fine):
+                    bar.set_postfix_str(f"{fine.count(False)} failed")
+                bar.update()
+
+            try:
+                yield ended
+            except KeyboardInterrupt:
+                bar.close()
+                print(f"\n{len(fine)} of {total} {of} ended; {kept}")
+                raise
+
     def seconds(self, total: float, of: str) -> "tqdm[None]":
         """A bar of simulated seconds, where somebody looks."""
         return tqdm(total=total, desc=of, bar_format=SIMULATED, dynamic_ncols=True, disable=self.quiet or None)

@@ -9,11 +9,22 @@ from pathlib import Path
 
 import numpy as np
 
+from soft_gripper.commands.tables import print_table
 from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts
 from soft_gripper.evaluation.contacts.errors import BOTH, ContactErrorRow
+from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, check_estimator
 from soft_gripper.evaluation.contacts.random_contact import SIDES, Contact
-from soft_gripper.evaluation.contacts.scores import ERRORS, FIGURE, SCORES, score_contacts
-from soft_gripper.evaluation.contacts.trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
+from soft_gripper.evaluation.contacts.trials import (
+    ARRAYS,
+    ERRORS,
+    FIGURE,
+    SCORES,
+    TABLE,
+    redrawn,
+    run_contacts,
+    score_contacts,
+    write_contacts,
+)
 from soft_gripper.files.output import claim_folder
 from soft_gripper.runs.executor import open_executor
 
@@ -21,11 +32,14 @@ from soft_gripper.runs.executor import open_executor
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     executor = open_executor(options.jobs, options.scheduler)
+    estimators = options.estimator or [ESTIMATOR]
+    for name in estimators:
+        check_estimator(name)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = claim_folder(options.out)
     contacts = _simulate(options, executor, out) if kept is None else kept
-    with options.console.counter(SCORES, "scores") as bar:
-        rows = score_contacts(contacts, out, bar.update)
+    with options.console.counter(SCORES * len(estimators), "scores") as bar:
+        rows = score_contacts(contacts, out, bar.update, estimators)
     _print_errors(rows)
     lost = sum(row.found_percent == 0 for row in rows)
     if lost:
@@ -36,15 +50,9 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _simulate(options: argparse.Namespace, executor: AbstractContextManager[Executor], out: Path) -> Contacts:
-    number, seed, friction = options.trials, options.seed, options.friction
-    with options.console.counter(number, "contacts") as bar:
-        try:
-            with executor as opened:
-                contacts = run_contacts(number, seed, opened, lambda contact: bar.update(), friction)
-        except KeyboardInterrupt:
-            bar.close()
-            print("\nnothing is written before the last contact")
-            raise
+    number, kept = options.trials, "nothing is written before the last contact"
+    with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
+        contacts = run_contacts(number, options.seed, opened, ended, options.friction)
     write_contacts(contacts, out)
     _print_summary(contacts)
     return as_arrays(contacts)
@@ -65,13 +73,17 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
 
 def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
     """The errors of both sides together; the table has them by side too."""
-    print("\nerrors: median and 90th percentile, of the force and of the length; sections by where they meet, mm")
-    print(f"{'sections':<16}{'sensors':<14}{'stiffness':<10}{'calibrated':<20}{'found':>5}{'force':>14}{'place':>14}")
-    for row in rows:
-        if row.side == BOTH:
-            sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
-            belief = row.belief.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
-            force = f"{row.force_median_percent:.2f} {row.force_90_percent:5.1f} %"
-            place = f"{row.place_median_percent:.2f} {row.place_90_percent:5.1f} %"
-            what = f"{row.sections}: {row.borders:<13}{sensors:<14}{belief:<10}{row.calibration:<20}"
-            print(f"{what}{row.found_percent:4.0f}%{force:>14}{place:>14}")
+    columns = {"estimator": "", "sections": "", "sensors": "", "stiffness": "", "calibrated": "", "found [%]": ".0f"}
+    errors = ("force [%]", "90 %", "place [%]", "90 % ")
+    title = "errors: median and 90th percentile, of the force and of the length; sections by where they meet, mm"
+    print_table(columns | dict.fromkeys(errors, ".2f"), [_cells(row) for row in rows if row.side == BOTH], title)
+
+
+def _cells(row: ContactErrorRow) -> list[str | float]:
+    sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
+    belief = row.belief.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
+    forces, places = (
+        [getattr(row, f"{of}_median_percent"), getattr(row, f"{of}_90_percent")] for of in ("force", "place")
+    )
+    layout = f"{row.sections}: {row.borders}"
+    return [row.estimator, layout, sensors, belief, row.calibration, row.found_percent, *forces, *places]

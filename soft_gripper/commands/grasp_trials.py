@@ -13,15 +13,17 @@ from scipy.stats import binomtest
 from soft_gripper.commands.console import Console
 from soft_gripper.files.output import atomic_file, claim_folder, keep_inputs, writable_folder
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.trials.tables import ABOUT, FIGURE, TABLES
-from soft_gripper.runs.trials.trial import Trial, TrialRow
-from soft_gripper.runs.trials.trials import (
+from soft_gripper.runs.trials.run import (
+    ABOUT,
+    FIGURE,
     SCENARIOS,
+    TABLES,
     check_scenario_for_trials,
     judge,
     record_trial,
     run_trials,
 )
+from soft_gripper.runs.trials.trial import TrialRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 
@@ -49,22 +51,9 @@ def _run_all(
     resume: bool,
     console: Console,
 ) -> None:
-    rows: list[TrialRow] = []
-    with console.counter(number * len(files), "trials") as bar:
-
-        def report(trial: Trial) -> None:
-            rows.append(trial.row)
-            bar.set_postfix_str(f"{sum(not row.success for row in rows)} failed")
-            bar.update()
-
-        try:
-            with executor as opened:
-                trials = run_trials(files, number, seed, out, opened, report, resume)
-        except KeyboardInterrupt:
-            bar.close()
-            where = f"; they are in {out / TABLES[0]}" if rows else ""
-            print(f"\n{len(rows)} of {number * len(files)} trials ended{where}")
-            raise
+    kept = f"they are in {out / TABLES[0]}, --resume runs the others"
+    with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
+        trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.row.success), resume)
     for file in files:
         _print_summary(file, seed, [trial.row for trial in trials if trial.row.scenario == Path(file).stem])
     console.table("trials", [trial.row for trial in trials])

@@ -277,6 +277,13 @@ COMMANDS = (
             RESUME,
             flag("--robustness", "also evaluate with sensor errors, wrong nominal models and other plants"),
             count("--seeds", "number of random seeds with --robustness", 20),
+            option(
+                "--estimator",
+                "estimator of your own, as MODULE:FUNCTION, with --robustness; may be repeated",
+                "NAME",
+                action="append",
+                default=[],
+            ),
         ),
     ),
     Command(
@@ -302,6 +309,13 @@ COMMANDS = (
             option("--method", "default: grid; latin with --sample", choices=("grid", "latin", "sobol")),
             option("--sample", "number of points drawn from the values and ranges", "N", whole(1)),
             SEED,
+            option(
+                "--measure",
+                "measure of your own, a function of station and recording: one more column; may be repeated",
+                "MODULE:FUNCTION",
+                action="append",
+                default=[],
+            ),
             option("--out", "folder of the table", "DIR", path, required=True),
             RESUME,
             *EXECUTOR,
@@ -366,6 +380,12 @@ COMMANDS = (
                 number(100.0),
                 default=0.3,
             ),
+            option(
+                "--estimator",
+                "that finds force and location, or your own as MODULE:FUNCTION; may be repeated (default: contact)",
+                "NAME",
+                action="append",
+            ),
             *EXECUTOR,
             option("--contacts", "contacts.npz of an earlier run: evaluate its contacts, simulate none", "FILE", path),
             out("results/contact_trials"),
@@ -378,7 +398,7 @@ COMMANDS = (
         (
             *CONSOLE,
             option("--count", "sections along each side of a finger", "N", whole(1), required=True),
-            option("--estimator", "default: %(default)s", "NAME", default="gaussian"),
+            option("--estimator", "or your own as MODULE:FUNCTION (default: %(default)s)", "NAME", default="gaussian"),
             option(
                 "--scenarios", "scenarios to place sensors for (default: those of `evaluate`)", "A,B", scenario_list
             ),
@@ -466,7 +486,7 @@ COMMANDS = (
             *CONSOLE,
             *RECORDINGS,
             option("--fit", "recordings to fit to (default: all but the one estimated)", "FILE", nargs="+"),
-            option("--estimator", "default: all", "NAME", nargs="+"),
+            option("--estimator", "or your own as MODULE:FUNCTION (default: all of the project)", "NAME", nargs="+"),
             DATA,
             out("results/replay"),
             flag("--meshcat", "show it in a browser and wait at its end"),

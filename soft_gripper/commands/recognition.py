@@ -2,18 +2,15 @@
 
 import argparse
 from collections.abc import Mapping
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.console import Console
-from soft_gripper.evaluation.recognition import (
+from soft_gripper.commands.tables import print_table
+from soft_gripper.evaluation.random_grasps import (
     SECTIONS,
     SETS,
     SHAPES,
-    Grasp,
     check_scenario_for_recognition,
     confusion,
     confusion_figure,
@@ -36,7 +33,9 @@ def run(options: argparse.Namespace) -> None:
     executor = open_executor(options.jobs, options.scheduler)
     check_scenario_for_recognition(options.scenario)
     out = claim_folder(options.out)
-    grasps = _run_grasps(options.scenario, numbers, options.seed, executor, options.console)
+    total, kept = sum(numbers.values()) * len(SHAPES), "nothing is written before the last"
+    with options.console.jobs(total, "grasps", kept) as ended, executor as opened:
+        grasps = run_grasps(options.scenario, numbers, options.seed, opened, ended)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]
     matrices = {sections: confusion(rows, sections) for sections in SECTIONS}
@@ -57,32 +56,10 @@ def _model_file(sections: int) -> str:
     return f"shapes_{sections}_sections.json"
 
 
-def _run_grasps(
-    file: str, numbers: Mapping[str, int], seed: int, executor: AbstractContextManager[Executor], console: Console
-) -> list[Grasp]:
-    total = sum(numbers.values()) * len(SHAPES)
-    with console.counter(total, "grasps") as bar:
-        ended = 0
-
-        def report(grasp: Grasp) -> None:
-            nonlocal ended
-            ended += 1
-            bar.update()
-
-        try:
-            with executor as opened:
-                return run_grasps(file, numbers, seed, opened, report)
-        except KeyboardInterrupt:
-            bar.close()
-            print(f"\n{ended} of {total} grasps ended; nothing is written before the last")
-            raise
-
-
 def _print_summary(matrices: Mapping[int, Array], number: int) -> None:
     """Of every shape, what its test grasps were recognized as."""
     for sections, matrix in matrices.items():
         right, total = int(np.trace(matrix)), number * len(SHAPES)
-        print(f"\n{sections} sections: {right} of {total} right ({100 * right / total:.1f} %)")
-        print(f"  {'held':<12}" + "".join(f"{shape:>12}" for shape in SHAPES))
-        for shape, row in zip(SHAPES, matrix, strict=True):
-            print(f"  {shape:<12}" + "".join(f"{count:>12}" for count in row))
+        title = f"{sections} sections: {right} of {total} right ({100 * right / total:.1f} %)"
+        rows = [(shape, *counts) for shape, counts in zip(SHAPES, matrix, strict=True)]
+        print_table({"held": "", **dict.fromkeys(SHAPES, "d")}, rows, title)

@@ -2,7 +2,10 @@
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import astuple
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -22,24 +25,37 @@ from soft_gripper.runs.trials.trial import Judged
 from soft_gripper.scenario.scenario import TaskConfig
 
 
+def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
+    """Prints rows of cells below the names of their columns.
+
+    Args:
+        columns: format of the cells of a column, as for `format`, by its name; "": words, which are set left.
+        rows: cells in the order of the columns.
+        title: a line above.
+    """
+    texts = [[format(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
+    widths = [max(map(len, cells)) for cells in zip(columns, *texts, strict=True)]
+    print(f"\n{title}" if title else "")
+    for line in (list(columns), *texts):
+        cells = zip(line, widths, columns.values(), strict=True)
+        print("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
+
+
 def print_poses(rows: Sequence[PoseRow]) -> None:
     """A line for every held step of pressure."""
-    print("\nfinger            pressure [kPa]   bend [degrees]   pose error [mm]   fingertip error [mm]")
-    for row in rows:
-        print(
-            f"{row.finger:<17} {row.pressure_kpa:>14.1f} {row.bend_angle_deg:>16.2f}"
-            f" {row.pose_error_mm:>17.3f} {row.tip_error_mm:>22.3f}"
-        )
+    columns = {"finger": "", "pressure [kPa]": ".1f", "bend [degrees]": ".2f"}
+    columns |= {"pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
+    cells = ((r.finger, r.pressure_kpa, r.bend_angle_deg, r.pose_error_mm, r.tip_error_mm) for r in rows)
+    print_table(columns, cells)
 
 
 def print_steps(rows: Sequence[StepRow]) -> None:
     """A line for every step of the opening."""
-    print("\nstep  from [mm]    to [mm]  overshoot [%]  settling [s]  steady error [mm]: estimated     true")
-    for row in rows:
-        print(
-            f"{row.step:>4} {row.from_mm:>10.1f} {row.to_mm:>10.1f} {row.overshoot_percent:>14.2f}"
-            f" {row.settling_s:>13.2f} {row.steady_error_estimated_mm:>29.4f} {row.steady_error_true_mm:>8.3f}"
-        )
+    columns = {"step": "d", "from [mm]": ".1f", "to [mm]": ".1f", "overshoot [%]": ".2f", "settling [s]": ".2f"}
+    columns |= {"steady error [mm]: estimated": ".4f", "true": ".3f"}
+    shown = attrgetter("step", "from_mm", "to_mm", "overshoot_percent", "settling_s")
+    steady = attrgetter("steady_error_estimated_mm", "steady_error_true_mm")
+    print_table(columns, ([*shown(row), *steady(row)] for row in rows))
 
 
 def print_truth(row: Judged) -> None:
@@ -52,12 +68,9 @@ def print_truth(row: Judged) -> None:
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
     """A line for every phase of a task, and how it ended."""
-    print("\nphase           began [s]  lasted [s]  at its end:  opening [mm]  torque [mN m]  pressure [kPa]")
-    for row in rows:
-        print(
-            f"{row.phase:<15} {row.began_s:>9.2f} {row.lasted_s:>11.2f} {row.opening_mm:>26.1f}"
-            f" {row.torque_mnm:>14.1f} {row.pressure_kpa:>15.1f}"
-        )
+    columns = {"phase": "", "began [s]": ".2f", "lasted [s]": ".2f"}
+    columns |= {"at its end: opening [mm]": ".1f", "torque [mN m]": ".1f", "pressure [kPa]": ".1f"}
+    print_table(columns, map(astuple, rows))
     late = f", not over after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
     print(f"\nOutcome, as estimated: {outcome.words}{late}")
 
@@ -84,23 +97,19 @@ _CORRELATED = 0.9
 def print_identified(found: Identified) -> None:
     """Parameters with their confidence, what cannot be told apart, and a line for every recording."""
     free, x = found.fit.free, found.fit.x
-    print(f"\nmarkers off by {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)\n")
-    print(f"{'parameter':<20}{'began':>12}{'fitted':>12}  standard deviation")
-    columns = zip(free.names, free.units, free.values(free.start), free.values(x), strict=True)
-    for i, (name, unit, began, value) in enumerate(columns):
-        std = found.confidence.std[i] * (abs(value) if free.is_positive[i] else 1)
-        print(f"{name:<20}{began:>12.5g}{value:>12.5g}  {std:.2g} {unit}")
+    print(f"\nmarkers off by {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
+    stds = found.confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
+    fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
+    columns = {"parameter": "", "began": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
+    print_table(columns, fitted)
     finger = found.model.finger
     remains = 1 - sum(branch.share for branch in finger.creep)
     if finger.creep:
         print(f"Young's modulus once all creep is over: {finger.base.youngs_modulus * remains:.5g} Pa")
     _print_correlations(found)
-    print(f"\n{'':<20}{'':>6}{'error of markers [mm]':>24}{'tip':>8}{'settled turn':>18}{'creep':>16}{'rise':>14}")
-    print(
-        f"{'recording':<20}{'':>6}{'settled':>12}{'motion':>12}{'[%]':>8}{'[degrees]':>18}{'[degrees]':>16}{'[ms]':>14}"
-    )
-    for row in found.scores:
-        _print_fit_row(row)
+    columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
+    columns |= {"settled turn [degrees]": ">", "creep [degrees]": ">", "rise [ms]": ">"}
+    print_table(columns, map(_score_cells, found.scores), "error of the markers [mm], and what was measured")
     for row in found.scores:
         if not np.isnan(row.frequency_hz + row.simulated_frequency_hz):
             swing = f"{row.frequency_hz:.2f} Hz ({row.simulated_frequency_hz:.2f})"
@@ -120,12 +129,12 @@ def _print_correlations(found: Identified) -> None:
         print(f"{what} {says} in these recordings: fix one, or add others")
 
 
-def _print_fit_row(row: MotionScore) -> None:
+def _score_cells(row: MotionScore) -> list[str | float]:
     turn = f"{row.settled_turn_deg:.2f} ({row.simulated_settled_turn_deg:.2f})"
     creep = f"{row.creep_deg:.2f} ({row.simulated_creep_deg:.2f})"
     rise = f"{row.rise_ms:.0f} ({row.simulated_rise_ms:.0f})"
-    errors = f"{row.settled_error_mm:>12.2f}{row.motion_error_mm:>12.2f}{row.tip_error_percent:>8.1f}"
-    print(f"{row.recording:<20}{row.role:>6}{errors}{turn:>18}{creep:>16}{rise:>14}")
+    errors = row.settled_error_mm, row.motion_error_mm, row.tip_error_percent
+    return [row.recording, row.role, *errors, turn, creep, rise]
 
 
 def print_replay(replayed: Sequence[Replayed], table: Sequence[ReplayRow]) -> None:
@@ -135,25 +144,20 @@ def print_replay(replayed: Sequence[Replayed], table: Sequence[ReplayRow]) -> No
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
         of_fit = f"creep {creep}; wires {1e3 * one.fitted.delay:.0f} ms late"
         print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
-    bodies = list(dict.fromkeys(row.body for row in table))
-    for body in reversed(bodies):
-        names = list(dict.fromkeys(row.recording for row in table if row.recording != ALL))
-        print(f"\nerror of '{body}' [mm]      mean  median     95 %     max    mean of: " + "  ".join(names))
-        for row in table:
-            if row.body == body and row.recording == ALL:
-                _print_row(row, [other for other in table if _is_part(other, row)])
+    names = [name for name in dict.fromkeys(row.recording for row in table) if name != ALL]
+    for body in reversed(dict.fromkeys(row.body for row in table)):
+        rows = [row for row in table if row.body == body]
+        columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
+        columns |= {f"mean of {name}": ".2f" for name in names}
+        cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]
+        print_table(columns, cells, f"error of '{body}' [mm]")
 
 
-def _is_part(other: ReplayRow, row: ReplayRow) -> bool:
-    same = (other.estimator, other.sections, other.body) == (row.estimator, row.sections, row.body)
-    return same and other.recording != ALL
-
-
-def _print_row(row: ReplayRow, parts: Sequence[ReplayRow]) -> None:
-    name = f"{row.estimator}, {row.sections} a side"
+def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
     numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
-    means = "  ".join(f"{part.mean_mm:>{len(part.recording)}.2f}" for part in parts)
-    print(f"{name:<22}" + "".join(f"{number:>8.2f}" for number in numbers) + f"{'':>13}{means}")
+    of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
+    means = [other.mean_mm for other in of_row if other.recording != ALL]
+    return [f"{row.estimator}, {row.sections} a side", *numbers, *means]
 
 
 _BEST = 5  # placements that are listed
@@ -162,27 +166,20 @@ _BEST = 5  # placements that are listed
 def print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
     """The best few, equal sections and the worst."""
     shown = sorted({*range(min(_BEST, len(rows))), equal, len(rows) - 1})
-    with_contacts = not math.isnan(rows[0].force_error_n)
-    width = max(len(rows[i].borders) for i in shown)
-    heading = "   force [N]   place [mm]   missed" if with_contacts else ""
-    print(f"\n{'rank':>4}  {'borders':<{width}}   pose error [mm]{heading}")
-    for i in shown:
-        row = rows[i]
-        contact = f"{row.force_error_n:>12.3f} {row.place_error_mm:>12.1f} {row.missed_percent:>6.1f} %"
-        line = f"{row.rank:>4}  {row.borders:<{width}} {row.pose_error_mm:>17.3f}{contact if with_contacts else ''}"
-        print(line + ("   equal sections" if i == equal else ""))
+    columns = {"rank": "d", "borders": "", "pose error [mm]": ".3f"}
+    if with_contacts := not math.isnan(rows[0].force_error_n):
+        columns |= {"force [N]": ".3f", "place [mm]": ".1f", "missed [%]": ".1f"}
+    cells = [astuple(rows[i])[: 6 if with_contacts else 3] for i in shown]
+    notes = ["equal sections" if i == equal else "" for i in shown]
+    print_table(columns | {"": ""}, [(*row, note) for row, note in zip(cells, notes, strict=True)])
 
 
 def print_left_out(rows: Sequence[LeftOutRow]) -> None:
     """What placed sensors gain where they were not placed."""
-    if not rows:
-        return
-    width, name = max(len(row.borders) for row in rows), max(len(row.run) for row in rows)
-    print("\nplaced without the run in which they are tried, mean pose error [mm]:")
-    print(f"{'':<{name}}  {'borders':<{width}}   equal   placed   better by")
-    for row in rows:
-        errors = f"{row.equal_mm:>7.3f} {row.placed_mm:>8.3f} {row.gain_percent:>9.1f} %"
-        print(f"{row.run:<{name}}  {row.borders:<{width}} {errors}")
+    if rows:
+        columns = {"": "", "borders": "", "equal": ".3f", "placed": ".3f", "better by [%]": ".1f"}
+        title = "placed without the run in which they are tried, mean pose error [mm]:"
+        print_table(columns, map(astuple, rows), title)
 
 
 def print_snippet(placed: PlacedSensors, assumptions: Assumptions) -> None:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from soft_gripper.diagrams.wiring.belief import believed_finger
+from soft_gripper.diagrams.wiring.choices import find_estimator
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.scenario import BelievedConfig
@@ -30,8 +30,7 @@ class Assumptions:
     seed: int = 1  # of what is random
 
     def __post_init__(self) -> None:
-        if self.estimator not in SHAPE_FUNCTIONS:
-            raise InputError("place-sensors", "--estimator", self.estimator, f"known: {', '.join(SHAPE_FUNCTIONS)}")
+        find_estimator(self.estimator, field="--estimator")
         if not 0 <= self.belief < 100:
             raise InputError("place-sensors", "--belief", self.belief, "give a percentage from 0 to below 100")
 

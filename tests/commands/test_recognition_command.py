@@ -9,7 +9,7 @@ import time
 import pytest
 from command_line import LISTENING, soft_gripper
 
-from soft_gripper.evaluation.recognition import SHAPES
+from soft_gripper.evaluation.random_grasps import SHAPES
 from soft_gripper.recognition.model_file import load_shape_model
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

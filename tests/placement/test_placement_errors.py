@@ -105,7 +105,7 @@ def contacts(free_finger):
 def test_errors_of_force_and_place(contacts, monkeypatch):
     """An estimator that finds 1 N at 60 mm, and nothing in the last."""
 
-    def estimate(layout, uncertainty):
+    def estimate(layout, uncertainty, period):
         def function(readings, driving, gravity):
             shape = readings.shape[:-1]
             place = np.broadcast_to([[0.06], [0.06], [0.06], [np.nan]], shape)

@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION, G, combined_friction, read_finger
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.contacts.errors import contact_errors
-from soft_gripper.evaluation.contacts.estimates import ESTIMATORS, Case, estimate_contacts, ideal_readings
+from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, Case, estimate_contacts, ideal_readings
 from soft_gripper.evaluation.contacts.random_contact import SIDES
 from soft_gripper.evaluation.contacts.sensors import LAYOUTS, describe_borders
 from soft_gripper.fingers.finger import Finger
@@ -87,7 +87,7 @@ def main(number: int = 400, seed: int = 1) -> None:
         contacts = rubbing_contacts(number, friction, share, seed)
         for sections, borders in LAYOUTS:
             layout = SensorLayout(contacts.finger, sections, borders=borders)
-            found = estimate_contacts(ESTIMATORS[0], layout, Case(), ideal_readings(layout, contacts), contacts)
+            found = estimate_contacts(ESTIMATOR, layout, Case(), ideal_readings(layout, contacts), contacts)
             errors = contact_errors(found, contacts)
             numbers = [100 * np.nanpercentile(e, p) for e in (errors.force, errors.place) for p in (50, 90)]
             what = f"{share * friction:<10.2f}{sections}: {describe_borders(layout):<9}{len(contacts.q):>8}"

@@ -8,8 +8,8 @@ import numpy as np
 
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.report.bars import ARCS, BARS, BEST, Bar
-from soft_gripper.evaluation.robustness.maps import FOLDER, gather_maps, map_figure
-from soft_gripper.evaluation.robustness.plant_runs import gather_plants
+from soft_gripper.evaluation.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, gather
+from soft_gripper.evaluation.robustness.map_figure import map_figure
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.plants import RUBBER
 from soft_gripper.evaluation.robustness.table import PRESET, RobustnessRow
@@ -85,6 +85,7 @@ class Robustness:
 
 def summarize_robustness(out: Path) -> Robustness:
     """Writes the tables and the map from the finished cases and plants below the folder `out` of the evaluation."""
-    rows, plants = gather_maps(out), gather_plants(out)
+    rows = gather(out, NOISE_JOBS, RobustnessRow, "robustness.csv")
+    plants = gather(out, PLANT_JOBS, PlantRow, "plants.csv")
     save_figure(map_figure(rows), out / FOLDER / "robustness")
     return Robustness(rows, plants, robustness_claims(rows, plants))

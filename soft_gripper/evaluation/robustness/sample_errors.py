@@ -9,11 +9,11 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.evaluation.robustness.plants import FingerAtRest
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.truth.poses import fingertip_error, pose_error
 
@@ -39,14 +39,14 @@ def estimated(
     """The errors of an estimator at the held samples of a finger.
 
     Args:
-        estimator: one of SHAPE_FUNCTIONS.
+        estimator: its name, see `estimator_function`.
         layout: sensors and finger as they are believed to be.
         uncertainty: of these.
         held: the finger.
         readings: of its sensors, (T, seeds, paths * S).
         gain: of the pressure sensor.
     """
-    function, rows = SHAPE_FUNCTIONS[estimator](layout, uncertainty, held.period), held.samples
+    function, rows = estimator_function(estimator, layout, uncertainty, held.period), held.samples
     seeds = (1, readings.shape[1])
     pressure, gravity = (np.tile(values[:, None], seeds) for values in (gain * held.pressure, held.gravity))
     finger = layout.finger

@@ -8,6 +8,7 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.wiring.choices import find_estimator
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -49,8 +50,7 @@ def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
     """
     chosen = list(names or SHAPE_FUNCTIONS)
     for name in chosen:
-        known = ", ".join(SHAPE_FUNCTIONS)
-        require(name in SHAPE_FUNCTIONS, "replay", "--estimator", name, f"known: {known}")
+        find_estimator(name, field="--estimator")
     return {f"{name} {count}": (name, count) for count in sorted({1, sections}) for name in chosen}
 
 

@@ -1,7 +1,7 @@
 """Pose errors of a run: as its estimator made them, or for several numbers of sensor sections from ONE simulation."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,16 @@ class HeldStep:
     belief: str
     sections: int
     pressure_kpa: float
+
+
+def held_steps(
+    name: str, station: Station, finger: PlantFinger, estimator: str | None = None, sections: int | None = None
+) -> list[HeldStep]:
+    """The held steps of a finger; without an estimator and a number of sections, those of the scenario."""
+    scenario = station.scenario
+    of = name, finger.name, estimator or station.parts.estimator, describe_belief(scenario.believed)
+    pressures = pressure_steps(scenario.pressure, finger.name) / 1e3
+    return [HeldStep(*of, sections or scenario.sensor.sections, float(pressure)) for pressure in pressures]
 
 
 def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:
@@ -84,8 +94,8 @@ def pose_table(
         for finger in station.fingers:
             for count in sections:
                 again = read_again(station, recording, finger, count)
-                errors = _errors(recording, finger, again.shape(estimator))
-                rows += _rows(name, station, recording, finger, estimator, count, *errors)
+                steps = held_steps(name, station, finger, estimator, count)
+                rows += _rows(steps, station, recording, finger, *_errors(recording, finger, again.shape(estimator)))
     return rows
 
 
@@ -99,31 +109,20 @@ def recorded_pose_table(name: str, station: Station, recording: Recording) -> li
     rows: list[PoseRow] = []
     for finger in station.fingers:
         errors = (recording[f"{finger.name}.{error}"].values for error in ("pose_error", "fingertip_error"))
-        rows += _rows(
-            name, station, recording, finger, station.parts.estimator, station.scenario.sensor.sections, *errors
-        )
+        rows += _rows(held_steps(name, station, finger), station, recording, finger, *errors)
     return rows
 
 
 def _rows(
-    name: str,
-    station: Station,
-    recording: Recording,
-    finger: PlantFinger,
-    estimator: str,
-    sections: int,
-    pose: Array,
-    tip: Array,
+    steps: Sequence[HeldStep], station: Station, recording: Recording, finger: PlantFinger, pose: Array, tip: Array
 ) -> Iterator[PoseRow]:
     """The rows of one finger from its errors at every sample, m, (T)."""
     scenario = station.scenario
     q = held_samples(scenario, recording, f"{finger.name}.sampled_joint_angles")
     bend = np.degrees(q.sum(axis=-1).mean(axis=-1))
-    pressure = pressure_steps(scenario.pressure, finger.name) / 1e3
     errors = (1e3 * held_samples(scenario, recording, error).mean(axis=-1) for error in (pose, tip))
-    belief = describe_belief(scenario.believed)
-    for step in zip(pressure, bend, *errors, strict=True):
-        yield PoseRow(name, finger.name, estimator, belief, sections, *map(float, step))
+    for step, *values in zip(steps, bend, *errors, strict=True):
+        yield PoseRow(*astuple(step), *map(float, values))
 
 
 def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:

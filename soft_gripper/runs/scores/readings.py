@@ -17,10 +17,10 @@ from soft_gripper.estimators.arcs import Arcs, arcs_from_readings
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -60,7 +60,7 @@ class ReadAgain:
         return recorded_driving(function, self.layout.finger, *samples, self.period)
 
     def _function(self, estimator: str) -> ShapeFunction:
-        return SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty, self.period)
+        return estimator_function(estimator, self.layout, self.uncertainty, self.period)
 
 
 def read_again(

@@ -19,8 +19,8 @@ def test_a_closed_loop_is_measured_over_all_of_its_steps(monkeypatch):
     """Sizes of the steady errors, lest an error to one side make up for one to the other."""
     monkeypatch.setattr(module, "step_table", lambda *_: STEPS)
     found = measure(SimpleNamespace(scenario=load_scenario("tip_distance_steps")), None)
-    assert found.mean_settling_s == pytest.approx(0.3)
-    assert found.max_overshoot_percent == 7.0
-    assert found.mean_steady_error_true_mm == pytest.approx(0.7)
-    assert found.mean_steady_error_estimated_mm == pytest.approx(0.2)
-    assert found.crossings == 5
+    assert found["mean_settling_s"] == pytest.approx(0.3)
+    assert found["max_overshoot_percent"] == 7.0
+    assert found["mean_steady_error_true_mm"] == pytest.approx(0.7)
+    assert found["mean_steady_error_estimated_mm"] == pytest.approx(0.2)
+    assert found["crossings"] == 5

@@ -1,7 +1,7 @@
 """Trials of pick and place: scenarios varied at random, of which each can be run again alone."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -12,16 +12,18 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import Progress, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.errors import InputError
+from soft_gripper.files.csv_table import cells, columns, of_cells
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import Call, make_calls
+from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.trials.figure import trials_figure
-from soft_gripper.runs.trials.tables import FIGURE, begin, write_tables
-from soft_gripper.runs.trials.trial import DetailRow, Trial, failed_row, tilt, trial_row, yaw
+from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow, failed_row, tilt, trial_row, yaw
 from soft_gripper.runs.trials.trial_run import TrialRun
 from soft_gripper.runs.trials.variation import draw, random_numbers, vary
-from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
+ABOUT, TABLES, FIGURE = "trials.yaml", ("trials.csv", "trials_details.csv"), "trials"
+Key = tuple[str, str]  # name of a scenario and number of a trial, as cells of the tables
 SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
 
 
@@ -56,8 +58,8 @@ def run_trials(
 ) -> list[Trial]:
     """Runs `number` trials of every scenario.
 
-    The tables in `out` are written anew after every trial, the figure after the last. The same seed leads to the
-    same tables.
+    A row is added to the tables in `out` as each trial ends; after the last they are in order, and there is a figure.
+    The same seed leads to the same tables.
 
     Args:
         files: names or paths of scenarios.
@@ -68,31 +70,39 @@ def run_trials(
     Raises:
         InputError: if there is something to resume, of another seed or other scenarios.
     """
-    trials = begin(out, {file: load_scenario(file) for file in files}, seed, resume)
-    wanted = [(file, seed, trial) for trial in range(number) for file in files]
-    for call in trials:
-        report(trials[call])
+    for suffix in (".png", ".svg"):
+        (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
+    tables = StudyTables(out, ABOUT, dict(zip(TABLES, map(columns, (TrialRow, DetailRow)), strict=True)), 2)
+    tables.begin(_about(files, seed), resume)
+    trials = {key: Trial(of_cells(a, TrialRow), of_cells(b, DetailRow)) for key, (a, b) in tables.rows.items()}
+    for trial in trials.values():
+        report(trial)
 
-    def ended(call: Call, future: Future[Trial]) -> None:
-        error = future.exception()
-        trials[call] = _failed(call, error) if error else future.result()
-        write_tables(out, _in_order(trials, files))
-        report(trials[call])
+    def keep(key: Key, trial: Trial) -> None:
+        trials[key] = trial
+        tables.add(cells(trial.row), cells(trial.details))
+        report(trial)
 
-    make_calls(executor, run_trial, [call for call in wanted if call not in trials], ended)
-    force_limits = {Path(file).stem: _force_limit(file) for file in files}
-    save_figure(trials_figure(_in_order(trials, files), force_limits), out / FIGURE)
-    return _in_order(trials, files)
+    jobs = {(Path(file).stem, str(i)): (file, seed, i) for i in range(number) for file in files}
+    left = {key: call for key, call in jobs.items() if key not in trials}
+    run_study(executor, run_trial, left, keep, lambda key, error: _failed(*jobs[key], describe(error)))
+    names = [Path(file).stem for file in files]
+    order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))
+    tables.finish(order)
+    found = [trials[key] for key in order]
+    save_figure(trials_figure(found, {Path(file).stem: _force_limit(file) for file in files}), out / FIGURE)
+    return found
+
+
+def _about(files: Sequence[str], seed: int) -> str:
+    """What trials are of, as text."""
+    scenarios = (f"# {Path(file).stem}\n{dump_scenario(load_scenario(file))}" for file in files)
+    return "\n".join([f"seed: {seed}", *scenarios])
 
 
 def _force_limit(file: str) -> float | None:
     task = load_scenario(file).task
     return None if task is None else task.force_limit
-
-
-def _in_order(trials: dict[Call, Trial], files: Sequence[str]) -> list[Trial]:
-    """Scenario after scenario, by the numbers of the trials."""
-    return [trials[call] for call in sorted(trials, key=lambda call: (files.index(call[0]), call[2]))]
 
 
 def run_trial(file: str, seed: int, trial: int) -> Trial:
@@ -126,15 +136,9 @@ def judge(file: str, seed: int, trial: int, station: Station, recording: Recordi
     return Trial(trial_row(name, trial, station, recording), details)
 
 
-def _failed(call: Call, error: BaseException) -> Trial:
+def _failed(file: str, seed: int, trial: int, cause: str) -> Trial:
     """A trial that ended in an error."""
-    file, seed, trial = call
-    name = Path(file).stem
-    kind = (
-        "" if isinstance(error, InputError | SimulationDivergedError | WorkerDiedError) else f"{type(error).__name__}: "
-    )
-    cause = kind + " ".join(str(error).split())
-    return Trial(failed_row(name, trial, cause), _details(file, seed, trial))
+    return Trial(failed_row(Path(file).stem, trial, cause), _details(file, seed, trial))
 
 
 def _details(file: str, seed: int, trial: int) -> DetailRow:

@@ -1,7 +1,7 @@
 """Random grasps, shape models trained with some of them, and tried on the others."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -19,13 +19,13 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
-from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.recognition.model import ShapeModel
 from soft_gripper.recognition.training import train_shape_model
-from soft_gripper.runs.executor import Call, make_calls
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
+from soft_gripper.runs.study import describe, run_study
 from soft_gripper.runs.trials.variation import RandomObject
 from soft_gripper.scenario.mesh_object import read_scene
 from soft_gripper.scenario.model_files import model_path
@@ -75,14 +75,16 @@ def draw(seed: int, set: str, number: int, shape: str) -> RandomObject:
 
 
 def run_grasp(file: str, seed: int, set: str, number: int, shape: str) -> Grasp:
-    """Simulates one grasp. One that cannot be simulated has a cause and no probes."""
+    """Simulates one grasp.
+
+    Raises:
+        InputError: if it cannot be built.
+        SimulationDivergedError: if its state leaves the finite numbers.
+    """
     drawn = draw(seed, set, number, shape)
     rng = np.random.default_rng([seed, SETS.index(set), number, *shape.encode(), SENSORS])
-    try:
-        station = make_station(with_object(load_scenario(file), shape, drawn))
-        recording = run_station(station)
-    except (InputError, SimulationDivergedError) as error:
-        return Grasp(set, number, shape, drawn, {}, " ".join(str(error).split()))
+    station = make_station(with_object(load_scenario(file), shape, drawn))
+    recording = run_station(station)
     return Grasp(set, number, shape, drawn, {n: probe(station, recording, n, rng) for n in SECTIONS})
 
 
@@ -200,7 +202,7 @@ def check_scenario_for_recognition(file: str) -> None:
 
 
 def run_grasps(
-    file: str, numbers: Mapping[str, int], seed: int, executor: Executor, report: Callable[[Grasp], Any]
+    file: str, numbers: Mapping[str, int], seed: int, executor: Executor, report: Callable[[], Any]
 ) -> list[Grasp]:
     """Runs random grasps of every shape; the same seed leads to the same ones.
 
@@ -208,22 +210,17 @@ def run_grasps(
         file: name or path of a scenario.
         numbers: how many of every shape, by SETS.
         executor: runs the simulations.
-        report: called with every grasp that has ended.
+        report: called after every grasp.
     """
-    calls = [(file, seed, set, i, shape) for set in SETS for i in range(numbers[set]) for shape in SHAPES]
-    grasps: dict[Call, Grasp] = {}
+    keys = [(set, i, shape) for set in SETS for i in range(numbers[set]) for shape in SHAPES]
+    grasps: dict[tuple[str, int, str], Grasp] = {}
 
-    def ended(call: Call, future: Future[Grasp]) -> None:
-        error = future.exception()
-        if error is not None and not isinstance(error, WorkerDiedError):
-            raise error
-        _, _, set, number, shape = call
-        lost = Grasp(set, number, shape, draw(seed, set, number, shape), {}, "its process died")
-        grasps[call] = lost if error else future.result()
-        report(grasps[call])
+    def failed(key: tuple[str, int, str], error: BaseException) -> Grasp:
+        return Grasp(*key, draw(seed, *key), {}, describe(error))
 
-    make_calls(executor, run_grasp, calls, ended)
-    return [grasps[call] for call in calls]
+    jobs = {key: (file, seed, *key) for key in keys}
+    run_study(executor, run_grasp, jobs, grasps.__setitem__, failed, ended=lambda key: report())
+    return [grasps[key] for key in keys]
 
 
 def train(file: str, grasps: Sequence[Grasp], sections: int) -> ShapeModel:
