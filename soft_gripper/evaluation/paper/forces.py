@@ -8,12 +8,12 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.belief import describe_belief
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.evaluation.contacts.sensors import describe_borders
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import HeldStep, held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
+from soft_gripper.scenario.belief import describe_belief
 
 
 @dataclass(frozen=True)

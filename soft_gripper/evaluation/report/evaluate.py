@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.evaluation.paper.claims import claims
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
@@ -36,6 +35,7 @@ from soft_gripper.runs.scores.phases import PhaseRow, outcome
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
 RUNS = (*SCENARIOS, GRIP, TASK)
