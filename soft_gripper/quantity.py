@@ -60,17 +60,16 @@ class Rule:
         """The texts to choose from; none if any will do."""
         return tuple(self.known() if callable(self.known) else self.known)
 
-    def of_entry(self, value: object) -> str | None:
-        """What a number or text would have to be; None if it is."""
-        if isinstance(value, str):
-            if self.is_name and not is_name(value):
-                return NAME_RULE
-            if self.choices and value not in self.choices:
-                return f"must be one of {', '.join(self.choices)}"
-            return "must not be empty" if self.filled and not value else None
-        return self._of_number(float(value)) if isinstance(value, int | float) else None
+    def of_text(self, value: str) -> str | None:
+        """What a text would have to be; None if it is."""
+        if self.is_name and not is_name(value):
+            return NAME_RULE
+        if self.known and value not in self.choices:
+            return f"must be one of {', '.join(self.choices)}"
+        return "must not be empty" if self.filled and not value else None
 
-    def _of_number(self, value: float) -> str | None:
+    def of_number(self, value: float) -> str | None:
+        """What a number would have to be; None if it is."""
         low_enough = (self.below is None or value < self.below) and (self.most is None or value <= self.most)
         high_enough = (self.above is None or value > self.above) and (self.least is None or value >= self.least)
         if not (low_enough and high_enough):

@@ -7,56 +7,16 @@ from pydrake.systems.primitives import MatrixGain, RandomSource, ZeroOrderHold
 from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block, name_of, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.scenario import SensorConfig
-from soft_gripper.scenario.sensor_presets import strain_errors
+from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
-from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrorBlock
 from soft_gripper.signals import describe
 
 IDEAL = "ideal_"  # begins the names of signals as they were without errors; estimation cannot ask for them
-
-
-def strain_error_block(sensor: System, layout: SensorLayout, config: SensorConfig) -> StrainErrorBlock | None:
-    """What disturbs the readings of a sensor of that layout; None if nothing does.
-
-    Raises:
-        InputError: if an error is wrong, or the sensor puts out other readings than the layout has.
-    """
-    errors = strain_errors(config)
-    if errors is None:
-        return None
-    outputs = vector_outputs(sensor)
-    sizes = {name: port.size() for name, port in outputs.items()}
-    if sizes.get("strain") != layout.readings:
-        expected = f"put out 'strain' ({layout.readings}), the readings, which sensor.errors disturb"
-        raise InputError("sensor", "output ports", sizes, expected)
-    return StrainErrorBlock(layout, errors, config.period)
-
-
-def pressure_error_block(config: SensorConfig) -> ErrorBlock | None:
-    """What disturbs the sampled pressure; None if nothing does."""
-    errors = config.pressure_errors
-    if errors is None:
-        return None
-    block = ErrorBlock(errors, 1, config.period, f"{IDEAL}pressure", "sampled_pressure")
-    describe(block.get_output_port(), "Pa")
-    return block
-
-
-def sensor_layout(finger: Finger, config: SensorConfig) -> SensorLayout:
-    """The sensors that a scenario puts on a finger.
-
-    Raises:
-        InputError: if there are more sections than segments, the borders are wrong, or the response is no curve.
-    """
-    points = LINEAR if config.response is None else tuple(map(tuple, config.response))
-    borders = None if config.borders is None else tuple(config.borders)
-    return SensorLayout(finger, config.sections, config.one_sided, ResponseCurve(points), borders)
 
 
 _TRUE_STRAIN = {name: f"{IDEAL}{name}" for name in ("strain", "extension_ratio")}
@@ -78,24 +38,30 @@ class FingerSensors(Diagram):
         sampled_pressure --> ideal_pressure --> pressure_errors --> sampled_pressure
     """
 
-    def __init__(
-        self,
-        sensor: System,
-        period: float,
-        strain_errors: ErrorBlock | None = None,
-        pressure_errors: ErrorBlock | None = None,
-    ):
-        """Takes the blocks in; the pressure is sampled every `period` s."""
+    def __init__(self, sensor: System, layout: SensorLayout, config: SensorConfig):
+        """
+        Args:
+            sensor: see `choices`.
+            layout: of its readings.
+            config: of it the period of the samples and the errors.
+
+        Raises:
+            InputError: if an error is wrong.
+        """
         super().__init__()
-        wires = NamedWires()
-        wires.add("sensor", sensor, {} if strain_errors is None else _TRUE_STRAIN)
+        wires, period = NamedWires(), config.period
+        errors = strain_errors(config)
+        wires.add("sensor", sensor, {} if errors is None else _TRUE_STRAIN)
         pressure = ZeroOrderHold(period, 1)
-        sampled = "sampled_pressure" if pressure_errors is None else f"{IDEAL}pressure"
+        sampled = "sampled_pressure" if config.pressure_errors is None else f"{IDEAL}pressure"
         wires.add("sampled_pressure", pressure, {"u": "pressure", "y": sampled})
         describe(pressure.get_output_port(), "Pa")
-        for name, block in (("strain_errors", strain_errors), ("pressure_errors", pressure_errors)):
-            if block is not None:
-                _add_errors(wires, name, block, period)
+        if errors is not None:
+            _add_errors(wires, "strain_errors", StrainErrorBlock(layout, errors, period), period)
+        if config.pressure_errors is not None:
+            block = ErrorBlock(config.pressure_errors, 1, period, f"{IDEAL}pressure", "sampled_pressure")
+            describe(block.get_output_port(), "Pa")
+            _add_errors(wires, "pressure_errors", block, period)
         wires.build_into(self)
 
 
@@ -151,28 +117,23 @@ def add_sensors(
     made_by = ("sensor.type", name_of(make_sensor, config.type))
     sensor = make_block(*made_by, make, layout, config.period)
     with seen_from(*made_by):
-        return _add_sensor(builder, finger, config, pressure, layout, sensor)
+        _check(sensor, layout, config)
+        X_WB = add_base_pose(builder, finger, config.period)
+        known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
+        sensors = builder.AddNamedSystem(f"{finger.name}.sensors", FingerSensors(sensor, layout, config))
+        connect_known(builder, sensors, known, "sensor")
+    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **vector_outputs(sensors)}
 
 
-def _add_sensor(
-    builder: DiagramBuilder,
-    finger: PlantFinger,
-    config: SensorConfig,
-    pressure: OutputPort,
-    layout: SensorLayout,
-    sensor: System,
-) -> Ports:
-    reserved = {"joint_angles", "pressure", "sampled_pressure", "X_WB"}
-    taken = {name for name in vector_outputs(sensor) if name in reserved or name.startswith(IDEAL)}
+def _check(sensor: System, layout: SensorLayout, config: SensorConfig) -> None:
+    """The outputs of a sensor: its readings, and no signal of the finger."""
+    sizes = {name: port.size() for name, port in vector_outputs(sensor).items()}
+    reserved = ("joint_angles", "pressure", "sampled_pressure", "X_WB")
+    taken = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))
     if taken:
-        raise InputError("sensor", "output ports", ", ".join(sorted(taken)), "are names of other signals of the finger")
-    errors = strain_error_block(sensor, layout, config), pressure_error_block(config)
-    sensors = FingerSensors(sensor, config.period, *errors)
-    builder.AddNamedSystem(f"{finger.name}.sensors", sensors)
-    X_WB = add_base_pose(builder, finger, config.period)
-    known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
-    connect_known(builder, sensors, known, "sensor")
-    found = vector_outputs(sensors)
-    if "strain" not in found:
-        raise InputError("sensor", "output ports", ", ".join(found), "a sensor puts out its readings as 'strain'")
-    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **found}
+        raise InputError("sensor", "output ports", ", ".join(taken), "are names of other signals of the finger")
+    if config.errors is not None and sizes.get("strain") != layout.readings:
+        expected = f"put out 'strain' ({layout.readings}), the readings, which sensor.errors disturb"
+        raise InputError("sensor", "output ports", sizes, expected)
+    if "strain" not in sizes:
+        raise InputError("sensor", "output ports", ", ".join(sizes), "a sensor puts out its readings as 'strain'")

@@ -16,11 +16,20 @@ from pydrake.common.yaml import yaml_dump, yaml_load_typed
 from soft_gripper.errors import InputError
 from soft_gripper.quantity import Rule, misfits, rules
 
+_T = TypeVar("_T")
+
 
 def require(fine: bool, where: Path | str, field: str, value: object, expected: str) -> None:
     """Raises an InputError unless `fine`."""
     if not fine:
         raise InputError(where, field, value, expected)
+
+
+def given(value: _T | None, where: Path | str, field: str, expected: str) -> _T:
+    """A value that there must be; raises an InputError if it is None."""
+    if value is None:
+        raise InputError(where, field, None, expected)
+    return value
 
 
 _TAG = "_tag"  # key under which Drake keeps a tag of YAML
@@ -32,10 +41,9 @@ _PRIMITIVES: dict[object, tuple[type, str]] = {
 }
 _MOST_WHOLE = 2**32 - 1  # of Drake's seeds
 _ANY = Rule()
-_Config = TypeVar("_Config")
 
 
-def load_config(path: Path, document: Any, schema: type[_Config], retain_map_defaults: bool = True) -> _Config:
+def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults: bool = True) -> _T:
     """The configuration that plain data from a YAML file describe.
 
     Raises:
@@ -43,9 +51,7 @@ def load_config(path: Path, document: Any, schema: type[_Config], retain_map_def
     """
     check_document(path, document, schema)
     try:
-        found: _Config = yaml_load_typed(
-            schema=schema, data=yaml_dump(document), retain_map_defaults=retain_map_defaults
-        )
+        found: _T = yaml_load_typed(schema=schema, data=yaml_dump(document), retain_map_defaults=retain_map_defaults)
     except (RuntimeError, ValueError, TypeError) as error:
         raise InputError(path, "file", path.name, " ".join(str(error).split())) from None
     _check_misfits(path, found)
@@ -68,8 +74,11 @@ def _check_misfits(where: Path | str, config: Any, field: str = "") -> None:
         for key, part in config.items() if isinstance(config, dict) else enumerate(config):
             _check_misfits(where, part, f"{field}.{key}" if isinstance(config, dict) else f"{field}[{key}]")
     elif is_dataclass(config):
-        for name in vars(config):
-            _check_misfits(where, getattr(config, name), _below(field, name))
+        kind: Any = type(config)
+        for name in _fields(kind):
+            part = getattr(config, name)
+            if not isinstance(part, float | int | str | None):
+                _check_misfits(where, part, _below(field, name))
         for name, value, expected in misfits(config):
             raise InputError(where, _below(field, name), value, expected)
 
@@ -90,28 +99,36 @@ def check_document(
     Raises:
         InputError: for an unknown key, with the nearest known one, a value of another type, or one that breaks a rule.
     """
-    # X | None; from Python 3.14 on the unions of Drake's configs are of that type too.
-    if get_origin(schema) is UnionType and NoneType in get_args(schema) and len(get_args(schema)) == 2:
-        if value is not None:
-            (inner,) = (part for part in get_args(schema) if part is not NoneType)
-            check_document(where, value, inner, field, rule, strict)
-    elif schema in _PRIMITIVES:
-        _check_entry(where, value, schema, field, rule, strict)
-    elif get_origin(schema) in (list, tuple):
-        if not isinstance(value, list) and not (isinstance(value, tuple) and get_origin(schema) is tuple):
+    is_optional, kind, inner = _taken_apart(schema)
+    if value is None and is_optional:
+        return
+    if kind in _PRIMITIVES:
+        _check_entry(where, value, kind, field, rule, strict)
+    elif kind in (list, tuple):
+        if not isinstance(value, list | kind):
             raise InputError(where, field, value, "must be a list")
         for i, item in enumerate(value):
-            check_document(where, item, get_args(schema)[0], f"{field}[{i}]", rule, strict)
+            check_document(where, item, inner, f"{field}[{i}]", rule, strict)
         _must(rule.of_group(value), where, field, value)
-    elif get_origin(schema) is dict:
+    elif kind is dict:
         for key, item in _mapping(where, value, field).items():
             require(key != _TAG, where, field, value, "must be a mapping without a tag")
-            check_document(where, item, get_args(schema)[1], f"{field}.{key}", rule, strict)
+            check_document(where, item, inner, f"{field}.{key}", rule, strict)
         _must(rule.of_group(value), where, field, value)
-    elif schema is Transform and isinstance(value, Transform):
+    elif kind is Transform and isinstance(value, Transform):
         _must(None if _is_finite(value) else "must be a pose of finite numbers", where, field, value)
-    elif fields := _fields(schema):
-        _check_fields(where, value, schema, fields, field, rule, strict)
+    elif fields := _fields(kind):
+        _check_fields(where, value, kind, fields, field, rule, strict)
+
+
+@cache
+def _taken_apart(schema: Any) -> tuple[bool, Any, Any]:
+    """Whether a type may be None, what it is else, and the type of the entries of a list or mapping."""
+    parts = get_args(schema)
+    # From Python 3.14 on the unions of Drake's configs are of that type too.
+    if get_origin(schema) is UnionType and NoneType in parts and len(parts) == 2:
+        return True, *_taken_apart(*(part for part in parts if part is not NoneType))[1:]
+    return False, get_origin(schema) or schema, parts[-1 if get_origin(schema) is dict else 0] if parts else None
 
 
 def _check_fields(
@@ -148,9 +165,10 @@ def _check_entry(where: Path | str, value: Any, schema: type, field: str, rule: 
     is_one = isinstance(value, kind) and (schema is bool or not isinstance(value, bool))
     if not is_one and (strict or not _converts(value, schema)):
         raise InputError(where, field, value, f"must be {words}{f', {rule.unit}' if rule.unit else ''}")
-    is_huge = schema is int and abs(int(value)) > _MOST_WHOLE
-    _must(f"must be a whole number up to {_MOST_WHOLE}" if is_huge else None, where, field, value)
-    _must(rule.of_entry(float(value) if schema in (int, float) else value), where, field, value)
+    if schema is int and abs(int(value)) > _MOST_WHOLE:
+        raise InputError(where, field, value, f"must be a whole number up to {_MOST_WHOLE}")
+    if schema is not bool:
+        _must(rule.of_text(value) if schema is str else rule.of_number(float(value)), where, field, value)
 
 
 def _is_finite(pose: Transform) -> bool:
@@ -178,7 +196,7 @@ def _check_three(where: Path | str, value: Any, field: str, expected: str) -> No
     fits = isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
     require(fits, where, field, value, expected)
     for i, number in enumerate(value):
-        _must(_ANY.of_entry(float(number)), where, f"{field}[{i}]", number)
+        _must(_ANY.of_number(float(number)), where, f"{field}[{i}]", number)
 
 
 def _mapping(where: Path | str, value: Any, field: str) -> dict[str, Any]:

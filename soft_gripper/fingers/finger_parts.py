@@ -42,7 +42,6 @@ class ElasticLaw:
     tip_moment: tuple[float, ...] = field(metadata=valid("N m"))  # increasing
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         yield from _not_curves(self)
 
 
@@ -69,7 +68,6 @@ class PressureLaw:
     effective: tuple[float, ...] = field(metadata=valid("Pa"))  # increasing, and 0 at 0
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         yield from _not_curves(self)
         if 0 in self.pressure and self.effective[self.pressure.index(0)] != 0:
             yield "effective", self.effective, "must be 0 for 0: without pressure nothing bends"

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
+from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -55,10 +55,10 @@ def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
 def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
     """The believed layout of every finger of a recording, and its samples at rest."""
     recording, scenario, fingers = load_run(file)
-    believed = replace(scenario.believed, calibration=None)
+    believed = read_belief(replace(scenario.believed, calibration=None))
     found = []
     for finger in fingers:
-        layout = believed_layout(finger.finger, scenario.sensor, believed)
+        layout = believed.layout(finger.finger, scenario.sensor)
         layout = replace(layout, finger=replace(layout.finger, name=finger.name))
         found.append((layout, _samples(file, recording, scenario, layout)))
     return found

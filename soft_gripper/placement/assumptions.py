@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from soft_gripper.diagrams.wiring.belief import believed_finger
 from soft_gripper.diagrams.wiring.choices import find_estimator
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.scenario.belief import Belief
 from soft_gripper.scenario.scenario import BelievedConfig
 from soft_gripper.sensors.strain_errors import StrainErrors
 
@@ -42,7 +42,8 @@ class Assumptions:
     def believed(self, finger: Finger) -> list[Finger]:
         """The finger as it is believed to be, once too stiff and once too soft."""
         signs = (1, -1) if self.belief else (1,)
-        return [believed_finger(finger, BelievedConfig(youngs_modulus=f"{s * self.belief:+g} %")) for s in signs]
+        changes = [BelievedConfig(youngs_modulus=f"{sign * self.belief:+g} %") for sign in signs]
+        return [Belief(change).finger(finger) for change in changes]
 
     @cached_property
     def uncertainty(self) -> Uncertainty:

@@ -33,7 +33,6 @@ class FingerCalibrationConfig:
     residual: float = 0.0  # root mean square of what is left, extension ratio
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if len(self.offsets) != len(self.gains):
             yield "offsets", self.offsets, f"must be {len(self.gains)} numbers, one for every gain"
 

@@ -88,7 +88,6 @@ class ModelConfig(ByValue):
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if self.free and (self.parent != "world" or self.child is not None):
             yield "free", True, "leave parent and child out: a free model is not welded"
 
@@ -105,7 +104,6 @@ class PressureConfig:
     time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and chamber; 0: none
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if self.minimum > self.maximum:
             yield "minimum", self.minimum, f"must be at most the maximum, {self.maximum:g} Pa"
         for finger, steps in self.steps.items():
@@ -135,7 +133,6 @@ class ControlConfig:
     force_gains: PidGains = field(default_factory=PidGains)  # from that force to the pressure, Pa
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         points = self.set_points or []
         for i in range(1, len(points)):
             if points[i] == points[i - 1]:
@@ -182,7 +179,6 @@ class PhaseConfig:
     holds: bool = False  # the object is in the fingers: its loss is watched for
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if self.to is not None and self.posture is not None:
             yield "posture", self.posture, f"leave it out beside to: {self.to}"
 
@@ -234,7 +230,6 @@ class TaskConfig(ByValue):
         return any(phase.opening is not None for phase in self.phases)
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields: what a phase may ask if the gripper is commanded, and if it is not."""
         for i, phase in enumerate(self.phases):
             asks = "until" if phase.until is not None else "holds" if phase.holds else None
             if asks is not None and not self.grips:
@@ -315,7 +310,6 @@ class EstimatorConfig:
     contact_threshold: float | None = quantity(None, "N m", above=0)
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if self.contact_threshold is not None and not self.compensate_gravity:
             expected = "leave it true: a finger whose weight is left in the torque always seems to touch something"
             yield "compensate_gravity", False, expected

@@ -1,13 +1,26 @@
-"""The errors of sensors that a scenario asks for, presets and all, and what is uncertain because of them."""
+"""What a scenario says of the sensors: where they are, their errors, presets and all, and what these make uncertain."""
 
 from dataclasses import fields
 from typing import Any
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.scenario import DeadSensorConfig, EstimatorConfig, SensorConfig, presets
-from soft_gripper.sensors.sensor_layout import path_names
+from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout, path_names
 from soft_gripper.sensors.strain_errors import StrainErrors
+
+
+def sensor_layout(finger: Finger, config: SensorConfig) -> SensorLayout:
+    """The sensors that a scenario puts on a finger.
+
+    Raises:
+        InputError: if there are more sections than segments, the borders are wrong, or the response is no curve.
+    """
+    points = LINEAR if config.response is None else tuple(map(tuple, config.response))
+    borders = None if config.borders is None else tuple(config.borders)
+    return SensorLayout(finger, config.sections, config.one_sided, ResponseCurve(points), borders)
 
 
 def strain_errors(sensor: SensorConfig) -> StrainErrors | None:

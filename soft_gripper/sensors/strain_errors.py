@@ -85,7 +85,6 @@ class StrainErrors:
         check_config("sensor.errors", self)
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if self.saturation[0] == self.saturation[1]:
             yield "saturation", self.saturation, "must be [least, greatest] extension ratio"
 

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.belief import believed_finger, describe_belief
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.estimators.recursive import RecursiveShape
@@ -26,6 +25,7 @@ from soft_gripper.evaluation.contacts.sensors import LAYOUTS
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.belief import describe_belief, read_belief
 from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -117,7 +117,7 @@ class Case:
 
     def believed_finger(self, finger: Finger) -> Finger:
         """The finger as it is believed to be."""
-        return believed_finger(finger, self._believed)
+        return read_belief(self._believed).finger(finger)
 
     @property
     def _believed(self) -> BelievedConfig:

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.evaluation.paper.claims import claims
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
@@ -37,6 +36,7 @@ from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.runs.study import run_study
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
 RUNS = (*SCENARIOS, GRIP, TASK)

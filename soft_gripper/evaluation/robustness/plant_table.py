@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.evaluation.robustness.plants import FingerAtRest, Plant
@@ -21,6 +20,7 @@ from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.scores.readings import with_sections
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 MODULUS = 0.1  # share, standard deviation of what is believed of the modulus of rubber
 

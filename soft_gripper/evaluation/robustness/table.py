@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.evaluation.robustness.plants import FingerAtRest
 from soft_gripper.evaluation.robustness.sample_errors import Errors, estimated, in_mm, together
 from soft_gripper.runs.scores.readings import with_sections
+from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import StrainErrors
@@ -105,7 +105,7 @@ def _errors(
     errors, sensor = errors_at(noise), held.station.scenario.sensor
     readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
     for belief in beliefs:
-        believed = believed_layout(held.simulated, sensor, belief.config)
+        believed = read_belief(belief.config).layout(held.simulated, sensor)
         uncertainty = uncertainty_of(errors, None, belief.size)
         for sections in SECTIONS:
             layout = with_sections(believed, sections)

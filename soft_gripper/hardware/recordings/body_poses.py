@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.hardware.recordings.markers import check_size
-from soft_gripper.hardware.recordings.schema import RecordingConfig
+from soft_gripper.hardware.recordings.schema import LENGTH, RecordingConfig
 from soft_gripper.hardware.recordings.table import Table
-from soft_gripper.hardware.recordings.units import LENGTH
 
 _NORM = 0.01  # by which that of a quaternion may differ from 1
 

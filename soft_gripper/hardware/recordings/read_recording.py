@@ -9,13 +9,19 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import require
+from soft_gripper.files.document import given, require
 from soft_gripper.hardware.recordings.body_poses import BodyPose, poses_of
 from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
 from soft_gripper.hardware.recordings.markers import markers_of
-from soft_gripper.hardware.recordings.schema import LoadNameConfig, PressureNameConfig, RecordingConfig
+from soft_gripper.hardware.recordings.schema import (
+    LENGTH,
+    PRESSURE,
+    TIME,
+    LoadNameConfig,
+    PressureNameConfig,
+    RecordingConfig,
+)
 from soft_gripper.hardware.recordings.table import Table, read_c3d, read_text
-from soft_gripper.hardware.recordings.units import LENGTH, PRESSURE, TIME
 
 _MOST_PRESSURE = 1e7  # Pa, that a soft body bears
 _LEAST_PRESSURE = 10.0  # Pa, that anything is driven with
@@ -233,6 +239,5 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
 def _table(path: Path, config: RecordingConfig) -> Table:
     if path.suffix.lower() != ".c3d":
         return read_text(path, config.header)
-    require(config.markers is not None, path, "markers", None, "a C3D file holds markers: describe them")
-    assert config.markers is not None
-    return read_c3d(path, config.time, config.markers.columns, LENGTH[config.markers.unit])
+    markers = given(config.markers, path, "markers", "a C3D file holds markers: describe them")
+    return read_c3d(path, config.time, markers.columns, LENGTH[markers.unit])

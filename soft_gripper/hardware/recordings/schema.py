@@ -1,15 +1,23 @@
-"""The whole schema of the description of a hardware recording, on one page. Columns are given by their names.
+"""The description of a hardware recording: its whole schema, and how it is read. Columns are given by their names.
 
 A field that may be left out, and then means that there is no such thing, is None.
 """
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from operator import mul
+from pathlib import Path
 
-from soft_gripper.hardware.recordings.units import LENGTH, PRESSURE, TIME
+from soft_gripper.files.document import load_config, require
+from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.models import DIRECTORY
 from soft_gripper.quantity import Misfit, quantity
+
+LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # m
+PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168}  # Pa, NIST SP 811
+TIME = {"s": 1.0, "ms": 1e-3}  # s
 
 
 @dataclass
@@ -31,7 +39,6 @@ class FrameConfig:
     x: list[float] = quantity([1.0, 0.0, 0.0], length=3)  # toward the inner side; made normal to z
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         zx, zz, xx = (sum(map(mul, u, v)) for u, v in ((self.z, self.x), (self.z, self.z), (self.x, self.x)))
         if not zx**2 < 0.99 * zz * xx:
             yield "x", self.x, "must be a direction across z; neither may be zero"
@@ -46,7 +53,6 @@ class MarkersConfig:
     bodies: dict[str, list[str]] = field(default_factory=dict)  # markers by rigid body: "base", "tip"; empty: none
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if "{marker}" not in self.columns or "{axis}" not in self.columns:
             yield "columns", self.columns, "must have {marker} and {axis}"
 
@@ -70,7 +76,6 @@ class PressuresConfig:
     scale: float | None = quantity(None, "Pa/V", above=0)  # where the unit is V
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         yield from _scale_misfits(self.unit, self.scale)
         if self.sections is not None and len(self.sections) != len(self.columns):
             yield "sections", self.sections, f"must be one for each of the {len(self.columns)} columns"
@@ -95,7 +100,6 @@ class LengthsConfig:
     spacing: float = quantity(0.0, "m", above=0)  # between the inner and the outer side
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         yield from _scale_misfits(self.unit, self.scale)
 
 
@@ -107,7 +111,6 @@ class PressureNameConfig:
     unit: str = quantity("kPa", known=tuple(PRESSURE))
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         yield from _pattern_misfits(self.pattern)
 
 
@@ -119,7 +122,6 @@ class LoadNameConfig:
     masses: dict[str, float] = quantity({}, "kg", above=0)  # true masses by that number, where it is not exact
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         yield from _pattern_misfits(self.pattern)
 
 
@@ -167,7 +169,32 @@ class RecordingConfig:
     unknown: list[str] = field(default_factory=list)  # what else the recording does not say, in words
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         header = self.header or []
         if twice := sorted({name for name in header if header.count(name) > 1}):
             yield "header", twice, "every column needs a name of its own"
+
+
+SHIPPED = DIRECTORY / "recordings"
+
+
+def description_names() -> list[str]:
+    """Names of the shipped descriptions."""
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+
+
+def load_description(name_or_path: str | Path) -> RecordingConfig:
+    """Reads a shipped description by its name, such as "clamped_beam", or any by its path.
+
+    Raises:
+        InputError: naming file, field and value, if anything is wrong.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        path = SHIPPED / f"{name_or_path}.yaml"
+        known = ", ".join(description_names())
+        shipped = str(name_or_path) in description_names()
+        require(shipped, "recording", "--as", str(name_or_path), f"not shipped; known: {known}; or give a path")
+    config = load_config(path, read_yaml(path), RecordingConfig)
+    if config.finger is not None and not config.finger.startswith("package://"):
+        config.finger = os.path.realpath(path.parent / config.finger)
+    return config

@@ -22,7 +22,7 @@ from soft_gripper.errors import InputError, first_line
 from soft_gripper.files import text as reading
 from soft_gripper.files.document import require
 from soft_gripper.files.text import check_regular
-from soft_gripper.hardware.recordings.units import LENGTH
+from soft_gripper.hardware.recordings.schema import LENGTH
 
 _LARGEST = 1e20  # of a number: a clock that counts nanoseconds since 1970 fits in
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.files.document import require
+from soft_gripper.files.document import given, require
 from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
 
 PERIOD = 0.02  # s, between samples; rows are held
@@ -30,11 +30,9 @@ class ArmRecording:
 
 def arm_recording(recording: HardwareRecording) -> ArmRecording:
     """Raises InputError if the recording has not two wires and a body for every section, or no pressures."""
-    where, described = recording.name, recording.config.lengths
-    require(described is not None, where, "lengths", None, "an arm is estimated from length sensors: describe them")
-    require(recording.pressures is not None, where, "pressures", None, "describe the chambers' pressures")
-    assert described is not None
-    assert recording.pressures is not None
+    where, expected = recording.name, "an arm is estimated from length sensors: describe them"
+    described = given(recording.config.lengths, where, "lengths", expected)
+    measured = given(recording.pressures, where, "pressures", "describe the chambers' pressures")
     wires = {(wire.side, wire.section): recording.lengths[name] for name, wire in described.wires.items()}
     sections = range(1, max(section for _, section in wires) + 1)
     expected = "two wires must end with every section, on the inner and on the outer side"
@@ -46,9 +44,9 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     require(len(bodies) == len(sections), where, "poses", bodies, expected)
     pressures = recording.config.pressures
     in_sections = (pressures.sections if pressures else None) or []
-    fits = len(in_sections) == recording.pressures.shape[1] and set(in_sections) <= set(sections)
+    fits = len(in_sections) == measured.shape[1] and set(in_sections) <= set(sections)
     require(fits, where, "pressures.sections", in_sections, f"say in which of the {len(sections)} each chamber is")
-    read = np.isfinite(np.column_stack([*wires.values(), recording.pressures])).all(axis=1)
+    read = np.isfinite(np.column_stack([*wires.values(), measured])).all(axis=1)
     require(bool(read.any()), where, "lengths, pressures", None, "no row has all of them")
     seconds = recording.time[read] - recording.time[read][0]
     expected = f"lasts longer than {MOST_TIME:g} s, of which {MOST_TIME / PERIOD:g} samples would be made: cut it"
@@ -61,7 +59,7 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
         time=time,
         inner=np.column_stack([wires["inner", section] for section in sections])[rows],
         outer=np.column_stack([wires["outer", section] for section in sections])[rows],
-        pressures=recording.pressures[rows],
+        pressures=measured[rows],
         chamber_sections=tuple(section - 1 for section in in_sections),
         bodies=tuple(bodies),
         positions=np.column_stack([_planar(moved[name].p) for name in bodies])[rows],

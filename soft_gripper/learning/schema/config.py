@@ -21,7 +21,6 @@ class ActionConfig:
     settling: float = quantity(0.1, "s", above=0)
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields: an action is a share of a span."""
         spans = {"range": self.range, **{f"joints.{name}": limits for name, limits in self.joints.items()}}
         for name, (least, most) in spans.items():
             if least == most:
@@ -106,7 +105,6 @@ class EnvironmentConfig:
         return [name for name in TASKS if getattr(self, name) is not None]
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields."""
         if self.duration < self.time_step:
             yield "duration", self.duration, f"must be at least time_step, {self.time_step:g} s"
         if len(self.tasks) != 1:

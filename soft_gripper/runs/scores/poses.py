@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.belief import describe_belief
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.runs.scores.steps import true_chain
+from soft_gripper.scenario.belief import describe_belief
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.truth.poses import fingertip_error, pose_error
 

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.errors import InputError
 from soft_gripper.hardware.recordings.body_poses import BodyPose
-from soft_gripper.hardware.recordings.description_file import load_description
 from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
+from soft_gripper.hardware.recordings.schema import load_description
 from soft_gripper.hardware.replay.arm_recording import PERIOD, arm_recording
 
 

@@ -7,9 +7,9 @@ import pytest
 from finger_plants import free_bending
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.diagrams.wiring.belief import believed_finger, believed_layout, describe_belief
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.scenario.belief import describe_belief, read_belief
 from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig
 
 CURVE = [[1.0, 0.0], [2.0, 3.0]]
@@ -17,12 +17,14 @@ TWO = "package://soft_gripper/grippers/two_finger.urdf"
 
 
 def believed(finger, **changes):
-    return believed_finger(finger, BelievedConfig(**changes))
+    return read_belief(BelievedConfig(**changes)).finger(finger)
 
 
 def test_nothing_said_is_the_truth(tapered_finger):
     assert believed(tapered_finger) == tapered_finger
-    layout = believed_layout(tapered_finger, SensorConfig(sections=3, one_sided=True, response=CURVE), BelievedConfig())
+    layout = read_belief(BelievedConfig()).layout(
+        tapered_finger, SensorConfig(sections=3, one_sided=True, response=CURVE)
+    )
     assert (layout.finger, layout.sections, layout.one_sided) == (tapered_finger, 3, True)
     assert [list(point) for point in layout.response.points] == CURVE
 
@@ -62,7 +64,7 @@ def test_a_forgotten_percent_sign_is_no_modulus(tapered_finger, text):
 
 
 def test_another_response_is_believed_of_the_same_sensors(tapered_finger):
-    layout = believed_layout(tapered_finger, SensorConfig(sections=2), BelievedConfig(response=CURVE))
+    layout = read_belief(BelievedConfig(response=CURVE)).layout(tapered_finger, SensorConfig(sections=2))
     assert [list(point) for point in layout.response.points] == CURVE
     assert (layout.finger, layout.sections) == (tapered_finger, 2)
 
