@@ -21,7 +21,7 @@ from soft_gripper.evaluation.random_grasps import (
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import claim_folder
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.recognition.model_file import save_shape_model
+from soft_gripper.recognition.shape_model import save_shape_model
 from soft_gripper.runs.executor import open_executor
 
 TABLE, FIGURE = "grasps.csv", "recognition"

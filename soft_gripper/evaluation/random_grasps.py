@@ -21,8 +21,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.recognition.model import ShapeModel
-from soft_gripper.recognition.training import train_shape_model
+from soft_gripper.recognition.shape_model import ShapeModel, train_shape_model
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 from soft_gripper.runs.study import describe, run_study

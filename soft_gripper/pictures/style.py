@@ -19,8 +19,8 @@ STYLE: dict[Any, Any] = {
 COLORS = {1: "#b2182b", 2: "#ef8a62", 3: "#67a9cf", 4: "#2166ac"}
 MARKERS = {1: "o", 2: "s", 3: "^", 4: "D"}
 # Of estimators, in the order in which they are tabulated: Okabe and Ito's colours, which the colour-blind tell apart.
-ESTIMATOR_COLORS = ("#555555", "#e69f00", "#0072b2", "#009e73", "#cc79a7", "#d55e00")
-ESTIMATOR_MARKERS = "osD^vP"
+ESTIMATOR_COLORS = ("#555555", "#e69f00", "#0072b2", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#f0e442")
+ESTIMATOR_MARKERS = "osD^vPX*"
 
 
 def section_style(sections: int) -> dict[str, Any]:
@@ -29,8 +29,9 @@ def section_style(sections: int) -> dict[str, Any]:
 
 
 def estimator_style(place: int, name: str) -> dict[str, Any]:
-    """How the line of an estimator looks, in every figure; `place` counts the estimators from 0."""
-    return {"marker": ESTIMATOR_MARKERS[place], "ms": 4.5, "lw": 1.5, "color": ESTIMATOR_COLORS[place], "label": name}
+    """How the line of an estimator looks, in every figure; `place` counts from 0, and colours begin again after all."""
+    number = place % len(ESTIMATOR_COLORS)
+    return {"marker": ESTIMATOR_MARKERS[number], "ms": 4.5, "lw": 1.5, "color": ESTIMATOR_COLORS[number], "label": name}
 
 
 def save_figure(figure: Figure, stem: Path) -> None:

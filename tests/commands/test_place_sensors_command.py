@@ -87,7 +87,7 @@ def test_contacts_add_errors_of_force_and_place(tiny, tmp_path):
     recording = tiny / "free_bending" / "recording.nc"
     done = soft_gripper("place-sensors", "--count", 2, *arguments, "--recordings", recording)
     assert done.code == 0, done.err
-    assert "force [N]  place [mm]  missed" in done.out
+    assert "force [N]  place [mm]  missed [%]" in done.out
     assert all(float(row["force_error_n"]) > 0 for row in rows(tmp_path / "out" / "placements.csv"))
 
 

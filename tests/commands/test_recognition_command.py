@@ -10,7 +10,7 @@ import pytest
 from command_line import LISTENING, soft_gripper
 
 from soft_gripper.evaluation.random_grasps import SHAPES
-from soft_gripper.recognition.model_file import load_shape_model
+from soft_gripper.recognition.shape_model import load_shape_model
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 FILES = {

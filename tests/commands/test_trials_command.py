@@ -105,7 +105,8 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
     arguments = ["--scenario", scenario(BRIEF), "--trials", "200", "--jobs", "1", "--out", out]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen([*COMMAND, *arguments], start_new_session=True, **pipes) as process:
-        while process.poll() is None and not (out / "trials.csv").exists():
+        file = out / "trials.csv"
+        while process.poll() is None and not (file.exists() and file.read_bytes().count(b"\n") > 1):
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         printed, complaint = process.communicate(timeout=30)

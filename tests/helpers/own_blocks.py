@@ -5,6 +5,9 @@ from pydrake.systems.framework import LeafSystem, System
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.arcs import arcs_from_readings
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import describe
 
@@ -54,6 +57,11 @@ def warm_sensor(layout: SensorLayout, period: float) -> System:
 def mean_bend(layout: SensorLayout, gravity: Array, period: float) -> System:
     assert np.shape(gravity) == (3,)
     return MeanBend(layout)
+
+
+def contact_again(layout: SensorLayout, gravity: Array, period: float) -> System:
+    """The function of `contact` in a block of one's own."""
+    return ShapeEstimator(ContactShape(layout, Uncertainty()), layout, gravity)
 
 
 NOT_CALLABLE = 3

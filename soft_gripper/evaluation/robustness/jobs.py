@@ -3,7 +3,7 @@
 A job of either kind leaves a folder with its rows, those of a plant with its recording and models beside.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -55,21 +55,15 @@ def run_robustness(
     Raises:
         InputError, SimulationDivergedError, WorkerDiedError: if a job fails; the others are finished first.
     """
-    wanted = set(jobs)
+    wanted, shared = set(jobs), (seeds, tuple(estimators))
     noisy = {job: case for job, case in NOISE_JOBS.items() if job in wanted}
     recordings = {name: Recording.load(out / name / "recording.nc") for name in {name for name, _ in noisy.values()}}
-    calls: Mapping[Path, Any] = {
-        **{out / FOLDER / job: (noise_files, *case, recordings[case[0]]) for job, case in noisy.items()},
-        **{out / FOLDER / job: (plant_files, *run) for job, run in PLANT_JOBS.items() if job in wanted},
+    calls: dict[str, Sequence[Any]] = {
+        job: (noise_files, *case, recordings[case[0]], *shared) for job, case in noisy.items()
     }
-    shared = (seeds, tuple(estimators))
-    run_study(
-        executor,
-        files_of_job,
-        {folder: (*call, *shared) for folder, call in calls.items()},
-        write_folder,
-        ended=lambda folder: advance(),
-    )
+    calls |= {job: (plant_files, *run, *shared) for job, run in PLANT_JOBS.items() if job in wanted}
+    folders = {out / FOLDER / job: call for job, call in calls.items()}
+    run_study(executor, files_of_job, folders, write_folder, ended=lambda folder: advance())
 
 
 def files_of_job(make: Callable[..., dict[str, bytes]], *arguments: Any) -> dict[str, bytes]:

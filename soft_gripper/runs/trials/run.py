@@ -70,10 +70,10 @@ def run_trials(
     Raises:
         InputError: if there is something to resume, of another seed or other scenarios.
     """
-    for suffix in (".png", ".svg"):
-        (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
     tables = StudyTables(out, ABOUT, dict(zip(TABLES, map(columns, (TrialRow, DetailRow)), strict=True)), 2)
     tables.begin(_about(files, seed), resume)
+    for suffix in (".png", ".svg"):  # of fewer trials
+        (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
     trials = {key: Trial(of_cells(a, TrialRow), of_cells(b, DetailRow)) for key, (a, b) in tables.rows.items()}
     for trial in trials.values():
         report(trial)

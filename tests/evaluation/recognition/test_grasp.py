@@ -23,8 +23,8 @@ from soft_gripper.evaluation.random_grasps import (
     run_grasp,
     with_object,
 )
-from soft_gripper.recognition.model import ShapeModel
 from soft_gripper.recognition.recognizer import ShapeRecognizer
+from soft_gripper.recognition.shape_model import ShapeModel
 from soft_gripper.runs.trials.variation import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.recognition.model import ShapeModel
-from soft_gripper.recognition.model_file import load_shape_model, save_shape_model
+from soft_gripper.recognition.shape_model import ShapeModel, load_shape_model, save_shape_model
 
 RNG = np.random.default_rng(1)
 MODEL = ShapeModel(
