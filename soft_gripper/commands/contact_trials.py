@@ -14,7 +14,7 @@ from soft_gripper.evaluation.contacts.errors import BOTH, ContactErrorRow
 from soft_gripper.evaluation.contacts.random_contact import SIDES, Contact
 from soft_gripper.evaluation.contacts.scores import ERRORS, FIGURE, SCORES, score_contacts
 from soft_gripper.evaluation.contacts.trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 
 
@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     executor = open_executor(options.jobs, options.scheduler)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     contacts = _simulate(options, executor, out) if kept is None else kept
     with options.console.counter(SCORES, "scores") as bar:
         rows = score_contacts(contacts, out, bar.update)

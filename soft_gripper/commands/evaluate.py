@@ -16,7 +16,7 @@ from soft_gripper.evaluation.robustness.plant_runs import RUNS as PLANT_RUNS
 from soft_gripper.evaluation.robustness.plant_runs import run_plants, unfinished_runs
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.table import RobustnessRow
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -25,7 +25,7 @@ from soft_gripper.scenario.scenario_file import load_scenario
 def run(options: argparse.Namespace) -> int:
     """Runs the command."""
     opened = open_executor(options.jobs, options.scheduler)
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     with opened as executor:
         evaluation = _evaluate(out, options.resume, executor, options.console)
         robust = not options.robustness or _robustness(out, options.seeds, executor, options.resume, options.console)

@@ -22,7 +22,7 @@ from soft_gripper.evaluation.recognition import (
     train,
 )
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.recognition.model_file import save_shape_model
 from soft_gripper.runs.executor import open_executor
@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
     numbers = dict(zip(SETS, (options.train, options.test), strict=True))
     executor = open_executor(options.jobs, options.scheduler)
     check_scenario_for_recognition(options.scenario)
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     grasps = _run_grasps(options.scenario, numbers, options.seed, executor, options.console)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]

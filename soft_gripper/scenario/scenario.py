@@ -221,7 +221,7 @@ class PressureErrorsConfig:
 class SensorConfig:
     """The sensors of every finger."""
 
-    type: str = "strain"  # or "module:function" of your own, see diagrams/wiring/choices.py
+    type: str = "strain"  # or "module:function" of your own, see diagrams/wiring/named_blocks.py
     sections: int = 4  # sensors one after the other along each path
     borders: list[float] | None = None  # where sections meet, as shares of the length; None: they are equally long
     period: float = 0.01  # s between samples, and between the samples of every log

@@ -12,7 +12,7 @@ from soft_gripper.diagrams.kept_stations import kept_station
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
-from soft_gripper.files.output import atomic_file, claim_folder
+from soft_gripper.files.output import atomic_file, lock_folder
 from soft_gripper.files.text import read_text
 from soft_gripper.runs.executor import Call, make_calls
 from soft_gripper.runs.sweep.axes import Variation
@@ -100,7 +100,7 @@ def run_sweep(
         scenario = str(Path(scenario).resolve())  # workers may be anywhere
     base = changed_scenario(scenario, fixed)
     names = [field.name for field in fields(kind_of(base))]
-    claim_folder(out)
+    lock_folder(out)
     table = SweepTable(out / TABLE, list(variations[0]), names)
     about = _about(scenario, dump_scenario(base), variations)
     _begin(table, out / ABOUT, about, resume)
