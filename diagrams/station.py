@@ -8,8 +8,8 @@ from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, name_of
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, MakeSensor, name_of
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
 from soft_gripper.errors import InputError

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block, name_of, seen_from
+from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, find_estimator, make_block, name_of, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError

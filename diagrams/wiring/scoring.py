@@ -7,8 +7,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import DiscreteTimeDelay, MatrixGain, ZeroOrderHold
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.choices import find_estimator, make_block, seen_from
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
 from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
+from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, MakeSensor
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
 from soft_gripper.diagrams.wiring.scoring import add_beside, add_scoring, add_true_contact, add_width_error
 from soft_gripper.diagrams.wiring.sensors import add_sensors

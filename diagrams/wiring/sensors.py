@@ -4,7 +4,7 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain, RandomSource, ZeroOrderHold
 
-from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, make_block, name_of, seen_from
+from soft_gripper.diagrams.wiring.named_blocks import MakeSensor, find_sensor, make_block, name_of, seen_from
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger

@@ -25,7 +25,7 @@ from soft_gripper.evaluation.contacts.trials import (
     score_contacts,
     write_contacts,
 )
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 
 
@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> None:
     for name in estimators:
         check_estimator(name)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     contacts = _simulate(options, executor, out) if kept is None else kept
     with options.console.counter(SCORES * len(estimators), "scores") as bar:
         rows = score_contacts(contacts, out, bar.update, estimators)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_claims, print_table
-from soft_gripper.diagrams.wiring.choices import find_estimator
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS, SECTIONS
 from soft_gripper.evaluation.report.bars import ARCS
@@ -18,7 +18,7 @@ from soft_gripper.evaluation.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JO
 from soft_gripper.evaluation.robustness.jobs import unfinished as unfinished_robustness
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.table import RobustnessRow
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     opened = open_executor(options.jobs, options.scheduler)
     for name in options.estimator:
         find_estimator(name, field="--estimator")
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     with opened as executor:
         evaluation = _evaluate(out, options.resume, executor, options.console)
         robust = not options.robustness or _robustness(

@@ -17,7 +17,7 @@ from soft_gripper.evaluation.hardware import (
     replay_published,
 )
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.hardware.identification.finger_file import with_finger, write_finger
 from soft_gripper.hardware.identification.identification import Identified
 from soft_gripper.pictures.style import save_figure
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
     """Runs the command."""
     opened = open_executor(options.jobs, options.scheduler)
     recordings = published_recordings(options.data)
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     arm = replay_published(list(recordings[ARM].values()))
     print_replay(arm.replayed, arm.table)
     write_csv(out / f"{ARM}.csv", arm.table)

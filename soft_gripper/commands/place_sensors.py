@@ -14,7 +14,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.evaluation.contacts.dataset import load_contacts
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.placement.assumptions import Assumptions
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> None:
     contacts = None if options.contacts is None else load_contacts(options.contacts)
     if contacts is not None:
         check_contacts(contacts, assumptions)
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     try:
         runs = _runs(options, [] if contacts is None else [contacts.finger])
         with options.console.counter(None, "placements") as bar:

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from soft_gripper.commands.chosen_station import chosen_scenario, station_of
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.play.page_contents import page_contents
 from soft_gripper.play.page_server import LivePage, page_server
 from soft_gripper.play.session import Session, held_back, open_scenario
@@ -16,7 +16,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     name = Path(options.scenario).stem
     scenario = open_scenario(chosen_scenario(options), options.grip)
-    folder = claim_folder(options.out or Path("results") / "play" / name)
+    folder = lock_folder(options.out or Path("results") / "play" / name)
     logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
     session = Session(partial(station_of, options.scenario, scenario), folder)
     page = LivePage(page_contents(name, session), session.panel, session.feed)

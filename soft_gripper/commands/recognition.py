@@ -19,7 +19,7 @@ from soft_gripper.evaluation.random_grasps import (
     train,
 )
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.recognition.shape_model import save_shape_model
 from soft_gripper.runs.executor import open_executor
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> None:
     numbers = dict(zip(SETS, (options.train, options.test), strict=True))
     executor = open_executor(options.jobs, options.scheduler)
     check_scenario_for_recognition(options.scenario)
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     total, kept = sum(numbers.values()) * len(SHAPES), "nothing is written before the last"
     with options.console.jobs(total, "grasps", kept) as ended, executor as opened:
         grasps = run_grasps(options.scenario, numbers, options.seed, opened, ended)

@@ -12,7 +12,7 @@ from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
-from soft_gripper.files.output import check_file, claim_folder, keep_inputs
+from soft_gripper.files.output import check_file, keep_inputs, lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.hardware.recordings.find_recordings import find_recordings, recording_paths
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
     read = recording_paths([*options.file, *(options.fit or [])], options.described_as, options.data)
     written = [options.out / name for name in ("replay.csv", *(f"{recording.name}.nc" for recording in recordings))]
     keep_inputs(read, [*written, *([options.html] if options.html else [])])
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     if options.html is not None:
         check_file(options.html)
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]

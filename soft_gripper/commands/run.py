@@ -23,7 +23,7 @@ from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import atomic_file, check_file, claim_folder, keep_inputs
+from soft_gripper.files.output import atomic_file, check_file, keep_inputs, lock_folder
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.phases import outcome, phase_table
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     check_closed(station)
     out = run_folder(options.out, name, scenario)
     _check_files(options, out, scenario)
-    claim_folder(out)
+    lock_folder(out)
     logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
     meshcat = hidden_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:

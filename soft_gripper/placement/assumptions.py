@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from soft_gripper.diagrams.wiring.choices import find_estimator
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger

@@ -6,7 +6,7 @@ which takes all samples of a recording at once.
 
 import numpy as np
 
-from soft_gripper.diagrams.wiring.choices import find_estimator, make_block
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.shape_estimator import ShapeEstimator

@@ -286,7 +286,7 @@ class StrainErrorsConfig:
 class SensorConfig:
     """The sensors of every finger."""
 
-    type: str = "strain"  # or "module:function" of your own, see diagrams/wiring/choices.py
+    type: str = "strain"  # or "module:function" of your own, see diagrams/wiring/named_blocks.py
     sections: int = quantity(4, least=1)  # sensors one after the other along each path
     borders: list[float] | None = None  # where sections meet, as shares of the length; None: they are equally long
     period: float = quantity(0.01, "s", above=0)  # between samples, and between the samples of every log

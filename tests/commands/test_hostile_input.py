@@ -136,8 +136,8 @@ def test_options(arguments: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("command", [["evaluate"], ["run", "free_bending"]], ids=" ".join)
 def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
-    claim = "from pathlib import Path; from soft_gripper.files.output import claim_folder\n"
-    claim += "claim_folder(Path('out')); print('claimed', flush=True); input()"
+    claim = "from pathlib import Path; from soft_gripper.files.output import lock_folder\n"
+    claim += "lock_folder(Path('out')); print('claimed', flush=True); input()"
     Path("out").mkdir()
     with subprocess.Popen([sys.executable, "-c", claim], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None

@@ -17,7 +17,7 @@ from command_line import soft_gripper
 from soft_gripper.commands import main
 from soft_gripper.commands.viewing import wait_for_viewer
 from soft_gripper.errors import SimulationDivergedError, WorkerDiedError
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.library_messages import notes
 from soft_gripper.models import DIRECTORY
 
@@ -207,7 +207,7 @@ def test_a_complaint_repeats_little_of_what_was_written(capsys) -> None:
 )
 def test_what_the_machine_does_not_bear(error: Exception, monkeypatch, tmp_path: Path) -> None:
     def fail(*_: object) -> None:
-        claim_folder(tmp_path)
+        lock_folder(tmp_path)
         raise error
 
     monkeypatch.setattr("soft_gripper.commands.chosen_station.make_station", fail)

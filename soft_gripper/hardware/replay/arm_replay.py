@@ -12,7 +12,7 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording, read_logs
 from soft_gripper.diagrams.recording.signal_logs import add_logs
-from soft_gripper.diagrams.wiring.choices import find_estimator, make_block
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.estimators.finger_shape import ANGLES

@@ -8,7 +8,7 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.wiring.choices import find_estimator
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty

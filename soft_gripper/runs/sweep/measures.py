@@ -15,7 +15,7 @@ import numpy as np
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.choices import find_function
+from soft_gripper.diagrams.wiring.named_blocks import find_function
 from soft_gripper.errors import InputError, described
 from soft_gripper.files.csv_table import columns
 from soft_gripper.runs.scores.phases import outcome

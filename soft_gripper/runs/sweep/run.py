@@ -11,7 +11,7 @@ from soft_gripper.diagrams.kept_stations import kept_station
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.sweep.axes import Variation
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
@@ -109,7 +109,7 @@ def run_sweep(
     for name in own:
         if columns.count(column := column_of(name)) > 1:
             raise InputError("sweep", OPTION, name, f"there is a column '{column}' already; rename the function")
-    table = StudyTables(claim_folder(out), ABOUT, {TABLE: columns}, 1)
+    table = StudyTables(lock_folder(out), ABOUT, {TABLE: columns}, 1)
     table.begin(_about(scenario, dump_scenario(base), variations, own), resume)
     for (row,) in table.rows.values():
         report(row[-1] == "")

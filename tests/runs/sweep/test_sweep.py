@@ -8,7 +8,7 @@ import pytest
 from here_executor import HereExecutor
 
 from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.files.output import release_folders
+from soft_gripper.files.output import unlock_folders
 from soft_gripper.runs.sweep import run as sweep
 from soft_gripper.runs.sweep.run import ABOUT, TABLE, cell, run_sweep
 
@@ -110,7 +110,7 @@ def test_two_sweeps_do_not_write_into_one_folder(executor, tmp_path):
         swept(tmp_path, executor)
     os.close(lock)
     swept(tmp_path, executor)
-    release_folders()
+    unlock_folders()
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.learning.gentle_grasp.policies import (
+from gentle_grasp.policies import (
     LATEST_LIFT,
     STEP,
     GentleGrasp,

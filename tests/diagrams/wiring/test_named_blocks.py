@@ -5,7 +5,7 @@ import sys
 import pytest
 from pydrake.systems.primitives import ZeroOrderHold
 
-from soft_gripper.diagrams.wiring.choices import SENSORS, find_estimator, find_sensor, make_block
+from soft_gripper.diagrams.wiring.named_blocks import SENSORS, find_estimator, find_sensor, make_block
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
 from soft_gripper.estimators.shape_estimator import ShapeEstimator

@@ -1,16 +1,20 @@
-"""Learning the gentle grasp: CMA-ES over its few parameters."""
+"""Learns the gentle grasp: CMA-ES over its few parameters, and the file that holds the result."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from itertools import count
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import cma
 import numpy as np
+import yaml
 
-from soft_gripper.arrays import Array
-from soft_gripper.learning.environment import SoftGripperEnv
-from soft_gripper.learning.gentle_grasp.episodes import Episode, run_episodes
-from soft_gripper.learning.gentle_grasp.policies import NUMBER, GentleGrasp, GentleParameters
+from gentle_grasp.episodes import Episode, run_episodes
+from gentle_grasp.policies import NUMBER, Array, GentleGrasp, GentleParameters
+from soft_gripper.learning import SoftGripperEnv
+
+SHIPPED = Path(__file__).with_name("learned.yaml")
 
 FAILURE = 20.0  # N, what an object that is not held up counts as
 LARGEST = 2.0  # N, beyond which a force counts no more, lest one accident hide all else
@@ -20,7 +24,7 @@ OBJECTS = 100  # of which some are chosen
 
 
 class Generation(NamedTuple):
-    """What a generation of candidates came to."""
+    """Results of a generation of candidates."""
 
     number: int
     episodes: int  # so far
@@ -73,3 +77,15 @@ def training_seeds(env: SoftGripperEnv, number: int) -> list[int]:
 def _needed(info: Mapping[str, Any]) -> float:
     """How hard an object is to hold: its mass over its friction, kg."""
     return float(info["mass"] / info["friction"])
+
+
+def save_learned(path: Path, parameters: GentleParameters, curve: list[Generation]) -> None:
+    """Writes parameters, and how the search went."""
+    document = {"parameters": asdict(parameters), "curve": [each._asdict() for each in curve]}
+    path.write_text(yaml.safe_dump(document), encoding="utf-8")
+
+
+def load_learned(path: Path = SHIPPED) -> tuple[GentleParameters, list[Generation]]:
+    """Reads what `save_learned` wrote; by default, the result that is shown in the docs."""
+    document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return GentleParameters(**document["parameters"]), [Generation(**each) for each in document["curve"]]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.learning.gentle_grasp.intervals import mean, share
+from gentle_grasp.episodes import mean, share
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.learning.gentle_grasp.episodes import Episode, run_episode, run_episodes
+from gentle_grasp.episodes import Episode, run_episode, run_episodes
 
 
 class Counting:

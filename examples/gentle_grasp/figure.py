@@ -1,4 +1,4 @@
-"""How the gentle grasp was learned, and what it came to."""
+"""How the gentle grasp was learned, and its forces compared with those of the hand-tuned grasp."""
 
 from collections.abc import Sequence
 
@@ -7,16 +7,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from soft_gripper.learning.gentle_grasp.episodes import Episode
-from soft_gripper.learning.gentle_grasp.learn import Generation
-from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
+from gentle_grasp.episodes import Episode
+from gentle_grasp.learn import Generation
 
-_HAND, _LEARNED = ESTIMATOR_COLORS[5], ESTIMATOR_COLORS[2]
+_HAND, _LEARNED, _SUCCESS = "C1", "C2", "C0"
+_STYLE = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.3}
 
 
 def learning_figure(curve: Sequence[Generation], hand_tuned: Sequence[Episode], learned: Sequence[Episode]) -> Figure:
     """Left the best cost and the successes of every generation, right the forces of both grasps, object by object."""
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(8.2, 3.2), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
         _draw_curve(left, curve)
@@ -30,7 +30,7 @@ def _draw_curve(axes: Axes, curve: Sequence[Generation]) -> None:
     axes.set(xlabel="episodes", ylabel="mean peak force, best candidate [N]", ylim=(0, 0.75))
     axes.yaxis.label.set_color(_LEARNED)
     other = axes.twinx()
-    other.plot(episodes, [100 * each.success for each in curve], "s--", color=ESTIMATOR_COLORS[0], ms=3.5)
+    other.plot(episodes, [100 * each.success for each in curve], "s--", color=_SUCCESS, ms=3.5)
     other.set(ylabel="held up by all candidates [%]", ylim=(0, 103))
     other.grid(visible=False)
     other.spines["right"].set_visible(True)

@@ -1,6 +1,6 @@
 """Learns SoftReach-v0 with the PPO of Stable-Baselines3, which is no dependency: pip install stable-baselines3.
 
-python docs/learning/learn_with_sb3.py [STEPS]
+python examples/learn_with_sb3.py [STEPS]
 """
 
 import sys

@@ -6,8 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.arrays import Array
-
+Array = NDArray[np.float64]
 STEP = 0.1  # s, from an action to the next
 LIFT = 0.08  # m, to which the gripper is lifted
 LATEST_LIFT = 3.0  # s, whatever has been grasped by then
@@ -83,7 +82,7 @@ def grip_torque(observation: NDArray[np.float32]) -> float:
 class HandTuned:
     """Closes and lifts as the shipped task for delicate objects does, whose control limits the force of the grip.
 
-    Observations are the opening and the grip torque. The gripper is told to close as far as it can; when the fingers
+    Observations are the opening and the grip torque. The gripper is commanded to close fully; when the fingers
     are at rest, with a grip, it lifts.
     """
 
