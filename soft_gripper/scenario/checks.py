@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config, require
@@ -81,14 +82,14 @@ def _sensors(scenario: Scenario) -> Iterator[Misfit]:
     responses = {"sensor": scenario.sensor.response, "believed": scenario.believed.response}
     for part, response in responses.items():
         if response is not None:
-            yield from _complaint(part, ResponseCurve, tuple(map(tuple, response)))
+            yield from _complaint(part, ResponseCurve, response)
     yield from _complaint("sensor.errors", strain_errors, scenario.sensor)
 
 
-def _complaint(part: str, make: Callable[..., object], *of: object) -> Iterator[Misfit]:
+def _complaint(part: str, make: Callable[[Any], object], of: object) -> Iterator[Misfit]:
     """Why nothing can be made of a part."""
     try:
-        make(*of)
+        make(of)
     except InputError as error:
         yield f"{part}.{error.field}", error.value, error.expected
 

@@ -117,9 +117,9 @@ def test_two_sweeps_do_not_write_into_one_folder(executor, tmp_path):
     ("key", "value", "complaint"),
     [
         ("sensor.section", 1, "did you mean 'sections'"),
-        ("sensor.sections", "many", "give a whole number"),
-        ("sensor.sections", 0, "give 1 or more"),
-        ("sensor.sections.more", 1, "give a whole number"),
+        ("sensor.sections", "many", "a whole number"),
+        ("sensor.sections", 0, "at least 1"),
+        ("sensor.sections.more", 1, "a whole number"),
         ("models.gripper.segments", 3, "'gripper' is none of the entries"),
         ("description", "other", "has no effect on a run"),
         ("control.set_points", [0.05], "other results"),
