@@ -34,7 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers,
         "evaluate",
-        "run the paper's evaluation with 1 to 4 sensors a side",
+        "run the paper's evaluation with 1 to 4 sensors per side",
         "                    report.html, tables, figures, and whether each claim holds",
         "--robustness        also with sensors that err, wrong beliefs, and other plants",
         "--resume            what an interrupted one left",
@@ -123,7 +123,7 @@ def _print_plants(rows: Sequence[PlantRow]) -> None:
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:
     print(f"\n{'':<20}{'mean pose error [mm]':^32}{'mean fingertip error [mm]':^32}")
-    print(f"{'sensors a side':<20}" + 2 * "".join(f"{n:>8}" for n in SECTIONS))
+    print(f"{'sensors per side':<20}" + 2 * "".join(f"{n:>8}" for n in SECTIONS))
     for scenario in SCENARIOS:
         print(f"{scenario:<20}{_means(rows, scenario, '>8.2f')}")
 
@@ -137,6 +137,6 @@ def _print_estimators(rows: Sequence[PoseRow]) -> None:
 
 
 def _means(rows: Sequence[PoseRow], scenario: str, form: str) -> str:
-    """Pose and fingertip error with 1 to 4 sensors a side."""
+    """Pose and fingertip error with 1 to 4 sensors per side."""
     means = [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
     return "".join(f"{mean:{form}}" for mean in means)

@@ -150,7 +150,7 @@ def _is_part(other: ReplayRow, row: ReplayRow) -> bool:
 
 
 def _print_row(row: ReplayRow, parts: Sequence[ReplayRow]) -> None:
-    name = f"{row.estimator}, {row.sections} a side"
+    name = f"{row.estimator}, {row.sections} per side"
     numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
     means = "  ".join(f"{part.mean_mm:>{len(part.recording)}.2f}" for part in parts)
     print(f"{name:<22}" + "".join(f"{number:>8.2f}" for number in numbers) + f"{'':>13}{means}")

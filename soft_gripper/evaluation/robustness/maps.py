@@ -117,7 +117,7 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
                 axes.set_yticks(range(len(estimators)), estimators)
             line[0].set_ylabel(f"believed:\n{belief}" if belief != "as simulated" else "believed:\nas it is")
         for axes, count in zip(panels[0], counts, strict=True):
-            axes.set_title(f"{count} sensor{'s' * (count > 1)} a side")
+            axes.set_title(f"{count} sensor{'s' * (count > 1)} per side")
         for axes in panels[-1]:
             axes.set_xlabel("errors of the sensors")
         figure.colorbar(image, ax=panels, label="mean pose error, worst scenario [mm]", format="{x:g}", shrink=0.7)

@@ -10,7 +10,7 @@ TIME = {"s": 1.0, "ms": 1e-3}  # s
 
 
 def factor(where: Path | str, field: str, unit: str, known: dict[str, float], scale: float | None = None) -> float:
-    """What a number in `unit` is to be multiplied with; V, where a sensor reads volts, with its `scale`.
+    """The factor that converts a number in `unit` to SI; V, if a sensor reads volts, with its `scale`.
 
     Raises:
         InputError: if the unit is unknown, or a scale is missing or superfluous.
@@ -18,7 +18,7 @@ def factor(where: Path | str, field: str, unit: str, known: dict[str, float], sc
     volts = unit == "V" and scale is not None
     require(unit in known or volts, where, f"{field}.unit", unit, f"one of {', '.join(known)}; or V, with a scale")
     if not volts:
-        require(scale is None, where, f"{field}.scale", scale, "only a sensor that reads V has one")
+        require(scale is None, where, f"{field}.scale", scale, "only a sensor in V has a scale")
         return known[unit]
     assert scale is not None
     require(positive(scale), where, f"{field}.scale", scale, "give a finite number above 0")

@@ -30,7 +30,7 @@ def test_there_are_three():
         ("pressures: {columns: [p], unit: atm}", "one of Pa, hPa"),
         ("pressures: {columns: [p], sections: [1, 2]}", "one for each of the 1 columns"),
         ("pressures: {columns: [p], unit: V}", "or V, with a scale"),
-        ("pressures: {columns: [p], unit: psi, scale: 2}", "only a sensor that reads V"),
+        ("pressures: {columns: [p], unit: psi, scale: 2}", "only a sensor in V"),
         ("lengths: {wires: {a: {column: l, side: left}}, spacing: 0.04}", '"inner" or "outer"'),
         ("lengths: {wires: {a: {column: l}}}", "distance of the two sides"),
         ("commanded_pressure: [{pattern: '(\\d+'}]", "no regular expression"),
