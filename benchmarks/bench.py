@@ -100,7 +100,7 @@ def _print_blocks(station: Station) -> bool:
 
 
 def _print_estimator(name: str, bar: float) -> bool:
-    """An estimator block alone, two sensors a side, on a finger that is pressed at its side."""
+    """An estimator block alone, two sensors per side, on a finger that is pressed at its side."""
     (finger,) = expand_urdf(model_path("package://soft_gripper/grippers/finger.urdf")).fingers
     layout = SensorLayout(finger, 2)
     q = 0.08 * np.linspace(0.3, 1.2, finger.segments)

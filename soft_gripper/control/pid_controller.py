@@ -13,7 +13,7 @@ from soft_gripper.quantity import quantity, valid
 
 
 class Step(NamedTuple):
-    """What one sample leads to."""
+    """Result of one sample."""
 
     memory: list[float]  # after it, before back-calculation: I, d, y, u
     unlimited: float  # v
@@ -54,8 +54,8 @@ class SampledPidController(LeafSystem):
         u = v within the limits
         I <- I + T (ki e + (u - v) / tracking_time)
 
-    Where something follows that may choose another output, such as a selector, connect what it chose to
-    `applied`: it stands for u in the last line, so that a controller that is not selected stays ready to take over
+    If a following block may choose another output, such as a selector, connect its choice to `applied`: it
+    replaces u in the last line, so that a controller that is not selected stays ready to take over
     (Astrom & Hagglund, Advanced PID Control, 2006, 5.4: selectors). Else leave `applied` unconnected.
 
     Give it a measurement that is sampled with the same period: the output follows its inputs at once, so that

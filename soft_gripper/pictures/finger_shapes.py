@@ -1,4 +1,4 @@
-"""A finger in its bending plane, drawn in mm: segments, estimated arcs, how sure they are, and what presses on it."""
+"""A finger in its bending plane, drawn in mm: segments, estimated arcs, their uncertainty, and contact forces."""
 
 from itertools import pairwise
 from typing import Any, NamedTuple

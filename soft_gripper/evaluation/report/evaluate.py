@@ -52,7 +52,7 @@ CAPTIONS = {
     "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure, all panels on one logarithmic scale.",
     "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure, all panels on one logarithmic"
     " scale.",
-    "estimators": "Mean pose error of the estimators with one to four sensors a side, on one logarithmic scale. Dashed:"
+    "estimators": "Mean pose error of the estimators with one to four sensors per side, on a logarithmic scale. Dashed:"
     " what the paper reports of arcs with four. Errors below 1 µm are drawn at 1 µm.",
     "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
     "contact_force": "Contact force across a finger and its place, estimated from strain and pressure alone, beside the"

@@ -44,7 +44,7 @@ def realistic(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> l
 def _errors(rows: Sequence[RobustnessRow]) -> Claim:
     found = realistic(rows, BEST, SENSORS)
     mean, p95 = float(np.max([row.mean_mm for row in found])), float(np.max([row.p95_mm for row in found]))
-    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
+    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
     return Claim("ours", text, mean <= MEAN and p95 <= P95, f"{mean:.2f} and {p95:.2f} mm")
 
 
@@ -52,7 +52,7 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
     ours, arcs = realistic(rows, BEST, SENSORS), realistic(rows, ARCS, MORE)
     ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
     worst = ours[int(np.argmax(ratios))]
-    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: better than {ARCS} with {MORE}"
+    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: better than {ARCS} with {MORE}"
     number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.belief}"
     return Claim("ours", text, bool(ratios.max() < 1), number)
 
@@ -60,7 +60,7 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
 def _covered(rows: Sequence[RobustnessRow]) -> Claim:
     shares = np.array([row.coverage for row in realistic(rows, BEST, SENSORS)])
     bounds = " to ".join(f"{100 * share:.0f}" for share in COVERED)
-    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: 95 % bands cover {bounds} %"
+    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: 95 % bands cover {bounds} %"
     holds = bool(shares.min() >= COVERED[0] and shares.max() <= COVERED[1])
     return Claim("ours", text, holds, f"{100 * shares.min():.1f} to {100 * shares.max():.1f} %")
 

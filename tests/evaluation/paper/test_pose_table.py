@@ -24,7 +24,7 @@ def short_station(sections: int) -> Station:
 
 @pytest.fixture(scope="module")
 def station() -> Station:
-    """Free bending in two short steps, sensed by four sensors a side."""
+    """Free bending in two short steps, sensed by four sensors per side."""
     return short_station(4)
 
 
@@ -36,7 +36,7 @@ def recording(station: Station) -> Recording:
 
 @pytest.fixture
 def bent(station: Station) -> Bent:
-    """Rows of one sensor a side, from a recording that holds the bend angles of its samples in turn."""
+    """Rows of one sensor per side, from a recording that holds the bend angles of its samples in turn."""
 
     def table(degrees: list[float]) -> list[PoseRow]:
         samples = round(station.scenario.duration / station.scenario.sensor.period) + 1

@@ -69,7 +69,7 @@ def test_plants_that_are_known_keep_the_bars_of_the_shipped_finger_half_as_high_
     worse = changed(PLANT_ROWS, {"mean_mm": 0.8}, plant="tapered", scenario="irregular_grasp", sections=2)
     (broken,) = failing(ROWS, worse)
     text = robustness_claims(ROWS, worse)[broken].text
-    assert text.startswith("tapered: gaussian, 2 sensors a side: within 0.75 mm")
+    assert text.startswith("tapered: gaussian, 2 sensors per side: within 0.75 mm")
     rubber = changed(PLANT_ROWS, {"mean_mm": 99.0}, plant="rubber")
     assert failing(ROWS, rubber) == []
 

@@ -66,7 +66,7 @@ def test_numbers_of_a_row() -> None:
 
 @pytest.mark.parametrize("name", SHAPE_FUNCTIONS)
 def test_estimators_are_compared_with_the_recording(held, name) -> None:
-    """Four ideal sensors a side know a finger that bends freely, at every held sample and seed."""
+    """Four ideal sensors per side know a finger that bends freely, at every held sample and seed."""
     errors = estimated(name, SensorLayout(held.simulated, 4), Uncertainty(), held, held.readings(4, None, 2))
     assert errors.pose.shape == errors.tip.shape == (2 * len(held.samples),)
     assert errors.pose.max() < 5e-4

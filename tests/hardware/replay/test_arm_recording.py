@@ -71,8 +71,8 @@ def test_what_is_missing_is_named(recording):
     with pytest.raises(InputError, match="describe the chambers' pressures"):
         arm_recording(replace(recording, pressures=None))
     config = replace(recording.config, pressures=replace(recording.config.pressures, sections=[1, 1, 1, 2, 2, 3]))
-    with pytest.raises(InputError, match="in which of the 2 each chamber is"):
+    with pytest.raises(InputError, match="the section of each chamber, of 2"):
         arm_recording(replace(recording, config=config))
     config = replace(recording.config, lengths=None)
-    with pytest.raises(InputError, match="estimated from length sensors"):
+    with pytest.raises(InputError, match="estimated from its length sensors"):
         arm_recording(replace(recording, config=config))

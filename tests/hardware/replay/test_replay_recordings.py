@@ -75,7 +75,7 @@ def test_fitted_to_chosen_ones(arms, arm_finger):
 def test_what_is_reported_is_not_fitted_to(arms, arm_finger):
     with pytest.raises(InputError, match="cannot be fitted to and reported"):
         replay_recordings(arms[:2], arms[1:], ROWS, arm_finger, DOWN)
-    with pytest.raises(InputError, match="give two at least, or --fit"):
+    with pytest.raises(InputError, match="give at least two, or --fit"):
         replay_recordings(arms[:1], None, ROWS, arm_finger, DOWN)
 
 
