@@ -76,3 +76,12 @@ def test_a_full_disk_is_reported_in_a_line_and_the_table_goes_on(table, tmp_path
 )
 def test_cells(value, text):
     assert cell(value) == text
+
+
+def test_rows_are_ordered_by_numbers_not_by_digits(table, tmp_path):
+    table.begin()
+    for number in reversed(range(12)):
+        table.add(number, {"k": number}, {"m": 0.0})
+    table.finish()
+    found = [line.split(",")[0] for line in (tmp_path / "sweep.csv").read_text().splitlines()[1:]]
+    assert found == [str(number) for number in range(12)]
