@@ -85,7 +85,7 @@ def test_a_step_that_does_not_settle_costs_more_than_any_that_does():
 def test_tuning_ends_with_the_best_gains_that_were_tried(monkeypatch):
     """The cost of a step is made up: how far the logarithms of the gains are from certain ones."""
     start = gains_from_step_response(-1e-6, 0.1)
-    wanted = np.log([start.kp, start.ki, start.kd]) + [0.4, 0.9, -0.3]
+    wanted = np.log([start.kp, start.ki, start.kd]) + np.array([0.4, 0.9, -0.3])
 
     def followed(_, gains):
         away = np.abs(np.log([gains.kp, gains.ki, gains.kd]) - wanted).sum()
