@@ -69,3 +69,9 @@ def test_a_point_mass_adds_its_moments_to_those_of_the_last_link():
     added = mass * np.array([1, z, x, x**2, 0, z**2, x * z])
     np.testing.assert_allclose(moments(loaded, 1), moments(bare, 1) + added)
     np.testing.assert_allclose(moments(loaded, 0), moments(bare, 0))
+
+
+def test_without_pressure_the_softening_is_the_slope_at_the_beginning():
+    """However near the next point of the law is."""
+    law = PressureLaw((0.0, 10.0, 1e5), (0.0, 30.0, 1e5))
+    assert float(law.softening(0.0)) == pytest.approx(3.0)
