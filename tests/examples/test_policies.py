@@ -47,6 +47,13 @@ def test_the_learned_policy_approaches_squeezes_holds_and_lifts():
     assert height(action) == pytest.approx(0.08)
 
 
+def test_what_was_touched_once_is_squeezed_slowly_even_if_the_touch_is_lost():
+    policy = GentleGrasp(KNOWN)
+    pressures = [pressure(policy.act(observed(torque))) for torque in (0.0, 0.0, 1.1 * KNOWN.touch, 0.0, 0.0)]
+    np.testing.assert_allclose(np.diff(pressures)[0] / STEP, KNOWN.approach, rtol=1e-4)
+    assert (np.diff(pressures)[1:] / STEP < KNOWN.squeeze * 1.001).all()
+
+
 def test_the_lift_waits_for_the_grip_but_not_for_ever():
     policy = GentleGrasp(KNOWN)
     heights = [height(policy.act(observed(0.0))) for _ in range(60)]

@@ -145,3 +145,15 @@ def test_a_sweep_says_what_it_is_of(executor, tmp_path):
 )
 def test_cells(value, text):
     assert cell(value) == text
+
+
+def test_what_is_varied_counts_before_what_is_fixed(executor, tmp_path):
+    run_sweep("free_bending", SECTIONS[2:], tmp_path, executor, fixed={"sensor.period": 0.02, KEY: 1})
+    assert [changes[KEY] for _, changes, *_ in executor.calls] == [3, 4]
+
+
+def test_a_failure_that_is_resumed_is_reported_as_one(executor, tmp_path):
+    swept(tmp_path, executor)
+    reported = []
+    swept(tmp_path, executor, resume=True, report=reported.append)
+    assert reported == [True, False, True, True]
