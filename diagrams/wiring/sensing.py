@@ -12,7 +12,13 @@ from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
-from soft_gripper.diagrams.wiring.scoring import add_beside, add_scoring, add_true_contact, add_width_error
+from soft_gripper.diagrams.wiring.scoring import (
+    add_beside,
+    add_scoring,
+    add_true_contact,
+    add_true_poses,
+    add_width_error,
+)
 from soft_gripper.diagrams.wiring.sensors import add_sensors
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
@@ -21,6 +27,7 @@ from soft_gripper.load.gripper_opening import Gripper
 from soft_gripper.load.object_width import ObjectWidth
 from soft_gripper.scenario.scenario import BelievedConfig, EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 def add_object_width(
@@ -73,12 +80,13 @@ def add_sensing(
         InputError: if a sensor, an estimator or a belief is wrong.
     """
     config = config or SensingConfig()
-    signals: Ports = {}
     check_finalized(fingers)
+    signals = add_true_poses(builder, fingers, config.sensor.period) if fingers else {}
     for finger in fingers:
         if finger.name not in pressures:
             raise InputError("add_sensing", "pressures", list(pressures), f"has none for finger '{finger.name}'")
-        found = _sense(builder, finger, pressures[finger.name], config)
+        truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP)}
+        found = _sense(builder, finger, pressures[finger.name], truth, config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
     return signals | (_truth_of_contact(builder, fingers) if fingers else {})
 
@@ -89,7 +97,9 @@ def _truth_of_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -
     return truth | ({"grip.true_object_width": width} if forms_gripper(fingers) else {})
 
 
-def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, config: SensingConfig) -> Ports:
+def _sense(
+    builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, truth: Ports, config: SensingConfig
+) -> Ports:
     sensor, make = config.sensor, config.make_estimator
     estimator = replace(config.estimator, uncertainty=uncertainty(config.estimator, sensor))
     gravity = np.array(finger.plant.gravity_field().gravity_vector())
@@ -97,10 +107,9 @@ def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, c
     measured = add_sensors(builder, finger, sensor, pressure, config.make_sensor)
     estimated = add_estimation(builder, finger.name, layout, estimator, sensor.period, gravity, measured, make)
     known = {**measured, **estimated}
-    scores = add_scoring(builder, finger, sensor.period, known)
-    sampled = {**measured, "sampled_joint_angles": scores["sampled_joint_angles"]}
-    beside = add_beside(builder, finger, layout, estimator, sensor.period, sampled)
-    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, "pressure"})
+    scores = add_scoring(builder, finger, sensor.period, known | truth)
+    beside = add_beside(builder, finger, layout, estimator, sensor.period, measured | truth)
+    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
     del known["joint_angles"]  # of every step of the plant; what is sampled is logged
