@@ -64,16 +64,9 @@ def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force:
         force: across the finger, (M) N, positive where it presses on the inner side.
         rub: friction along the finger, toward its tip, over the size of the force, (M).
     """
-    chain, rows = forward_kinematics(q, finger.segment_length), np.arange(len(q))
-    link = np.searchsorted(finger.joint_arc_lengths, place)
-    begins = np.concatenate([np.zeros((len(q), 1)), chain.joints], axis=-1)[rows, link]
-    along = np.exp(1j * chain.headings[rows, link])
-    point = begins + along * (place - finger.link_ends[link] + 1j * offset)
-    pushed = along * (np.abs(force) * rub - 1j * force)
-    lever = point[:, None] - chain.joints
-    beyond = finger.joint_arc_lengths < place[:, None]
-    torque: Array = np.where(beyond, (np.conj(lever) * pushed[:, None]).imag, 0.0)
-    return torque
+    sites = forward_kinematics(q, finger.segment_length).at(place[:, None], offset[:, None])
+    rubbed, pressed = (np.abs(force) * rub)[:, None], force[:, None]
+    return sites.torques(rubbed * sites.directions - pressed * sites.normals)[:, 0]
 
 
 def main(number: int = 400, seed: int = 1) -> None:
