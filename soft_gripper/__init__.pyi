@@ -32,6 +32,7 @@ from .diagrams.wiring.drive import add_pressure_drive as add_pressure_drive
 from .diagrams.wiring.estimation import add_estimation as add_estimation
 from .diagrams.wiring.grip_control import add_grip_control as add_grip_control
 from .diagrams.wiring.scoring import add_scoring as add_scoring
+from .diagrams.wiring.scoring import add_true_poses as add_true_poses
 from .diagrams.wiring.sensing import SensingConfig as SensingConfig
 from .diagrams.wiring.sensing import add_sensing as add_sensing
 from .diagrams.wiring.sensors import add_sensors as add_sensors

@@ -18,6 +18,7 @@ from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.scenario.scenario import EstimatorConfig
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 class FingerEstimation(Diagram):
@@ -144,6 +145,6 @@ def add_estimation(
 
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:
     """What an estimator may take, of what is measured: the sampled pressure, and no truth."""
-    truth = ("joint_angles", "sampled_joint_angles")
+    truth = ("joint_angles", TRUE_JOINTS, TRUE_TIP)
     known = {name: port for name, port in measured.items() if name not in truth and not name.startswith(IDEAL)}
     return known | {"pressure": measured["sampled_pressure"]}

@@ -15,7 +15,13 @@ from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
 from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, MakeSensor
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
-from soft_gripper.diagrams.wiring.scoring import add_beside, add_scoring, add_true_contact, add_width_error
+from soft_gripper.diagrams.wiring.scoring import (
+    add_beside,
+    add_scoring,
+    add_true_contact,
+    add_true_poses,
+    add_width_error,
+)
 from soft_gripper.diagrams.wiring.sensors import add_sensors
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
@@ -26,6 +32,7 @@ from soft_gripper.scenario.belief import Belief
 from soft_gripper.scenario.scenario import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 def add_object_width(
@@ -82,13 +89,14 @@ def add_sensing(
     config = config or SensingConfig()
     known_uncertainty = uncertainty(config.estimator, config.sensor)
     config = replace(config, estimator=replace(config.estimator, uncertainty=known_uncertainty))
-    signals: Ports = {}
     check_finalized(fingers)
+    signals = add_true_poses(builder, fingers, config.sensor.period) if fingers else {}
     layouts = {finger.name: config.believed.layout(finger.finger, config.sensor) for finger in fingers}
     for finger in fingers:
         if finger.name not in pressures:
             raise InputError("add_sensing", "pressures", list(pressures), f"has none for finger '{finger.name}'")
-        found = _sense(builder, finger, pressures[finger.name], layouts[finger.name], config)
+        truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP)}
+        found = _sense(builder, finger, pressures[finger.name], truth, layouts[finger.name], config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
     if not fingers:
         return signals
@@ -110,6 +118,7 @@ def _sense(
     builder: DiagramBuilder,
     finger: PlantFinger,
     pressure: OutputPort,
+    truth: Ports,
     believed: SensorLayout,
     config: SensingConfig,
 ) -> Ports:
@@ -120,10 +129,9 @@ def _sense(
         builder, finger.name, believed, estimator, period, gravity, measured, config.make_estimator
     )
     known = {**measured, **estimated}
-    scores = add_scoring(builder, finger, period, known)
-    sampled = {**measured, "sampled_joint_angles": scores["sampled_joint_angles"]}
-    beside = add_beside(builder, finger, believed, estimator, period, sampled)
-    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, "pressure"})
+    scores = add_scoring(builder, finger, period, known | truth)
+    beside = add_beside(builder, finger, believed, estimator, period, measured | truth)
+    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
     del known["joint_angles"]  # of every step of the plant; what is sampled is logged

@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the right pieces of the law are found

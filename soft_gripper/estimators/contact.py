@@ -66,8 +66,7 @@ from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.gaussian import GaussianShape, condition, sections_of
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, forward_kinematics
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import Chain, forward_kinematics, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

@@ -43,7 +43,7 @@ from soft_gripper.estimators.bends import section_bends
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 TIP_SHARE = 0.3  # of the variance at the base, that is due to a force on the tip

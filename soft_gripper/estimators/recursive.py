@@ -40,7 +40,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.gaussian import sections_of, torque_covariance
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 _MODES = 5  # of the load

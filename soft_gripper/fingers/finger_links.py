@@ -30,6 +30,11 @@ def joint_name(finger: str, index: int) -> str:
     return f"{finger}_joint_{index}"
 
 
+def tip_name(finger: str) -> str:
+    """Frame at the tip."""
+    return f"{finger}_tip"
+
+
 def shear_joint_name(finger: str, index: int) -> str:
     """Name of the joint that shears before bending joint `index`, if the finger does."""
     return f"{finger}_shear_{index}"
@@ -253,7 +258,7 @@ def _with_text(tag: str, text: str) -> ET.Element:
 def _tip_frame(finger: Finger) -> ET.Element:
     return _element(
         "frame",
-        name=f"{finger.name}_tip",
+        name=tip_name(finger.name),
         link=link_name(finger.name, finger.segments),
         xyz=_text(0, 0, finger.segment_length / 2),
         rpy="0 0 0",

@@ -1,9 +1,10 @@
-"""Planar kinematics of the chain in finger frame B: joint angles -> points and sensor paths.
+"""Planar kinematics of the chain in finger frame B: joint angles -> points, how they move, and torques at the joints.
 
 A vector of the bending plane is the complex number z + i x, m. A link of heading h (from z toward x) then
-points along exp(i h), and the inner side lies to the side of i: turning is multiplying. `as_points` gives
-the (x, z) pairs that ports and tables hold. All functions are pure; joint angles q have shape (..., N), rad,
-and the leading axes are free: one sample, a batch, or a whole recording.
+points along exp(i h), and the inner side lies to the side of i: turning is multiplying. One number a vector keeps the
+last axis for places along the finger, and a sample cheap; what the directions of links are, and how forces act on
+them, is written here alone. `as_points` gives the (x, z) pairs that ports and tables hold. All functions are pure;
+joint angles q have shape (..., N), rad, and the leading axes are free: one sample, a batch, or a whole recording.
 """
 
 from typing import Any, NamedTuple
@@ -12,6 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.finger import Finger
+
+
+class Sites(NamedTuple):
+    """Points that are fixed to links of a bent chain."""
+
+    points: Planar  # (..., M) m in B
+    directions: Planar  # (..., M) unit vectors along their links, toward the tip
+    jacobian: Planar  # (..., M, N) m/rad, by how much each joint angle moves them
+
+    @property
+    def normals(self) -> Planar:
+        """Unit vectors across their links, toward the inner side, (..., M)."""
+        return 1j * self.directions
+
+    def torques(self, forces: Planar) -> Array:
+        """Torques of forces on the points, (..., M) N in B, at the joints, N m, (..., M, N); positive closes."""
+        torques: Array = (self.jacobian.conj() * forces[..., None]).real
+        return torques
 
 
 class Chain(NamedTuple):
@@ -20,15 +40,61 @@ class Chain(NamedTuple):
     joints: Planar  # (..., N) m
     segment_ends: Planar  # (..., N + 1) m, from the base to the tip; each is the middle of a link
     headings: Array  # (..., N + 1) rad, of the links; the first is 0
+    directions: Planar  # (..., N + 1) unit vectors along the links
+    segment_length: Array | float  # m
 
     @property
     def tip(self) -> Planar:
         return self.segment_ends[..., -1]
 
+    @property
+    def points(self) -> Planar:
+        """Joints and tip, (..., N + 1) m."""
+        return np.concatenate([self.joints, self.segment_ends[..., -1:]], axis=-1)
+
+    @property
+    def normals(self) -> Planar:
+        """Unit vectors across the links, toward the inner side, (..., N + 1)."""
+        return 1j * self.directions
+
+    def link_at(self, s: Array) -> NDArray[np.int_]:
+        """The links on which arc lengths (...) m from the base lie, 0 at the base; at a joint the one before it."""
+        return np.searchsorted(self._joint_arc_lengths, s)
+
+    def at(self, s: Array, offset: Array | float = 0.0) -> Sites:
+        """The points at arc lengths (..., M) m of a chain whose segments are alike.
+
+        `offset` (..., M) m is their distance from the axis, positive on the inner side.
+        """
+        link = self.link_at(s)
+        begins = np.concatenate([np.zeros_like(self.segment_ends[..., :1]), self.joints], axis=-1)
+        link_begins = np.concatenate([[0.0], self._joint_arc_lengths])
+        directions = _pick(self.directions, link)
+        points = _pick(begins, link) + directions * (s - link_begins[link] + 1j * np.asarray(offset))
+        moves = np.arange(self.joints.shape[-1]) < link[..., None]
+        return Sites(points, directions, 1j * (points[..., None] - self.joints[..., None, :]) * moves)
+
+    @property
+    def _joint_arc_lengths(self) -> Array:
+        lengths: Array = (np.arange(self.joints.shape[-1]) + 0.5) * self.segment_length
+        return lengths
+
+
+def _pick(values: NDArray[Any], number: NDArray[np.int_]) -> NDArray[Any]:
+    """Entries of (..., N) by their numbers (..., M); leading axes are broadcast."""
+    leading = np.broadcast_shapes(values.shape[:-1], number.shape[:-1])
+    values, number = (np.broadcast_to(each, (*leading, each.shape[-1])) for each in (values, number))
+    return np.take_along_axis(values, number, axis=-1)
+
 
 def as_points(planar: Planar) -> Array:
     """(x, z) pairs of planar vectors, (...) -> (..., 2)."""
     return np.ascontiguousarray(planar).view(float).reshape(*planar.shape, 2)[..., ::-1]
+
+
+def in_space(planar: Planar) -> Array:
+    """Planar vectors in B, (...) -> (..., 3) x, y, z."""
+    return np.stack([planar.imag, np.zeros(planar.shape), planar.real], axis=-1)
 
 
 def as_planar(points: Array) -> Planar:
@@ -46,7 +112,28 @@ def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | N
     directions, half = np.exp(1j * headings), np.asarray(segment_length) / 2
     to_joints = directions[..., :-1] * (half if shear is None else half + 1j * shear)
     segment_ends: Planar = _sums_from_zero(to_joints + directions[..., 1:] * half)
-    return Chain(segment_ends[..., :-1] + to_joints, segment_ends, headings)
+    return Chain(segment_ends[..., :-1] + to_joints, segment_ends, headings, directions, segment_length)
+
+
+def link_directions(q: Array) -> Planar:
+    """Unit vectors along the links beyond the joints, (..., N) -> (..., N).
+
+    What is fixed to links moves as  p = p_0 + directions @ levers , with levers (N, M) that say how far the direction
+    of each link carries each point; an imaginary part carries it along the link's normal.
+    """
+    directions: Planar = np.exp(1j * q.cumsum(axis=-1))
+    return directions
+
+
+def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array:
+    """Torque of the finger's own weight at every joint, N m, (..., N).
+
+    What hangs beyond a joint pulls at it with the moments of the links' directions, which are all that bends.
+    `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
+    """
+    directions = np.exp(1j * q.cumsum(axis=-1))  # as `link_directions`, without a call: this runs at every sample
+    torque: Array = (np.conj(directions @ finger.mass_moments) * gravity).imag
+    return torque
 
 
 def _sums_from_zero(steps: NDArray[Any]) -> Any:
@@ -64,7 +151,7 @@ def sensor_path(chain: Chain, offset: float) -> Planar:
     """
     bisectors = (chain.headings[..., :-1] + chain.headings[..., 1:]) / 2
     path = np.empty((*chain.headings.shape[:-1], 2 * bisectors.shape[-1] + 1), dtype=complex)
-    path[..., 0::2] = chain.segment_ends + 1j * offset * np.exp(1j * chain.headings)
+    path[..., 0::2] = chain.segment_ends + offset * chain.normals
     path[..., 1::2] = chain.joints + 1j * offset * np.exp(1j * bisectors)
     return path
 

@@ -1,4 +1,4 @@
-"""A finger in balance: what pressure alone bends, the torque of its own weight, and both for a finger that has crept.
+"""A finger in balance: what pressure alone bends, and what pressure and weight do to a finger that has crept.
 
 Leading axes are free; N joints.
 """
@@ -10,6 +10,7 @@ import numpy as np
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.creep import shares
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
 _REPETITIONS = 30
@@ -18,17 +19,6 @@ _REPETITIONS = 30
 def free_bending_angles(finger: Finger, pressure: Array) -> Array:
     """Equation (7): joint angles under pressure (...) Pa alone, before anything creeps, rad, (..., N)."""
     return finger.angle(finger.pressure_torque(pressure))
-
-
-def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array:
-    """Torque of the finger's own weight at every joint, N m, (..., N).
-
-    What hangs beyond a joint pulls at it with the moments of the links' directions, which are all that bends.
-    `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
-    """
-    directions = np.exp(1j * q.cumsum(axis=-1))
-    torque: Array = (np.conj(directions @ finger.mass_moments) * gravity).imag
-    return torque
 
 
 def relaxed_law(finger: Finger) -> PiecewiseLinear:

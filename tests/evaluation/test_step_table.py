@@ -8,7 +8,7 @@ import xarray as xr
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.runs.scores import steps as module
-from soft_gripper.runs.scores.steps import step_table, true_chain
+from soft_gripper.runs.scores.steps import step_table
 
 PERIOD, HOLD = 0.01, 4.0
 
@@ -88,12 +88,3 @@ def test_what_swings_about_the_set_point_has_no_steady_error(monkeypatch):
     """Whole periods of a sine: its mean over the last half second is 0, its largest value is not."""
     (row,) = rows(monkeypatch, lambda time: 1 + 0.01 * np.sin(2 * np.pi * time / 0.1))
     assert row.steady_error_estimated_mm == pytest.approx(0.0, abs=1e-9)
-
-
-def test_the_true_chain_slides_by_its_shear():
-    """A straight finger of which every joint slides by 1 mm ends as many millimetres aside as it has joints."""
-    joints, signals = 5, {"f.sampled_joint_angles": 0.0, "f.sampled_shear": 1e-3}
-    data = {name: (("time", "joint"), np.full((3, joints), value)) for name, value in signals.items()}
-    recording = Recording(xr.Dataset(data, {"time": [0.0, 0.01, 0.02]}))
-    finger = SimpleNamespace(name="f", finger=SimpleNamespace(shear_factor=0.83, segment_length=0.02))
-    np.testing.assert_allclose(true_chain(recording, finger).tip, joints * (0.02 + 1e-3j))

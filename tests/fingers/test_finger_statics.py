@@ -8,8 +8,8 @@ from finger_plants import BENDING_STIFFNESS, LENGTH, uniform_finger
 
 from soft_gripper.fingers.creep import memory_torque
 from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, PressureLaw, TipLoad
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import free_bending_angles, gravity_torque, resting_angles, softened
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.statics import free_bending_angles, resting_angles, softened
 
 LAW = ElasticLaw(curvature=(-30.0, 0.0, 30.0), base_moment=(-0.5, 0.0, 0.2), tip_moment=(-0.2, 0.0, 0.3))
 PRESSURES = np.array([[-50e3, 0.0], [100e3, 200e3]])

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pydrake.multibody.tree import JacobianWrtVariable
 
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.kinematics import (
     as_planar,
     as_points,
     forward_kinematics,
+    link_directions,
     segment_path_lengths,
     sensor_path,
 )
@@ -35,6 +37,43 @@ def test_forward_kinematics_is_drakes(tapered_finger, finger_plant, bent):
     np.testing.assert_allclose(as_points(chain.segment_ends[1:]), np.array(middles)[:, [0, 2]], atol=1e-15)
     tip = plant.GetFrameByName("tapered_tip").CalcPoseInWorld(context).translation()
     np.testing.assert_allclose(as_points(chain.tip), tip[[0, 2]], atol=1e-15)
+
+
+def test_sites_move_as_drakes_points_do(tapered_finger, finger_plant, bent):
+    """Places, velocities and torques of forces, at points of the axis from the base to the tip, and beside it."""
+    finger, q = tapered_finger, bent(5)
+    plant, s, offset = finger_plant(finger), np.array([0.0, 0.02, 0.03, 0.0815, finger.length]), 0.004
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, q)
+    chain = forward_kinematics(q, finger.segment_length)
+    sites, forces = chain.at(s, offset), as_planar(bent(5, 2))
+    for i, link in enumerate(chain.link_at(s)):
+        frame, in_link = plant.GetFrameByName(link_name("tapered", link)), [offset, 0, s[i] - finger.link_ends[link]]
+        np.testing.assert_allclose(as_points(sites.points[i]), (frame.CalcPoseInWorld(context) @ in_link)[[0, 2]])
+        axes = frame.CalcPoseInWorld(context).rotation().matrix()[[0, 2]]
+        np.testing.assert_allclose(as_points(sites.directions[i]), axes[:, 2], atol=1e-15)
+        np.testing.assert_allclose(as_points(sites.normals[i]), axes[:, 0], atol=1e-15)
+        world = plant.world_frame()
+        moved = plant.CalcJacobianTranslationalVelocity(context, JacobianWrtVariable.kV, frame, in_link, world, world)
+        np.testing.assert_allclose(as_points(sites.jacobian[i]), moved[[0, 2]].T, atol=1e-15)
+        np.testing.assert_allclose(sites.torques(forces)[i], as_points(forces[i]) @ moved[[0, 2]], atol=1e-15)
+
+
+def test_sites_of_a_batch_are_those_of_its_chains(bent):
+    chains, s = forward_kinematics(bent(2, 3, 12), SEGMENT), 0.06 + 0.1 * bent(3, 4)
+    sites, alike = chains.at(s), chains.at(s[0])
+    for index in np.ndindex(2, 3):
+        single = forward_kinematics(bent(2, 3, 12)[index], SEGMENT)
+        for part, same, own, first in zip(sites, alike, single.at(s[index[1]]), single.at(s[0]), strict=True):
+            np.testing.assert_array_equal(part[index], own)
+            np.testing.assert_array_equal(same[index], first)
+
+
+def test_what_is_fixed_to_links_is_carried_by_their_directions(bent):
+    q = bent(3, 12)
+    levers = np.tri(12, k=-1).T * SEGMENT + np.eye(12) * SEGMENT / 2  # of the joints' links, to the segments' ends
+    carried = SEGMENT / 2 + link_directions(q) @ levers
+    np.testing.assert_allclose(carried, forward_kinematics(q, SEGMENT).segment_ends[..., 1:], atol=1e-15)
 
 
 def test_a_chain_that_shears_is_drakes(tapered_finger, finger_plant, bent):
@@ -91,8 +130,8 @@ def test_batch_is_the_loop(bent):
     lengths = segment_path_lengths(batch, SEGMENT, 0.009)
     for index in np.ndindex(2, 3):
         single = forward_kinematics(batch[index], SEGMENT)
-        for part, one in zip(chains, single, strict=True):
-            np.testing.assert_array_equal(part[index], one)
+        for part in ("joints", "segment_ends", "headings", "directions", "normals", "points", "tip"):
+            np.testing.assert_array_equal(getattr(chains, part)[index], getattr(single, part))
         np.testing.assert_array_equal(sensor_path(chains, 0.009)[index], sensor_path(single, 0.009))
         np.testing.assert_array_equal(lengths[index], segment_path_lengths(batch[index], SEGMENT, 0.009))
 

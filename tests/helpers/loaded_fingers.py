@@ -7,8 +7,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 
 
 class Push(NamedTuple):

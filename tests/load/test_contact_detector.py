@@ -15,8 +15,8 @@ from pydrake.trajectories import PiecewisePolynomial
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
 from soft_gripper.estimators.plane import bending_plane
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.fingers.statics import gravity_torque
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.load.contact_detector import THRESHOLD, ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator

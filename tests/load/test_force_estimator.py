@@ -12,7 +12,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.estimators.plane import pose_entries
-from soft_gripper.fingers.statics import free_bending_angles, gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.load.torque_balance import Motion, TorqueBalance, windows

@@ -16,8 +16,8 @@ from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, Case, estimate
 from soft_gripper.evaluation.contacts.random_contact import SIDES
 from soft_gripper.evaluation.contacts.sensors import LAYOUTS, describe_borders
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import gravity_torque, relaxed_law
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.statics import relaxed_law
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 SHARES = 0.0, 1 / 3, 2 / 3, 1.0  # of the friction that the coefficient allows
@@ -64,16 +64,9 @@ def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force:
         force: across the finger, (M) N, positive where it presses on the inner side.
         rub: friction along the finger, toward its tip, over the size of the force, (M).
     """
-    chain, rows = forward_kinematics(q, finger.segment_length), np.arange(len(q))
-    link = np.searchsorted(finger.joint_arc_lengths, place)
-    begins = np.concatenate([np.zeros((len(q), 1)), chain.joints], axis=-1)[rows, link]
-    along = np.exp(1j * chain.headings[rows, link])
-    point = begins + along * (place - finger.link_ends[link] + 1j * offset)
-    pushed = along * (np.abs(force) * rub - 1j * force)
-    lever = point[:, None] - chain.joints
-    beyond = finger.joint_arc_lengths < place[:, None]
-    torque: Array = np.where(beyond, (np.conj(lever) * pushed[:, None]).imag, 0.0)
-    return torque
+    sites = forward_kinematics(q, finger.segment_length).at(place[:, None], offset[:, None])
+    rubbed, pressed = (np.abs(force) * rub)[:, None], force[:, None]
+    return sites.torques(rubbed * sites.directions - pressed * sites.normals)[:, 0]
 
 
 def main(number: int = 400, seed: int = 1) -> None:

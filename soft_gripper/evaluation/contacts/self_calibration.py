@@ -23,7 +23,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.bends import section_bends
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _STEPS = 4  # of Newton's method; under a linear law the first is exact

@@ -20,7 +20,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.hardware.replay.arm_recording import PERIOD, ArmRecording
 from soft_gripper.hardware.replay.geometry_fit import ArmGeometry
 

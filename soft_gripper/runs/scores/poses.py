@@ -11,12 +11,12 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.readings import read_again
-from soft_gripper.runs.scores.steps import true_chain
 from soft_gripper.scenario.belief import describe_belief
 from soft_gripper.scenario.scenario import Scenario
-from soft_gripper.truth.poses import fingertip_error, pose_error
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, fingertip_error, pose_error
 
 
 @dataclass(frozen=True)
@@ -127,5 +127,6 @@ def _rows(
 
 def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:
     """Pose and fingertip error at every sample, m, (T)."""
-    truth, points = true_chain(recording, finger), shape.points(finger.finger)
-    return pose_error(truth.joints, points[..., :-1]), fingertip_error(truth.tip, points[..., -1])
+    joints, tip = (recording[f"{finger.name}.{name}"].values for name in (TRUE_JOINTS, TRUE_TIP))
+    points = in_space(shape.points(finger.finger))
+    return pose_error(joints, points[..., :-1, :]), fingertip_error(tip, points[..., -1, :])

@@ -14,8 +14,7 @@ from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_estimator import ArcPoseEstimator
 from soft_gripper.estimators.plane import bending_plane, pose_entries
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.fingers.statics import gravity_torque
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravity_torque
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import signal_of

@@ -16,8 +16,8 @@ from soft_gripper.evaluation.contacts.bench import (
     read_finger,
 )
 from soft_gripper.evaluation.contacts.random_contact import SIDES, peg_center
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import gravity_torque, resting_angles
+from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.statics import resting_angles
 
 RADIUS, PLACE = 0.006, 0.08  # m; the middle of a link
 R_WB = RollPitchYaw(0.4, -0.5, 1.1).ToRotationMatrix()

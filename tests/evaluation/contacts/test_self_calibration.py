@@ -11,7 +11,8 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ElasticLaw
-from soft_gripper.fingers.statics import gravity_torque, resting_angles, softened
+from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 PRESSURES, GRAVITY = np.array([30e3, 90e3]), 6 + 7j
