@@ -84,3 +84,11 @@ def test_nan_of_a_plant_fails(column, sections) -> None:
 
 def test_realistic_rows_are_those_of_the_preset() -> None:
     assert {(row.noise, row.estimator, row.sections) for row in realistic(ROWS, "arcs", 3)} == {(1.0, "arcs", 3)}
+
+
+@pytest.mark.parametrize("column", ["worst_mm", "tip_mm"])
+@pytest.mark.parametrize(("error", "breaks"), [(1.45, 0), (1.55, 1)])
+def test_no_step_errs_by_more_than_1_5_mm_with_two_sensors_and_no_tip(column, error, breaks) -> None:
+    """Half as much again as 1 mm at every step, and as twice the mean of 0.5 mm at the tip."""
+    changes = changed(PLANT_ROWS, {column: error}, plant="tapered", scenario="irregular_grasp", sections=2)
+    assert len(failing(ROWS, changes)) == breaks
