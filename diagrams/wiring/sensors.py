@@ -122,7 +122,10 @@ def add_sensors(
         known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
         sensors = builder.AddNamedSystem(f"{finger.name}.sensors", FingerSensors(sensor, layout, config))
         connect_known(builder, sensors, known, "sensor")
-    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **vector_outputs(sensors)}
+        found = vector_outputs(sensors)
+        if "strain" not in found:
+            raise InputError("sensor", "output ports", ", ".join(found), "a sensor puts out its readings as 'strain'")
+    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **found}
 
 
 def _check(sensor: System, layout: SensorLayout, config: SensorConfig) -> None:
@@ -135,5 +138,3 @@ def _check(sensor: System, layout: SensorLayout, config: SensorConfig) -> None:
     if config.errors is not None and sizes.get("strain") != layout.readings:
         expected = f"put out 'strain' ({layout.readings}), the readings, which sensor.errors disturb"
         raise InputError("sensor", "output ports", sizes, expected)
-    if "strain" not in sizes:
-        raise InputError("sensor", "output ports", ", ".join(sizes), "a sensor puts out its readings as 'strain'")

@@ -59,9 +59,9 @@ OBJECTS = {
     ),
 }
 FINGERS = {
-    'length="0.12"': ('length="5e-324"', "length = 5e-324: give a number of 1e-09 to 1e+12 in size"),
-    'width="0.02"': ('width="1e308"', "width = 1e+308: give a number of 1e-09 to 1e+12 in size"),
-    'segments="12"': ('segments="2000"', "segments = 2000: give a whole number of at least 1, 500 at most"),
+    'length="0.12"': ('length="5e-324"', "body.length = 5e-324: "),
+    'width="0.02"': ('width="1e308"', "base.width = 1e+308: "),
+    'segments="12"': ('segments="2000"', "body.segments = 2000: "),
 }
 OPTIONS = {
     ("grasp-trials", "--trials", "0"): "--trials = '0'",

@@ -74,5 +74,5 @@ def test_what_is_missing_is_named(recording):
     with pytest.raises(InputError, match="the section of each chamber, of 2"):
         arm_recording(replace(recording, config=config))
     config = replace(recording.config, lengths=None)
-    with pytest.raises(InputError, match="estimated from its length sensors"):
+    with pytest.raises(InputError, match="estimated from length sensors"):
         arm_recording(replace(recording, config=config))

@@ -85,8 +85,9 @@ def test_fitted_to_chosen_ones(arms, arm_finger):
 
 
 def test_what_is_reported_is_not_fitted_to(arms, arm_finger):
-    with pytest.raises(InputError, match="cannot be fitted to and reported"):
+    with pytest.raises(InputError) as caught:
         replay_recordings(arms[:2], arms[1:], ROWS, arm_finger, DOWN)
+    assert (caught.value.field, caught.value.value) == ("--fit", ["run_1"])
     with pytest.raises(InputError, match="give at least two, or --fit"):
         replay_recordings(arms[:1], None, ROWS, arm_finger, DOWN)
 
