@@ -1,9 +1,9 @@
-# Everything sets itself up in .venv; it takes python3 (3.11 or newer) with its venv module, and make.
+# Every target sets up .venv; this needs python3 (3.11 or newer) with its venv module, and make.
 
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/ready
-# Another Python, on which the tests run too: the newest after $(PYTHON) that is found and works.
+# A second Python to run the tests on: the newest working one that is newer than $(PYTHON).
 NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versions/3.$$v.*/bin/python; do \
 	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
 	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
@@ -19,7 +19,7 @@ test: $(READY)
 	$(BIN)/$(PYTEST) -m "not slow"
 	@$(MAKE) --no-print-directory test-newer
 
-# Long runs, which hardly depend on Python.
+# Long runs, which hardly depend on the version of Python.
 test-slow: $(READY)
 	$(BIN)/$(PYTEST) -m slow
 
@@ -46,12 +46,12 @@ format: $(READY)
 types: $(READY)
 	$(BIN)/mypy
 
-# Hostile input, FUZZ of every kind, new ones every time.
+# Hostile input, FUZZ cases of every kind, different in every run.
 FUZZ ?= 1000
 fuzz: $(READY)
 	FUZZ=$(FUZZ) $(BIN)/python -m pytest -q tests/fuzz
 
-# Commands killed at random moments, KILLS each; and runs for SOAK seconds, whose memory must not grow.
+# Commands killed at random moments, KILLS times each; and runs for SOAK seconds, whose memory must not grow.
 KILLS ?= 40
 SOAK ?= 3600
 kills: $(READY)
@@ -75,7 +75,7 @@ wheel-everywhere: wheel
 bench: $(READY)
 	$(BIN)/python benchmarks/bench.py
 
-# Against another checkout: make bench-against OTHER=../before, where `make .venv/ready` was done.
+# Compared with another checkout, in which `make .venv/ready` was run: make bench-against OTHER=../before
 bench-against: $(READY)
 	$(BIN)/python benchmarks/compare.py $(OTHER)
 
@@ -90,7 +90,7 @@ scaling: $(READY)
 work-precision: $(READY)
 	$(BIN)/python benchmarks/work_precision.py
 
-# The site, in build/docs/html: pages and notebooks of the repository, and what is made from the code.
+# The site, in build/docs/html: pages and notebooks of the repository, and pages generated from the code.
 # NOTEBOOKS=off shows notebooks without running them, in a third of the time.
 .PHONY: docs docs-links
 NOTEBOOKS ?= force
@@ -99,7 +99,7 @@ docs: .venv/docs
 	$(BIN)/python docs/site/stage.py build/docs/source
 	$(SPHINX) -q -D nb_execution_mode=$(NOTEBOOKS) build/docs/source build/docs/html
 
-# Links to elsewhere, which need a network; after `make docs`.
+# External links, which need a network; after `make docs`.
 docs-links: .venv/docs
 	$(SPHINX) -b linkcheck -D nb_execution_mode=off build/docs/source build/docs/links
 

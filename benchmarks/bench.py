@@ -30,7 +30,7 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.choices import find_estimator
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -100,7 +100,7 @@ def _print_blocks(station: Station) -> bool:
 
 
 def _print_estimator(name: str, bar: float) -> bool:
-    """An estimator block alone, two sensors a side, on a finger that is pressed at its side."""
+    """An estimator block alone, two sensors per side, on a finger that is pressed at its side."""
     (finger,) = expand_urdf(model_path("package://soft_gripper/grippers/finger.urdf")).fingers
     layout = SensorLayout(finger, 2)
     q = 0.08 * np.linspace(0.3, 1.2, finger.segments)

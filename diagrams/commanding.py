@@ -11,6 +11,7 @@ from soft_gripper.diagrams.wiring.external import add_external_joints, add_exter
 from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
 from soft_gripper.diagrams.wiring.pressure_steps import add_pressure_steps, check_steps, pressure_steps
+from soft_gripper.scenario.scenario import ArmConfig
 
 
 def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive: Drive) -> InputPort | None:
@@ -42,15 +43,14 @@ def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive:
     return None
 
 
-def add_arm(builder: DiagramBuilder, station: StationParts, set_point: InputPort | None) -> None:
+def add_arm(builder: DiagramBuilder, station: StationParts, config: ArmConfig, set_point: InputPort | None) -> None:
     """Adds the arm's control, and what commands it: a task, an input, or its home posture.
 
     Raises:
         InputError: if the arm does not carry the gripper, or cannot do what the task asks.
     """
     scenario, period = station.scenario, station.scenario.sensor.period
-    assert scenario.arm is not None
-    station.arm = arm = make_arm(station.plant, scenario.models, scenario.arm, station.fingers)
+    station.arm = arm = make_arm(station.plant, scenario.models, config, station.fingers)
     desired = add_arm_control(builder, station.plant, arm)
     if scenario.task is not None:
         ports = (station.signals[f"grip.{name}"] for name in ("opening", "torque"))

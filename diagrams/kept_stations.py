@@ -12,7 +12,7 @@ from hashlib import sha256
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.checks import plain_scenario
+from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario import Scenario, default_simulator_config
@@ -38,7 +38,7 @@ def kept_station(scenario: Scenario) -> Station:
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    scenario = plain_scenario("scenario", scenario)
+    scenario = checked_scenario("scenario", scenario)
     key = _built_of(scenario)
     if key is None:
         return make_station(scenario)

@@ -11,11 +11,12 @@ from pydrake.systems.framework import Context, Diagram, System
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.choices import is_own
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.diagrams.wiring.sensors import IDEAL, sensor_layout
+from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.scenario.own_functions import is_own
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 _LOGGER = logging.getLogger(__name__)
 

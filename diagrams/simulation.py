@@ -1,4 +1,7 @@
-"""simulate: a scenario -> a recording of every named signal."""
+"""simulate: a scenario -> a recording of every named signal.
+
+Seeds are set in the context (`seed_random_sources`): a RandomSource made in Python has no fixed seed of its own.
+"""
 
 import math
 from collections.abc import Callable, Iterator

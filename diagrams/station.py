@@ -8,13 +8,15 @@ from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor, name_of
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, name_of
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
-from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_contact_width, add_sensing
+from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.checks import check_finger_names, check_scenario, plain_scenario
+from soft_gripper.scenario.belief import read_belief
+from soft_gripper.scenario.checks import check_finger_names, checked_scenario
 from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.sensor_presets import MakeSensor
 
 
 def make_station(
@@ -70,21 +72,19 @@ def add_station(
         InputError: if a part of the scenario cannot be built, or the diagram has a plant already.
     """
     _check_first(builder)
-    scenario = plain_scenario("scenario", scenario)
-    check_scenario("scenario", scenario)
+    scenario = checked_scenario("scenario", scenario)
+    believed = read_belief(scenario.believed)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
-    sensing = SensingConfig(scenario.sensor, scenario.estimator, scenario.believed, make_sensor, make_estimator)
+    sensing = SensingConfig(scenario.sensor, scenario.estimator, believed, make_sensor, make_estimator)
     station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing)
-    if scenario.estimator.contact_threshold is not None and scene.fingers:
-        station.signals |= add_contact_width(builder, scene.fingers, station.signals, sensing)
     set_point = add_pressure_commands(builder, station, drive)
     if scenario.arm is not None:
-        add_arm(builder, station, set_point)
+        add_arm(builder, station, scenario.arm, set_point)
     free = [model.name for model in scenario.models if model.free]
     arm = None if scenario.arm is None else scenario.arm.model
     station.signals |= add_plant_signals(builder, scene.plant, free, arm)

@@ -32,6 +32,7 @@ from .diagrams.wiring.drive import add_pressure_drive as add_pressure_drive
 from .diagrams.wiring.estimation import add_estimation as add_estimation
 from .diagrams.wiring.grip_control import add_grip_control as add_grip_control
 from .diagrams.wiring.scoring import add_scoring as add_scoring
+from .diagrams.wiring.scoring import add_true_poses as add_true_poses
 from .diagrams.wiring.sensing import SensingConfig as SensingConfig
 from .diagrams.wiring.sensing import add_sensing as add_sensing
 from .diagrams.wiring.sensors import add_sensors as add_sensors
@@ -55,5 +56,5 @@ from .scenario.scenario import TaskConfig as TaskConfig
 from .scenario.scenario_file import changed_scenario as changed_scenario
 from .scenario.scenario_file import dump_scenario as dump_scenario
 from .scenario.scenario_file import load_scenario as load_scenario
-from .scenario.scenario_file import scenario_names as scenario_names
+from .scenario.shipped import scenario_names as scenario_names
 from .signals import describe as describe

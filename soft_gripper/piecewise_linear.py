@@ -1,4 +1,8 @@
-"""Piecewise linear curves through points, straight on beyond their ends, with exact inverses."""
+"""Piecewise linear curves through points, straight on beyond their ends, with exact inverses.
+
+An elastic law or a pressure law in a plant is a sum of Saturations, one per piece, so that it runs in C++ at the
+plant's rate.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property

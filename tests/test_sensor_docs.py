@@ -7,8 +7,8 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
-from soft_gripper.scenario.scenario import PressureErrorsConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import presets
+from soft_gripper.scenario.scenario import StrainErrorsConfig, presets
+from soft_gripper.sensors.pressure_errors import PressureErrors
 
 TEXT = (Path(__file__).parents[1] / "docs/sensors.md").read_text(encoding="utf-8")
 
@@ -23,7 +23,7 @@ def test_the_figure_is_drawn_as_shown(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "name",
-    [*presets(), *(field.name for config in (StrainErrorsConfig, PressureErrorsConfig) for field in fields(config))],
+    [*presets(), *(field.name for config in (StrainErrorsConfig, PressureErrors) for field in fields(config))],
 )
 def test_everything_is_explained(name):
     assert f"`{name}`" in TEXT or f"{name}:" in TEXT

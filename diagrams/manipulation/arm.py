@@ -1,4 +1,7 @@
-"""The arm: a plant of its own for planning and for its weight."""
+"""The arm: a plant of its own for planning and for its weight.
+
+Planning and gravity compensation use a plant of the arm alone (`Arm.plant`), in which the gripper is one rigid body.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,10 @@
-"""The task of a scenario, applied: planned before anything moves, then led by a TaskMachine."""
+"""The task of a scenario, applied: planned before anything moves, then led by a TaskMachine.
+
+The pose of an object is reported with an error (`task.pose_error`), so that a moved object is reported where it then
+is. The path check uses the reported pose too, because the true one is not known before the fingers arrive. Pick and
+place uses steps of 5 ms and a stiction tolerance of 0.1 mm/s: at 10 ms and 1 mm/s a heavy or slippery object creeps
+in the fingers and turns.
+"""
 
 from collections.abc import Sequence
 

@@ -1,1 +1,1 @@
-"""Every named signal against time."""
+"""Recordings: every named signal over time."""

@@ -1,4 +1,4 @@
-"""Which ports need a log, and how signals follow from what is logged.
+"""Which ports need a log, and how signals follow from the logged ones.
 
 An ArrayBlock gives its outputs at all samples of a recording from its inputs at all of them. So a port of such a block
 needs no log, and is not computed while the diagram runs, as long as its inputs lead back to ports that are logged.
@@ -29,7 +29,7 @@ class Derived:
 
     block: ArrayBlock
     leaves: dict[str, "Source"]  # by the names of the block's ports
-    outputs: list[str] = field(default_factory=list)  # names of those that are asked for
+    outputs: list[str] = field(default_factory=list)  # names of the requested ones
 
 
 class Output(NamedTuple):
@@ -43,7 +43,7 @@ Source = Logged | Output
 
 
 class _Level(NamedTuple):
-    """What is wired where a system sits."""
+    """The wires around a system."""
 
     wires: Mapping[tuple[System, int], tuple[System, int]]  # outputs by the inputs that they feed
     diagram: Diagram | None = None  # None: the builder of the whole
@@ -74,9 +74,9 @@ class _Level(NamedTuple):
 
 
 class SignalSources:
-    """Finds what signals of a diagram follow from, at samples `period` s apart. Ask before the diagram is built.
+    """Finds what signals of a diagram follow from, at samples `period` s apart. Use it before the diagram is built.
 
-    `ports` are those that a log may be needed of.
+    `ports` are those that may need a log.
     """
 
     def __init__(self, builder: DiagramBuilder, period: float):

@@ -11,7 +11,7 @@ from soft_gripper.diagrams.recording.recording import Recording
 
 
 class Span(NamedTuple):
-    """A phase that was gone through."""
+    """A phase that was run."""
 
     phase: Phase
     begin: float  # s
@@ -19,7 +19,7 @@ class Span(NamedTuple):
 
 
 def phase_spans(recording: Recording, phases: Sequence[Phase]) -> list[Span]:
-    """The phases in the order in which they were gone through; what came after the last is left out.
+    """The phases in the order in which they were run, without the time after the last.
 
     `phases` are those of the TaskMachine, rescues too, by their numbers.
     """

@@ -1,4 +1,4 @@
-"""What a recording says about itself: the scenario, the versions that ran it, and the frames of its signals."""
+"""The attributes of a recording: its scenario, the versions that ran it, and the frames of its signals."""
 
 from importlib.metadata import version
 
@@ -18,7 +18,7 @@ FRAMES = (
 def provenance(scenario: Scenario, sensor: str, estimator: str) -> dict[str, str]:
     """Attributes of a recording: description, scenario as YAML, versions, frames.
 
-    `sensor` and `estimator` name the blocks, which a user may have given in the place of the scenario's.
+    `sensor` and `estimator` name the blocks, which a user may have given instead of the scenario's.
     """
     versions = (f"{name} {version(name)}" for name in ("soft-gripper", "drake", "numpy"))
     return {

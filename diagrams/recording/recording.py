@@ -1,4 +1,4 @@
-"""Recording: every named signal of a run against time, as labelled arrays with units."""
+"""Recording: every named signal of a run over time, as labelled arrays with units."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,9 +20,9 @@ from soft_gripper.files.text import check_regular
 from soft_gripper.signals import Signal
 
 _MAGICS = (b"CDF\x01", b"CDF\x02")  # the first bytes of a netCDF 3 file
-_LARGEST = 8  # times the file, of its arrays in memory: text takes more there
+_LARGEST = 8  # times the size of the file: its arrays in memory, where text takes more
 
-_LEGEND_LINES = 12  # of more there is no legend
+_LEGEND_LINES = 12  # entries; with more there is no legend
 _NO_UNIT = {"units": "1"}
 _OWN_COLORS = 10  # in Matplotlib's cycle; more lines take their colours from a scale
 
@@ -31,11 +31,11 @@ _OWN_COLORS = 10  # in Matplotlib's cycle; more lines take their colours from a 
 class Recording:
     """One variable per named signal, such as `left_finger.strain`, over a common `time` (s).
 
-    Every variable and every coordinate has the attribute `units`, "1" for none, as the CF conventions have it; where
-    entries differ, the units of those along the last axis, "m, m, rad", which are in the coordinate `{axis}_units` too.
-    A signal that counts states names them in `flag_meanings`. A value at time t is what a reader of the port finds at
-    t: a sampled signal still shows the sample before the one that is taken at t. The
-    attributes of the whole say what was run, see `provenance`.
+    Every variable and every coordinate has the attribute `units`, "1" for none, as in the CF conventions; if entries
+    differ, the units of those along the last axis, "m, m, rad", which are in the coordinate `{axis}_units` too.
+    A signal that numbers states names them in `flag_meanings`. A value at time t is the value of the port at t: a
+    sampled signal still has the sample before the one that is taken at t. The attributes of the recording describe the
+    run, see `provenance`.
     """
 
     data: xr.Dataset
@@ -67,12 +67,12 @@ class Recording:
                 return Recording(data.load())
         except InputError:
             raise
-        except Exception as error:  # of parsers that do not list what they raise
+        except Exception as error:  # parsers do not document their exceptions
             expected = f"is a damaged netCDF 3 file: {shortened(first_line(error), 100)}"
             raise InputError(file, "file", file.name, expected) from None
 
     def plot(self, *signals: str) -> Figure:
-        """Draws signals against time, one below the other, a line for every entry of a vector."""
+        """Plots signals over time, one below the other, with a line for every entry of a vector."""
         figure = Figure(figsize=(8, 2.2 * len(signals)), layout="constrained")
         panels = figure.subplots(len(signals), sharex=True, squeeze=False)[:, 0]
         for axes, signal in zip(panels, signals, strict=True):
@@ -120,7 +120,7 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
 
 
 def _axis_names(signals: Mapping[str, Signal]) -> dict[tuple[str, str], str]:
-    """What each axis of each signal is called: its own name; with that of the owner or the signal, where kinds differ.
+    """The name of each axis of each signal: its own; prefixed with that of the owner or the signal if kinds differ.
 
     Two fingers with as many joints share the axis `joint`; else there are `left_finger.joint` and `right_finger.joint`.
     """

@@ -39,7 +39,7 @@ class ValueLog(LeafSystem):
         self.DeclareForcedPublishEvent(self._keep)
 
     def values(self, root_context: Context) -> list[Any]:
-        """What was kept, in the context of the whole diagram."""
+        """The kept values, in the context of the whole diagram."""
         log: list[Any] = self._log.Eval(self.GetMyContextFromRoot(root_context))
         return log
 
@@ -51,11 +51,11 @@ class ValueLog(LeafSystem):
 class SignalLogs(Diagram):
     """Keeps what signals follow from, sampled each `period` s; an input port for each.
 
-    Vectors go into one log side by side: every system more in a diagram costs at every step.
+    Vectors go into one log side by side, since every additional system in a diagram costs time at every step.
     """
 
     def __init__(self, signals: Mapping[str, OutputPort], sources: SignalSources, period: float):
-        """`signals` are vector ports by the names that a recording gives them; what they carry is read from them."""
+        """`signals` are vector ports by their names in the recording; units and axes are read from the ports."""
         super().__init__()
         builder = DiagramBuilder()
         self.signals: dict[str, Signal] = {name: signal_of(port) for name, port in signals.items()}
@@ -101,8 +101,8 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
     Signals of an ArrayBlock are not computed while the diagram runs, unless something else reads them.
 
     Args:
-        builder: of the diagram, in which what feeds the signals is connected.
-        signals: vector ports by the names that the recording gives them, such as "left_finger.strain".
+        builder: of the diagram, in which the sources of the signals are connected.
+        signals: vector ports by their names in the recording, such as "left_finger.strain".
         period: between the samples, s.
     """
     sources = SignalSources(builder, period)

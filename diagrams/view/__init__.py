@@ -1,1 +1,1 @@
-"""What is seen: Meshcat, replays, colours, block diagrams."""
+"""Views: Meshcat, replays, colours, block diagrams."""

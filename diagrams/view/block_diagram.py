@@ -14,10 +14,10 @@ PICTURES = (".svg", ".png", ".pdf")
 
 
 def graphviz(diagram: Diagram, max_depth: int = 1) -> str:
-    """Graphviz (DOT) text; `max_depth` says how many levels of sub-diagrams are opened.
+    """Graphviz (DOT) text; `max_depth` is the number of levels of sub-diagrams that are expanded.
 
     Drake numbers the systems of a process, and lists wires by their addresses in memory; here the same diagram has the
-    same text in every run: systems are numbered as they come, and wires sorted.
+    same text in every run: systems are numbered in order, and wires are sorted.
     """
     numbers: dict[str, str] = {}
     drawn: str = diagram.GetGraphvizString(max_depth=max_depth)
@@ -30,7 +30,7 @@ def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None
     """Writes DOT text, or a picture if the name ends in .svg, .png or .pdf.
 
     Raises:
-        InputError: if the ending is another, or a picture is wanted and pygraphviz is not installed.
+        InputError: if the ending is another, or a picture is requested and pygraphviz is not installed.
     """
     text = graphviz(diagram, max_depth)
     if path.suffix in (".dot", ".gv"):
@@ -42,7 +42,7 @@ def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None
     try:
         import pygraphviz
     except ImportError:
-        expected = "a picture needs pygraphviz: pip install 'soft-gripper[notebooks]'; or end it in .dot"
+        expected = "a picture requires pygraphviz: pip install 'soft-gripper[notebooks]'; or end it in .dot"
         raise InputError("--graphviz", "FILE", str(path), expected) from None
     picture = pygraphviz.AGraph(string=text).draw(prog="dot", format=path.suffix[1:])
     with atomic_file(path) as partial:

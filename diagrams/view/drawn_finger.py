@@ -1,4 +1,4 @@
-"""DrawnFinger: what is known beforehand of a finger whose estimate is drawn."""
+"""DrawnFinger: the fixed properties of a finger whose estimate is drawn."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from pydrake.multibody.tree import BodyIndex
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 
-PROUD = 1e-3  # m, by how much the estimate stands out of the sides of the finger
+PROUD = 1e-3  # m, how far the estimate protrudes from the sides of the finger
 _PIECES = 2  # of the curve, for every segment
 
 

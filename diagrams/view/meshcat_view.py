@@ -15,10 +15,10 @@ from soft_gripper.diagrams.view.estimate_visualizer import EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.diagrams.wiring.named_wires import inputs
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.scenario import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 PERIOD = 1 / 20  # s between frames
 FIELD_OF_VIEW = np.radians(35)  # from the lower to the upper edge

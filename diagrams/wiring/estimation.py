@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, find_estimator, make_block, name_of, seen_from
+from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, find_estimator, make_block, name_of
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
@@ -16,8 +16,10 @@ from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
+from soft_gripper.scenario.own_functions import seen_from
 from soft_gripper.scenario.scenario import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 class FingerEstimation(Diagram):
@@ -46,7 +48,7 @@ class FingerEstimation(Diagram):
     ):
         """
         Args:
-            estimator: of the shape, see `choices`.
+            estimator: of the shape, see `named_blocks`.
             layout: sensors and finger as they are believed to be.
             gravity: in the world, (3,) m/s^2; zero leaves the finger's own weight in the external torque.
             period: of all samples, s.
@@ -125,7 +127,7 @@ def add_estimation(
         period: of all samples, s.
         gravity: in the world, (3,) m/s^2.
         measured: the outputs of the sensors, `sampled_pressure` (1) Pa and `X_WB` (12).
-        make_estimator: takes the place of the estimator that `config.type` names, see `choices`.
+        make_estimator: takes the place of the estimator that `config.type` names, see `named_blocks`.
 
     Returns:
         the signals by their names without the finger's.
@@ -146,6 +148,6 @@ def add_estimation(
 
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:
     """What an estimator may take, of what is measured: the sampled pressure, and no truth."""
-    truth = ("joint_angles", "sampled_joint_angles")
+    truth = ("joint_angles", TRUE_JOINTS, TRUE_TIP)
     known = {name: port for name, port in measured.items() if name not in truth and not name.startswith(IDEAL)}
     return known | {"pressure": measured["sampled_pressure"]}

@@ -7,18 +7,19 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import DiscreteTimeDelay, MatrixGain, ZeroOrderHold
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.choices import find_estimator, make_block, seen_from
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.torque_balance import DELAY
+from soft_gripper.scenario.own_functions import seen_from
 from soft_gripper.scenario.scenario import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.signals import describe
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
-from soft_gripper.truth.poses import Difference, PoseError
+from soft_gripper.truth.poses import Difference, PoseError, TruePoses
 
 _DELAYED = "delayed_torque"  # no signal: the true torque at the sample that the estimated one belongs to
 
@@ -28,13 +29,13 @@ class FingerScoring(Diagram):
 
     ::
 
-        joint_angles (N) rad ----> sampled_joint_angles --> PoseError --> pose_error, fingertip_error  (1) m
-        joint_positions, tip_pose ---------------------------^
+        true_joint_positions, true_tip_position --> PoseError ----------> pose_error, fingertip_error  (1) m
+        joint_positions, tip_pose ---------------------^
+        joint_angles (N) rad ----> sampled_joint_angles
         contact_torque (N) N m --> true_external_torque
                      +-----------> delayed_torque --> Difference -------> external_torque_error  (N) N m
         external_torque (N) N m ------------------------^
 
-    For a finger that shears there is also `shear` (N) m, which PoseError takes as `sampled_shear`.
     The true torque waits for the estimated one, which belongs to samples before, see `torque_balance`.
     """
 
@@ -44,13 +45,11 @@ class FingerScoring(Diagram):
         joints = finger.segments
         wires = NamedWires()
         sampled = [("sampled_joint_angles", "joint_angles", "rad"), ("true_external_torque", "contact_torque", "N m")]
-        if finger.shear_factor > 0:
-            sampled.append(("sampled_shear", "shear", "m"))
         for name, source, unit in sampled:
             hold = ZeroOrderHold(period, joints)
             wires.add(name, hold, {"u": source, "y": name})
             describe(hold.get_output_port(), unit, joint=range(joints))
-        wires.add("pose_error", PoseError(finger))
+        wires.add("pose_error", PoseError(joints))
         wires.add("delay", DiscreteTimeDelay(period, DELAY, joints), {"u": "contact_torque", "delayed_u": _DELAYED})
         names = {"estimate": "external_torque", "truth": _DELAYED, "difference": "external_torque_error"}
         wires.add("torque_error", Difference(joints, "N m", joint=range(joints)), names)
@@ -64,7 +63,7 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
         builder: of a diagram with the finger's plant.
         finger: in the finalized plant.
         period: of the samples, s.
-        known: what `add_sensors` and `add_estimation` returned.
+        known: what `add_sensors` and `add_estimation` returned, and the finger's signals of `add_true_poses`.
 
     Returns:
         the signals by their names without the finger's.
@@ -74,10 +73,6 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     builder.Connect(forces, contact.get_input_port())
     scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period))
     sources = {**known, "contact_torque": contact.get_output_port()}
-    if finger.finger.shear_factor > 0:
-        shear = builder.AddNamedSystem(f"{finger.name}.shear", MatrixGain(finger.shear_selector()))
-        builder.Connect(finger.plant.get_state_output_port(), shear.get_input_port())
-        sources["shear"] = shear.get_output_port()
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
     signals = vector_outputs(scoring)
@@ -85,11 +80,24 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     return signals
 
 
+def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], period: float) -> Ports:
+    """Adds `true_poses` for fingers of one plant, sampled each `period` s; returns its signals, `{finger}.{signal}`."""
+    plant, name = fingers[0].plant, _free_name(builder, "true_poses", fingers)
+    sampled = builder.AddNamedSystem(f"{name}.state", ZeroOrderHold(period, plant.num_multibody_states()))
+    truth = builder.AddNamedSystem(name, TruePoses(fingers))
+    builder.Connect(plant.get_state_output_port(), sampled.get_input_port())
+    builder.Connect(sampled.get_output_port(), truth.get_input_port())
+    return vector_outputs(truth)
+
+
+def _free_name(builder: DiagramBuilder, name: str, fingers: Sequence[PlantFinger]) -> str:
+    """The name, or that of the first finger before it where other fingers have a block of that name."""
+    return f"{fingers[0].name}.{name}" if builder.HasSubsystemNamed(name) else name
+
+
 def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -> Ports:
     """Adds `true_contact` for fingers of one plant; returns its signals, `{finger}.{signal}`, and `width`."""
-    plant, name = fingers[0].plant, "true_contact"
-    if builder.HasSubsystemNamed(name):  # for other fingers
-        name = f"{fingers[0].name}.{name}"
+    plant, name = fingers[0].plant, _free_name(builder, "true_contact", fingers)
     truth = builder.AddNamedSystem(name, TrueContact({finger.name: TouchedLinks.of(finger) for finger in fingers}))
     builder.Connect(plant.get_contact_results_output_port(), truth.GetInputPort("contact_results"))
     builder.Connect(plant.get_body_poses_output_port(), truth.GetInputPort("body_poses"))
@@ -143,7 +151,7 @@ def add_beside(
         layout: sensors and finger as they are believed to be.
         config: the `estimator` part of a scenario.
         period: of all samples, s.
-        known: the outputs of the sensors, and `sampled_joint_angles`.
+        known: the outputs of the sensors, and the finger's signals of `add_true_poses`.
 
     Returns:
         the signals by their names without the finger's, `{type}.{signal}`.
@@ -160,7 +168,7 @@ def add_beside(
             estimation = ShapeBeside(estimator, layout.finger, period)
             builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", estimation)
             connect_known(builder, estimation, estimation_inputs(known), "estimator")
-        scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger))
+        scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger.segments))
         found = vector_outputs(estimation)
         connect_known(builder, scoring, {**known, **found}, "score")
         signals |= {f"{kind}.{name}": port for name, port in (found | vector_outputs(scoring)).items()}

@@ -1,4 +1,8 @@
-"""Sensing, applied: sensors, estimation and, where it is wanted, scoring of the fingers of a plant."""
+"""Sensing, applied: sensors, estimation and, where it is wanted, scoring of the fingers of a plant.
+
+A finger has three sub-diagrams: sensors, estimation and scoring. Estimation has no wire from the truth, so that
+recorded signals can feed it. Signals named `ideal_*` are the truth, and `add_estimation` does not offer them.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -6,21 +10,29 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from soft_gripper.diagrams.wiring.belief import believed_layout
-from soft_gripper.diagrams.wiring.choices import MakeEstimator, MakeSensor
 from soft_gripper.diagrams.wiring.drive import check_finalized
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_gripper
+from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
-from soft_gripper.diagrams.wiring.scoring import add_beside, add_scoring, add_true_contact, add_width_error
+from soft_gripper.diagrams.wiring.scoring import (
+    add_beside,
+    add_scoring,
+    add_true_contact,
+    add_true_poses,
+    add_width_error,
+)
 from soft_gripper.diagrams.wiring.sensors import add_sensors
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.gripper_opening import Gripper
 from soft_gripper.load.object_width import ObjectWidth
-from soft_gripper.scenario.scenario import BelievedConfig, EstimatorConfig, SensorConfig
-from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.scenario.belief import Belief
+from soft_gripper.scenario.scenario import EstimatorConfig, SensorConfig
+from soft_gripper.scenario.sensor_presets import MakeSensor, uncertainty
+from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 def add_object_width(
@@ -47,7 +59,7 @@ class SensingConfig:
 
     sensor: SensorConfig = field(default_factory=SensorConfig)
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
-    believed: BelievedConfig = field(default_factory=BelievedConfig)
+    believed: Belief = field(default_factory=Belief)  # see `read_belief`
     make_sensor: MakeSensor | None = None  # in the place of the sensor that `sensor.type` names
     make_estimator: MakeEstimator | None = None  # in the place of the estimator that `estimator.type` names
 
@@ -59,6 +71,8 @@ def add_sensing(
     config: SensingConfig | None = None,
 ) -> Ports:
     """Adds for every finger `{finger}.sensors`, `{finger}.estimation` and `{finger}.scoring`; for all `true_contact`.
+
+    Where contact is looked for with the fingers of one gripper, there are `object_width` and its error too.
 
     Args:
         builder: of a diagram with the fingers' plant.
@@ -73,54 +87,52 @@ def add_sensing(
         InputError: if a sensor, an estimator or a belief is wrong.
     """
     config = config or SensingConfig()
-    signals: Ports = {}
+    known_uncertainty = uncertainty(config.estimator, config.sensor)
+    config = replace(config, estimator=replace(config.estimator, uncertainty=known_uncertainty))
     check_finalized(fingers)
+    signals = add_true_poses(builder, fingers, config.sensor.period) if fingers else {}
+    layouts = {finger.name: config.believed.layout(finger.finger, config.sensor) for finger in fingers}
     for finger in fingers:
         if finger.name not in pressures:
             raise InputError("add_sensing", "pressures", list(pressures), f"has none for finger '{finger.name}'")
-        found = _sense(builder, finger, pressures[finger.name], config)
+        truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP)}
+        found = _sense(builder, finger, pressures[finger.name], truth, layouts[finger.name], config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
-    return signals | (_truth_of_contact(builder, fingers) if fingers else {})
-
-
-def _truth_of_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -> Ports:
+    if not fingers:
+        return signals
     truth = add_true_contact(builder, fingers)
-    width = truth.pop("width")
-    return truth | ({"grip.true_object_width": width} if forms_gripper(fingers) else {})
+    true_width = truth.pop("width")
+    signals |= truth
+    if not forms_gripper(fingers):
+        return signals
+    signals["grip.true_object_width"] = true_width
+    if config.estimator.contact_threshold is not None:
+        believed = {name: layout.finger for name, layout in layouts.items()}
+        gripper = find_gripper(fingers, "estimator.contact_threshold")
+        width = signals["grip.object_width"] = add_object_width(builder, gripper, believed, signals)
+        signals["grip.object_width_error"] = add_width_error(builder, width, true_width)
+    return signals
 
 
-def _sense(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort, config: SensingConfig) -> Ports:
-    sensor, make = config.sensor, config.make_estimator
-    estimator = replace(config.estimator, uncertainty=uncertainty(config.estimator, sensor))
+def _sense(
+    builder: DiagramBuilder,
+    finger: PlantFinger,
+    pressure: OutputPort,
+    truth: Ports,
+    believed: MeasurementModel,
+    config: SensingConfig,
+) -> Ports:
+    period, estimator = config.sensor.period, config.estimator
     gravity = np.array(finger.plant.gravity_field().gravity_vector())
-    layout = believed_layout(finger.finger, sensor, config.believed)
-    measured = add_sensors(builder, finger, sensor, pressure, config.make_sensor)
-    estimated = add_estimation(builder, finger.name, layout, estimator, sensor.period, gravity, measured, make)
+    measured = add_sensors(builder, finger, config.sensor, pressure, config.make_sensor)
+    estimated = add_estimation(
+        builder, finger.name, believed, estimator, period, gravity, measured, config.make_estimator
+    )
     known = {**measured, **estimated}
-    scores = add_scoring(builder, finger, sensor.period, known)
-    sampled = {**measured, "sampled_joint_angles": scores["sampled_joint_angles"]}
-    beside = add_beside(builder, finger, layout, estimator, sensor.period, sampled)
-    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, "pressure"})
+    scores = add_scoring(builder, finger, period, known | truth)
+    beside = add_beside(builder, finger, believed, estimator, period, measured | truth)
+    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
     del known["joint_angles"]  # of every step of the plant; what is sampled is logged
     return {"pressure": pressure, **known, **scores, **beside}
-
-
-def add_contact_width(
-    builder: DiagramBuilder,
-    fingers: Sequence[PlantFinger],
-    signals: Mapping[str, OutputPort],
-    config: SensingConfig,
-) -> Ports:
-    """Adds, for the fingers of one gripper, `object_width` and its error; returns the signals.
-
-    `signals` are those of `add_sensing` with contact looked for.
-    """
-    if not forms_gripper(fingers):
-        return {}
-    believed = {f.name: believed_layout(f.finger, config.sensor, config.believed).finger for f in fingers}
-    gripper = find_gripper(fingers, "estimator.contact_threshold")
-    width = add_object_width(builder, gripper, believed, signals)
-    error = add_width_error(builder, width, signals["grip.true_object_width"])
-    return {"grip.object_width": width, "grip.object_width_error": error}

@@ -1,82 +1,24 @@
 """The sensors of a finger, applied: joint angles and pressure -> readings."""
 
-from functools import partial
-from typing import Any
-
 from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain, RandomSource, ZeroOrderHold
 
-from soft_gripper.diagrams.wiring.choices import MakeSensor, find_sensor, is_kind, made, make_block, name_of, seen_from
+from soft_gripper.diagrams.wiring.named_blocks import make_block, name_of
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.own_functions import seen_from
 from soft_gripper.scenario.scenario import SensorConfig
-from soft_gripper.scenario.sensor_presets import pressure_errors, strain_errors
+from soft_gripper.scenario.sensor_presets import MakeSensor, find_sensor, is_kind, sensor_layout, strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_block import SensorBlock
-from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import ReadingErrorBlock
 from soft_gripper.signals import describe
 
 IDEAL = "ideal_"  # begins the names of signals as they were without errors; estimation cannot ask for them
-
-
-def reading_error_block(sensor: System, layout: MeasurementModel, config: SensorConfig) -> ReadingErrorBlock | None:
-    """What disturbs the readings of a sensor of that layout; None if nothing does.
-
-    Raises:
-        InputError: if an error is wrong, or the sensor puts out other readings than the layout has.
-    """
-    errors = strain_errors(config)
-    if errors is None:
-        return None
-    outputs = vector_outputs(sensor)
-    sizes = {name: port.size() for name, port in outputs.items()}
-    if sizes.get(layout.quantity) != layout.readings:
-        expected = f"put out '{layout.quantity}' ({layout.readings}), the readings, which sensor.errors disturb"
-        raise InputError("sensor", "output ports", sizes, expected)
-    if any(reading >= layout.readings for reading in errors.dead):
-        raise InputError("sensor.errors", "dead", list(errors.dead), f"there are {layout.readings} readings")
-    return ReadingErrorBlock(layout, errors, config.period)
-
-
-def pressure_error_block(config: SensorConfig) -> ErrorBlock | None:
-    """What disturbs the sampled pressure; None if nothing does.
-
-    Raises:
-        InputError: if an error is wrong.
-    """
-    errors = pressure_errors(config)
-    if errors is None:
-        return None
-    block = ErrorBlock(errors, 1, config.period, f"{IDEAL}pressure", "sampled_pressure")
-    describe(block.get_output_port(), "Pa")
-    return block
-
-
-def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
-    """The sensors that a scenario puts on a finger: of the kind that it names, or else strain sensors.
-
-    Raises:
-        InputError: if there is no such kind, it fails, there are more sections than segments, the borders are wrong, or
-            the response is not a curve.
-    """
-    points = LINEAR if config.response is None else tuple(map(tuple, config.response))
-    borders = None if config.borders is None else tuple(config.borders)
-    found = find_sensor(config.type)
-    kind = found if is_kind(found) else SensorLayout
-    has_sides = issubclass(kind, SensorLayout)
-    if config.one_sided and not has_sides:
-        raise InputError("sensor", "one_sided", config.one_sided, f"{config.type} has no sides; leave it out")
-    options: dict[str, Any] = {"response": ResponseCurve(points), "borders": borders}
-    options |= {"one_sided": config.one_sided} if has_sides else {}
-    layout: MeasurementModel = made("sensor.type", config.type, partial(kind, **options), finger, config.sections)
-    return layout
 
 
 class FingerSensors(Diagram):
@@ -95,30 +37,32 @@ class FingerSensors(Diagram):
         sampled_pressure --> ideal_pressure --> pressure_errors --> sampled_pressure
     """
 
-    def __init__(
-        self,
-        sensor: System,
-        period: float,
-        reading_errors: ErrorBlock | None = None,
-        pressure_errors: ErrorBlock | None = None,
-    ):
-        """Takes the blocks in; the pressure is sampled every `period` s."""
+    def __init__(self, sensor: System, layout: MeasurementModel, config: SensorConfig):
+        """
+        Args:
+            sensor: see `named_blocks`.
+            layout: of its readings.
+            config: of it the period of the samples and the errors.
+
+        Raises:
+            InputError: if an error is wrong.
+        """
         super().__init__()
-        wires = NamedWires()
-        wires.add("sensor", sensor, {} if reading_errors is None else _as_ideal(reading_errors))
+        wires, period = NamedWires(), config.period
+        errors = strain_errors(config)
+        ideal = {name: f"{IDEAL}{name}" for name in (layout.quantity, "extension_ratio")}
+        wires.add("sensor", sensor, {} if errors is None else ideal)
         pressure = ZeroOrderHold(period, 1)
-        sampled = "sampled_pressure" if pressure_errors is None else f"{IDEAL}pressure"
+        sampled = "sampled_pressure" if config.pressure_errors is None else f"{IDEAL}pressure"
         wires.add("sampled_pressure", pressure, {"u": "pressure", "y": sampled})
         describe(pressure.get_output_port(), "Pa")
-        for name, block in (("reading_errors", reading_errors), ("pressure_errors", pressure_errors)):
-            if block is not None:
-                _add_errors(wires, name, block, period)
+        if errors is not None:
+            _add_errors(wires, "reading_errors", ReadingErrorBlock(layout, errors, period), period)
+        if config.pressure_errors is not None:
+            block = ErrorBlock(config.pressure_errors, 1, period, f"{IDEAL}pressure", "sampled_pressure")
+            describe(block.get_output_port(), "Pa")
+            _add_errors(wires, "pressure_errors", block, period)
         wires.build_into(self)
-
-
-def _as_ideal(errors: ErrorBlock) -> dict[str, str]:
-    """What the outputs of a sensor, whose readings are disturbed, are called."""
-    return {name: f"{IDEAL}{name}" for name in (*vector_outputs(errors), "extension_ratio")}
 
 
 def _add_errors(wires: NamedWires, name: str, block: ErrorBlock, period: float) -> None:
@@ -161,7 +105,7 @@ def add_sensors(
         finger: in the finalized plant.
         config: the `sensor` part of a scenario.
         pressure: in the chamber of the finger, (1) Pa.
-        make_sensor: takes the place of the sensor that `config.type` names, see `choices`.
+        make_sensor: takes the place of the sensor that `config.type` names, see `named_blocks`.
 
     Returns:
         the signals by their names without the finger's.
@@ -176,29 +120,30 @@ def add_sensors(
     make = SensorBlock if is_kind(found) else found
     sensor = make_block(*made_by, make, layout, config.period)
     with seen_from(*made_by):
-        return _add_sensor(builder, finger, config, pressure, layout, sensor)
+        _check(sensor, layout, config)
+        X_WB = add_base_pose(builder, finger, config.period)
+        known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
+        sensors = builder.AddNamedSystem(f"{finger.name}.sensors", FingerSensors(sensor, layout, config))
+        connect_known(builder, sensors, known, "sensor")
+        outputs = vector_outputs(sensors)
+        if layout.quantity not in outputs:
+            expected = f"a sensor puts out its readings as '{layout.quantity}'"
+            raise InputError("sensor", "output ports", ", ".join(outputs), expected)
+    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **outputs}
 
 
-def _add_sensor(
-    builder: DiagramBuilder,
-    finger: PlantFinger,
-    config: SensorConfig,
-    pressure: OutputPort,
-    layout: MeasurementModel,
-    sensor: System,
-) -> Ports:
-    reserved = {"joint_angles", "pressure", "sampled_pressure", "X_WB"}
-    taken = {name for name in vector_outputs(sensor) if name in reserved or name.startswith(IDEAL)}
+def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> None:
+    """The outputs of a sensor: its readings, and no signal of the finger."""
+    sizes = {name: port.size() for name, port in vector_outputs(sensor).items()}
+    reserved = ("joint_angles", "pressure", "sampled_pressure", "X_WB")
+    taken = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))
     if taken:
-        raise InputError("sensor", "output ports", ", ".join(sorted(taken)), "are names of other signals of the finger")
-    errors = reading_error_block(sensor, layout, config), pressure_error_block(config)
-    sensors = FingerSensors(sensor, config.period, *errors)
-    builder.AddNamedSystem(f"{finger.name}.sensors", sensors)
-    X_WB = add_base_pose(builder, finger, config.period)
-    known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
-    connect_known(builder, sensors, known, "sensor")
-    found = vector_outputs(sensors)
-    if layout.quantity not in found:
-        expected = f"a sensor puts out its readings as '{layout.quantity}'"
-        raise InputError("sensor", "output ports", ", ".join(found), expected)
-    return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **found}
+        raise InputError("sensor", "output ports", ", ".join(taken), "are names of other signals of the finger")
+    errors = strain_errors(config)
+    if errors is None:
+        return
+    if sizes.get(layout.quantity) != layout.readings:
+        expected = f"put out '{layout.quantity}' ({layout.readings}), the readings, which sensor.errors disturb"
+        raise InputError("sensor", "output ports", sizes, expected)
+    if any(reading >= layout.readings for reading in errors.dead):
+        raise InputError("sensor.errors", "dead", list(errors.dead), f"there are {layout.readings} readings")

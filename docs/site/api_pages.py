@@ -63,9 +63,10 @@ def _page(name: str) -> str:
     )
     if has_fields(value):
         rows = [
-            (code(text.name), code(text.type), code(text.default), prose(text.comment)) for text in field_texts(value)
+            (code(text.name), code(text.type), code(text.default), prose(text.values), prose(text.comment))
+            for text in field_texts(value)
         ]
-        parts += ["## Fields", table(("field", "type", "default", "meaning"), rows)]
+        parts += ["## Fields", table(("field", "type", "default", "values", "meaning"), rows)]
     if value.__hash__ and value in example_blocks():
         parts += ["## Ports", "Sizes and names are those of an example.", ports_table(example_blocks()[value])]
     return "\n\n".join(parts) + "\n"

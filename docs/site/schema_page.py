@@ -1,15 +1,16 @@
-"""The page of the scenario's schema, from its dataclasses: name, type, default and comment of every field."""
+"""The page of the scenario's schema, from its dataclasses: name, type, default, range and comment of every field."""
 
 import dataclasses
 import inspect
 import re
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from source_comments import field_texts
+from source_comments import field_texts, values_text
 from tables import code, prose, table
 
+from soft_gripper.quantity import Rule, rules
 from soft_gripper.scenario.scenario import Scenario
 
 _INTRODUCTION = """\
@@ -69,17 +70,25 @@ def _parts(hint: object) -> Iterator[type]:
         yield hint
 
 
+def _rules_of(of: type) -> Mapping[str, Rule]:
+    """The rules of a config of Drake's, which stand at the field of the scenario that holds it."""
+    hints = typing.get_type_hints(Scenario)
+    return next((rule.parts for name, rule in rules(Scenario).items() if hints[name] is of), {})
+
+
 def _section(of: type, default: object) -> str:
     heading = f"({of.__name__.lower()})=\n## {of.__name__}\n"
     if not dataclasses.is_dataclass(of):
-        rows = [(code(name), code(getattr(default, name))) for name in field_names(of)]
-        return f"{heading}\n{_OF_DRAKE}\n\n{table(('field', 'default'), rows)}"
+        known = _rules_of(of)
+        values = {name: prose(values_text(known.get(name, Rule()))) for name in field_names(of)}
+        rows = [(code(name), code(getattr(default, name)), text) for name, text in values.items()]
+        return f"{heading}\n{_OF_DRAKE}\n\n{table(('field', 'default', 'values'), rows)}"
     rows = [
-        (code(text.name), _type(of, text.name, text.type), code(text.default), prose(text.comment))
+        (code(text.name), _type(of, text.name, text.type), code(text.default), prose(text.values), prose(text.comment))
         for text in field_texts(of)
     ]
     summary = re.split(r"\n+(?:Args|Raises):", inspect.getdoc(of) or "")[0]
-    return f"{heading}\n{prose(summary)}\n\n{table(('field', 'type', 'default', 'meaning'), rows)}"
+    return f"{heading}\n{prose(summary)}\n\n{table(('field', 'type', 'default', 'values', 'meaning'), rows)}"
 
 
 def _type(of: type, name: str, text: str) -> str:

@@ -1,4 +1,4 @@
-"""What the source of a class says of its fields: the comment beside each, or above it."""
+"""What the source of a class says of its fields: unit and range, and the comment beside each, or above it."""
 
 import ast
 import inspect
@@ -6,6 +6,8 @@ import re
 import textwrap
 from dataclasses import dataclass
 from typing import Any
+
+from soft_gripper.quantity import Rule, rules
 
 _TRAILING = re.compile(r"(?<!\S)#\s*(.*)$")
 
@@ -17,6 +19,7 @@ class FieldText:
     name: str
     type: str
     default: str  # empty: it must be given
+    values: str  # unit and range, or what there is to choose from
     comment: str
 
 
@@ -39,18 +42,36 @@ def _own_fields(of: type) -> list[FieldText]:
     lines = source.splitlines()
     (tree,) = ast.parse(source).body
     nodes = [node for node in tree.body if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)]
-    return [_field(node, lines) for node in nodes if not node.target.id.startswith("_")]
+    known = rules(of) if hasattr(of, "__dataclass_fields__") else {}
+    public = [node for node in nodes if not node.target.id.startswith("_")]
+    return [_field(node, lines, known.get(node.target.id, Rule())) for node in public]
 
 
-def _field(node: ast.AnnAssign, lines: list[str]) -> FieldText:
+def _field(node: ast.AnnAssign, lines: list[str], rule: Rule) -> FieldText:
     default = "" if node.value is None else _default(node.value)
-    return FieldText(node.target.id, ast.unparse(node.annotation), default, _comment(node, lines))
+    values, comment = values_text(rule), _comment(node, lines)
+    return FieldText(node.target.id, ast.unparse(node.annotation), default, values, comment)
+
+
+def values_text(rule: Rule) -> str:
+    """Unit and range of a field in words."""
+    size = [f"{rule.length} entries"] if rule.length is not None else ["not empty"] if rule.filled else []
+    span = ["[least, most]"] if rule.span else []
+    return ", ".join(part for part in (rule.unit, *span, *size, rule.limits, " or ".join(rule.choices)) if part)
 
 
 def _default(value: ast.expr) -> str:
     """As the source has it; of `field(default_factory=...)` what the factory makes."""
-    if isinstance(value, ast.Call) and ast.unparse(value.func) == "field":
-        factory = next(keyword.value for keyword in value.keywords if keyword.arg == "default_factory")
+    function = ast.unparse(value.func) if isinstance(value, ast.Call) else ""
+    if isinstance(value, ast.Call) and function == "quantity":
+        return ast.unparse(value.args[0])
+    if function == "like":
+        return "None"
+    if isinstance(value, ast.Call) and function == "field":
+        factories = [keyword.value for keyword in value.keywords if keyword.arg == "default_factory"]
+        if not factories:
+            return ""
+        (factory,) = factories
         if isinstance(factory, ast.Lambda):
             return ast.unparse(factory.body)
         return {"list": "[]", "dict": "{}"}.get(ast.unparse(factory), f"{ast.unparse(factory)}()")

@@ -1,6 +1,11 @@
 """Puts together what Sphinx builds the site from: `python docs/site/stage.py FOLDER`, which is emptied before.
 
 Pages and notebooks come from the repository, with links that hold on the site; the rest is made from the code.
+
+Pages live in docs/ and read well on GitHub, so their links are those of the repository. The copy that Sphinx builds
+has links of the site, and with it what is made from the code: API, ports (read from the systems), schema, block
+diagrams. A new page is named in docs/site/index.md. API pages are in no table of contents, since every page would
+carry all of them.
 """
 
 import re

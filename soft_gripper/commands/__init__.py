@@ -1,29 +1,22 @@
-"""The command line: `soft-gripper COMMAND`, one file a command."""
+"""The command line: `soft-gripper COMMAND`, declared in `parser`; each command runs in a module of its name."""
 
 import os
 import signal
 import sys
 from collections.abc import Sequence
 
-from soft_gripper.commands.terminal.exit_codes import ExitCode
+from soft_gripper.commands.dispatch import dispatch
+from soft_gripper.commands.parser import ExitCode
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command, see `dispatch`; while everything is imported, Ctrl-C waits."""
+    """Runs one command, see `dispatch`."""
     _replace_closed_streams()
     os.environ["MPLBACKEND"] = "agg"  # figures go to files alone, and matplotlib refuses names that it does not know
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # as below nohup
+            signal.signal(number, _end)
     try:
-        try:
-            from soft_gripper.commands.dispatch import dispatch
-        except (ImportError, MemoryError) as error:
-            reason = " ".join(str(error).split()) or "out of memory"
-            print(f"soft-gripper: cannot be loaded, is there too little memory? {reason}", file=sys.stderr)
-            return ExitCode.REFUSED
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            if signal.getsignal(number) != signal.SIG_IGN:  # as below nohup
-                signal.signal(number, _end)
         return dispatch(arguments)
     except KeyboardInterrupt:
         print("soft-gripper: interrupted; all files already written are complete", file=sys.stderr)

@@ -9,60 +9,37 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.commands.terminal.console import Console, add_console_options
-from soft_gripper.commands.terminal.options import (
-    MOST_SEED,
-    Subparsers,
-    add_command,
-    add_executor_options,
-    add_out_folder,
-    chosen_executor,
-    number_from_zero,
-    path,
-    whole_number,
-)
-from soft_gripper.evaluation.contacts.bench import MOST_FRICTION, PEG_FRICTION
+from soft_gripper.commands.tables import print_table
 from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts
 from soft_gripper.evaluation.contacts.errors import BOTH, ContactErrorRow
+from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, check_estimator
 from soft_gripper.evaluation.contacts.random_contact import SIDES, Contact
-from soft_gripper.evaluation.contacts.scores import ERRORS, FIGURE, SCORES, score_contacts
-from soft_gripper.evaluation.contacts.trials import ARRAYS, TABLE, redrawn, run_contacts, write_contacts
-from soft_gripper.files.output import claim_folder
-
-NAME = "contact-trials"
-
-
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        "press a finger against random pegs: force and place of the contact",
-        "--trials 200 --seed 1",
-        "--contacts results/contact_trials/contacts.npz    score those of an earlier run again",
-    )
-    add_console_options(parser)
-    parser.add_argument("--trials", metavar="N", default="200", help="contacts (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
-    friction = "coefficient of friction of the peg's surface (default: %(default)s)"
-    parser.add_argument("--friction", metavar="MU", default=f"{PEG_FRICTION:g}", help=friction)
-    add_executor_options(parser)
-    contacts = f"{ARRAYS} of an earlier run: score its contacts, and simulate none"
-    parser.add_argument("--contacts", metavar="FILE", type=path, help=contacts)
-    add_out_folder(parser, Path("results/contact_trials"))
-    parser.set_defaults(command=_run)
+from soft_gripper.evaluation.contacts.trials import (
+    ARRAYS,
+    ERRORS,
+    FIGURE,
+    SCORES,
+    TABLE,
+    redrawn,
+    run_contacts,
+    score_contacts,
+    write_contacts,
+)
+from soft_gripper.files.output import lock_folder
+from soft_gripper.runs.executor import open_executor
 
 
-def _run(options: argparse.Namespace) -> None:
-    number = whole_number(NAME, "--trials", options.trials, 1)
-    seed = whole_number(NAME, "--seed", options.seed, 0, MOST_SEED)
-    executor = chosen_executor(NAME, options)
-    friction = number_from_zero(NAME, "--friction", options.friction, MOST_FRICTION)
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    executor = open_executor(options.jobs, options.scheduler)
+    estimators = options.estimator or [ESTIMATOR]
+    for name in estimators:
+        check_estimator(name)
     kept = load_contacts(options.contacts) if options.contacts is not None else None
-    out = claim_folder(options.out)
-    contacts = _simulate(number, seed, executor, friction, out, options.console) if kept is None else kept
-    with options.console.counter(SCORES, "scores") as bar:
-        rows = score_contacts(contacts, out, bar.update)
+    out = lock_folder(options.out)
+    contacts = _simulate(options, executor, out) if kept is None else kept
+    with options.console.counter(SCORES * len(estimators), "scores") as bar:
+        rows = score_contacts(contacts, out, bar.update, estimators)
     _print_errors(rows)
     lost = sum(row.found_percent == 0 for row in rows)
     if lost:
@@ -72,17 +49,10 @@ def _run(options: argparse.Namespace) -> None:
     options.console.wrote(*(out / file for file in written))
 
 
-def _simulate(
-    number: int, seed: int, executor: AbstractContextManager[Executor], friction: float, out: Path, console: Console
-) -> Contacts:
-    with console.counter(number, "contacts") as bar:
-        try:
-            with executor as opened:
-                contacts = run_contacts(number, seed, opened, lambda contact: bar.update(), friction)
-        except KeyboardInterrupt:
-            bar.close()
-            print("\nnothing is written before the last contact")
-            raise
+def _simulate(options: argparse.Namespace, executor: AbstractContextManager[Executor], out: Path) -> Contacts:
+    number, kept = options.trials, "nothing is written before the last contact"
+    with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
+        contacts = run_contacts(number, options.seed, opened, ended, options.friction)
     write_contacts(contacts, out)
     _print_summary(contacts)
     return as_arrays(contacts)
@@ -103,13 +73,17 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
 
 def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
     """The errors of both sides together; the table has them by side too."""
-    print("\nerrors: median and 90th percentile, of the force and of the length; sections by where they meet, mm")
-    print(f"{'sections':<16}{'sensors':<14}{'stiffness':<10}{'calibrated':<20}{'found':>5}{'force':>14}{'place':>14}")
-    for row in rows:
-        if row.side == BOTH:
-            sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
-            belief = row.belief.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
-            force = f"{row.force_median_percent:.2f} {row.force_90_percent:5.1f} %"
-            place = f"{row.place_median_percent:.2f} {row.place_90_percent:5.1f} %"
-            what = f"{row.sections}: {row.borders:<13}{sensors:<14}{belief:<10}{row.calibration:<20}"
-            print(f"{what}{row.found_percent:4.0f}%{force:>14}{place:>14}")
+    columns = {"estimator": "", "sections": "", "sensors": "", "stiffness": "", "calibrated": "", "found [%]": ".0f"}
+    errors = ("force [%]", "90 %", "place [%]", "90 % ")
+    title = "errors: median and 90th percentile, of the force and of the length; sections by where they meet, mm"
+    print_table(columns | dict.fromkeys(errors, ".2f"), [_cells(row) for row in rows if row.side == BOTH], title)
+
+
+def _cells(row: ContactErrorRow) -> list[str | float]:
+    sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
+    belief = row.belief.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
+    forces, places = (
+        [getattr(row, f"{of}_median_percent"), getattr(row, f"{of}_90_percent")] for of in ("force", "place")
+    )
+    layout = f"{row.sections}: {row.borders}"
+    return [row.estimator, layout, sensors, belief, row.calibration, row.found_percent, *forces, *places]

@@ -1,123 +1,81 @@
-"""soft-gripper: the commands, and what becomes of a mistake."""
+"""Runs a command: reads its options, imports its module, and turns a mistake into one line and an exit code."""
 
 import argparse
 import io
 import os
+import signal
 import sys
 import traceback
-from collections.abc import Sequence
-from contextlib import suppress
-from importlib.metadata import version
-from typing import NoReturn
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from importlib import import_module
 
-from soft_gripper.commands import (
-    contact_trials,
-    evaluate,
-    grasp_trials,
-    place_sensors,
-    play,
-    recognition,
-    run,
-    sweep,
-    tune,
-)
-from soft_gripper.commands.hardware import calibrate, hardware, identify, replay
-from soft_gripper.commands.inspect import doctor, expand, list_scenarios, show
-from soft_gripper.commands.terminal.completion import add_completion
-from soft_gripper.commands.terminal.console import Console
-from soft_gripper.commands.terminal.exit_codes import ExitCode
-from soft_gripper.commands.terminal.options import PROGRAM
-from soft_gripper.diagrams.notes import notes
-from soft_gripper.errors import (
-    InputError,
-    SimulationDivergedError,
-    WorkerDiedError,
-    first_line,
-    in_one_line,
-    shortened,
-)
-from soft_gripper.files.output import release_folders
-
-COMMANDS = (
-    run,
-    play,
-    evaluate,
-    sweep,
-    grasp_trials,
-    recognition,
-    contact_trials,
-    place_sensors,
-    tune,
-    calibrate,
-    identify,
-    replay,
-    hardware,
-    list_scenarios,
-    show,
-    expand,
-    doctor,
-)
-
-
-def command_parser() -> argparse.ArgumentParser:
-    """All commands with their options."""
-    codes = ", ".join(f"{code.value} {code.name.lower().replace('_', ' ')}" for code in ExitCode)
-    parser = _Parser(
-        prog=PROGRAM,
-        description="Soft, sensing grippers simulated in Drake.",
-        epilog=f"`{PROGRAM} COMMAND --help` has examples. Exit codes: {codes}.",
-    )
-    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version(PROGRAM)}")
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
-    for command in COMMANDS:
-        command.add_parser(subparsers)
-    add_completion(parser, subparsers.choices)
-    return parser
+from soft_gripper.commands.console import Console
+from soft_gripper.commands.parser import PROGRAM, Command, ExitCode, parsed
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
+from soft_gripper.files.output import unlock_folders
+from soft_gripper.library_messages import notes
 
 
 def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
     """Runs one command."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # what a terminal cannot show
+    options = argparse.Namespace()
     try:
-        options = _parsed(arguments)
+        with _ctrl_c_waits():
+            options = _parsed(arguments)
+            run = _loaded(options.command)
         options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
         with notes():
             with options.console.speaking():
-                code = ExitCode(options.command(options) or ExitCode.DONE)
+                code = ExitCode(run(options) or ExitCode.DONE)
             sys.stdout.flush()
         return code
     except (InputError, SimulationDivergedError, WorkerDiedError) as error:
         return _complain(f"{error}{_traceback(error, options)}")
     except BrokenPipeError:
         _leave_output()
-        return ExitCode.READER_GONE
+        return ExitCode.BROKEN_PIPE
     except OSError as error:
         _leave_output()
         return _complain(f"{error.filename or 'output'}: {error.strerror or error}")
     except MemoryError:
         return _complain("out of memory")
-    except SystemExit as error:  # one of Drake's conditions that failed, or the way out of a library
+    except SystemExit as error:  # one of Drake's conditions that failed, the end of help, or a library's way out
         if not isinstance(error.code, str):
             raise
         return _complain(f"Drake cannot go on: {first_line(error)}")
     finally:
-        release_folders()
+        unlock_folders()
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     try:
-        return command_parser().parse_args(arguments)
-    except SystemExit:  # after --help, whose text may be more than its reader takes
+        return parsed(arguments)
+    except SystemExit:  # after help, whose text may be more than its reader takes
         sys.stdout.flush()
         raise
 
 
-class _Parser(argparse.ArgumentParser):
-    """Its complaints repeat no more of what was written than others do."""
+@contextmanager
+def _ctrl_c_waits() -> Iterator[None]:
+    """Holds Ctrl-C back, which in the middle of an import leaves half a module."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
-    def error(self, message: str) -> NoReturn:
-        super().error(in_one_line(shortened(message)))
+
+def _loaded(command: Command) -> Callable[[argparse.Namespace], int | None]:
+    """The function that runs a command."""
+    try:
+        run: Callable[[argparse.Namespace], int | None] = import_module(command.module).run
+    except ImportError as error:
+        expected = f"cannot be loaded, is there too little memory? {first_line(error)}"
+        raise InputError(command.name, "module", command.module, expected) from None
+    return run
 
 
 def _traceback(error: Exception, options: argparse.Namespace) -> str:

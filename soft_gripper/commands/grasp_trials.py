@@ -10,68 +10,36 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binomtest
 
-from soft_gripper.commands.terminal.console import Console, add_console_options
-from soft_gripper.commands.terminal.options import (
-    MOST_SEED,
-    Subparsers,
-    add_command,
-    add_executor_options,
-    add_out_folder,
-    chosen_executor,
-    whole_number,
-)
-from soft_gripper.errors import InputError
-from soft_gripper.files.output import atomic_file, claim_folder, keep_inputs, writable_folder
-from soft_gripper.runs.trials.tables import ABOUT, FIGURE, TABLES
-from soft_gripper.runs.trials.trial import Trial, TrialRow
-from soft_gripper.runs.trials.trials import (
+from soft_gripper.commands.console import Console
+from soft_gripper.files.output import atomic_file, keep_inputs, lock_folder, writable_folder
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.trials.run import (
+    ABOUT,
+    FIGURE,
     SCENARIOS,
+    TABLES,
     check_scenario_for_trials,
     judge,
     record_trial,
     run_trials,
 )
+from soft_gripper.runs.trials.trial import TrialRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "grasp-trials",
-        "pick and place over random poses, masses, frictions and sizes",
-        "--trials 200 --seed 1                                        of every scenario",
-        "--scenario pick_and_place_delicate --trials 20 --json",
-        "--scenario pick_and_place_box --seed 1 --trial 7             one again, with its recording",
-    )
-    add_console_options(parser)
-    parser.add_argument("--trials", metavar="N", default="20", help="of every scenario (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
-    parser.add_argument(
-        "--scenario", metavar="NAME", action="append", help=f"may be repeated (default: {', '.join(SCENARIOS)})"
-    )
-    parser.add_argument("--trial", metavar="K", help="run this trial alone, and keep its scenario and recording")
-    parser.add_argument("--resume", action="store_true", help="run only the trials that are not in the tables")
-    add_executor_options(parser)
-    add_out_folder(parser, Path("results/grasp_trials"))
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> None:
-    seed = whole_number("grasp-trials", "--seed", options.seed, 0, MOST_SEED)
-    files = _different(options.scenario or SCENARIOS)
-    number = whole_number("grasp-trials", "--trials", options.trials, 1)
-    executor = chosen_executor("grasp-trials", options)
-    trial = whole_number("grasp-trials", "--trial", options.trial, 0) if options.trial is not None else None
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    files = options.scenario or SCENARIOS
+    executor = open_executor(options.jobs, options.scheduler)
     for file in files:
         check_scenario_for_trials(file)
     keep_inputs(files, [options.out / ABOUT])
-    out = claim_folder(options.out)
-    if trial is not None:
+    out = lock_folder(options.out)
+    if options.trial is not None:
         for file in files:
-            _run_alone(file, seed, trial, out, options.console)
+            _run_alone(file, options.seed, options.trial, out, options.console)
     else:
-        _run_all(files, number, seed, out, executor, options.resume, options.console)
+        _run_all(files, options.trials, options.seed, out, executor, options.resume, options.console)
 
 
 def _run_all(
@@ -83,22 +51,9 @@ def _run_all(
     resume: bool,
     console: Console,
 ) -> None:
-    rows: list[TrialRow] = []
-    with console.counter(number * len(files), "trials") as bar:
-
-        def report(trial: Trial) -> None:
-            rows.append(trial.row)
-            bar.set_postfix_str(f"{sum(not row.success for row in rows)} failed")
-            bar.update()
-
-        try:
-            with executor as opened:
-                trials = run_trials(files, number, seed, out, opened, report, resume)
-        except KeyboardInterrupt:
-            bar.close()
-            where = f"; they are in {out / TABLES[0]}" if rows else ""
-            print(f"\n{len(rows)} of {number * len(files)} trials ended{where}")
-            raise
+    kept = f"they are in {out / TABLES[0]}, --resume runs the others"
+    with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
+        trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.row.success), resume)
     for file in files:
         _print_summary(file, seed, [trial.row for trial in trials if trial.row.scenario == Path(file).stem])
     console.table("trials", [trial.row for trial in trials])
@@ -148,12 +103,3 @@ def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) 
     """An average or an extreme of what was measured; NaN if nothing was."""
     measured = [value for value in values if not np.isnan(value)]
     return average(measured) if measured else float("nan")
-
-
-def _different(files: Sequence[str]) -> Sequence[str]:
-    """The scenarios, which the tables distinguish by their names alone."""
-    names = [Path(file).stem for file in files]
-    for file, name in zip(files, names, strict=True):
-        if names.count(name) > 1:
-            raise InputError("grasp-trials", "--scenario", file, "give scenarios of different names")
-    return files

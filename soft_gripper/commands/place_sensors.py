@@ -5,16 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from soft_gripper.commands.terminal.console import Console, add_console_options
-from soft_gripper.commands.terminal.options import (
-    MOST_SEED,
-    Subparsers,
-    add_command,
-    add_out_folder,
-    path,
-    whole_number,
-)
-from soft_gripper.commands.terminal.tables import print_left_out, print_ranking, print_snippet
+from soft_gripper.commands.console import Console
+from soft_gripper.commands.tables import print_left_out, print_ranking, print_snippet
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
@@ -22,7 +14,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.evaluation.contacts.dataset import load_contacts
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.placement.assumptions import Assumptions
@@ -34,53 +26,22 @@ from soft_gripper.placement.tables import left_out_rows, placement_rows, run_row
 from soft_gripper.runs.scores.recorded_run import RecordedRun, load_run
 from soft_gripper.scenario.scenario import SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.sensor_presets import presets, strain_errors
+from soft_gripper.scenario.sensor_presets import strain_errors
 
-NAME, IDEAL = "place-sensors", "ideal"
 TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_out.csv", "placement"
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        "find where the sections of the sensors best end",
-        "--count 3",
-        "--count 2 --recordings results/a/recording.nc results/b/recording.nc",
-    )
-    add_console_options(parser)
-    parser.add_argument("--count", metavar="N", required=True, help="sections along each path of a finger")
-    parser.add_argument("--estimator", metavar="NAME", default="gaussian", help="default: %(default)s")
-    source = parser.add_mutually_exclusive_group()
-    source.add_argument(
-        "--scenarios", metavar="A,B", default=",".join(SCENARIOS), help="to place by (default: %(default)s)"
-    )
-    source.add_argument(
-        "--recordings", metavar="FILE", nargs="+", type=path, help="recording.nc of runs, in their place"
-    )
-    parser.add_argument(
-        "--sensors", metavar="PRESET", default="realistic", help=f"their errors, or {IDEAL} (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--belief", metavar="PERCENT", default="10", help="too stiff or too soft, as believed (default: %(default)s)"
-    )
-    parser.add_argument("--contacts", metavar="FILE", type=path, help="of `contact-trials`: errors of force and place")
-    parser.add_argument("--seed", metavar="K", default="1", help="of what is random (default: %(default)s)")
-    add_out_folder(parser, Path("results/place_sensors"))
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> None:
-    count, assumptions = whole_number(NAME, "--count", options.count, 1), _assumptions(options)
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    assumptions = _assumptions(options)
     contacts = None if options.contacts is None else load_contacts(options.contacts)
     if contacts is not None:
         check_contacts(contacts, assumptions)
-    out = claim_folder(options.out)
+    out = lock_folder(options.out)
     try:
-        runs = _runs(options, count, [] if contacts is None else [contacts.finger])
+        runs = _runs(options, [] if contacts is None else [contacts.finger])
         with options.console.counter(None, "placements") as bar:
-            placed = place_sensors(count, runs, assumptions, contacts, bar.update)
+            placed = place_sensors(options.count, runs, assumptions, contacts, bar.update)
     except KeyboardInterrupt:
         print("\nnothing is written before the last placement")
         raise
@@ -94,25 +55,18 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _assumptions(options: argparse.Namespace) -> Assumptions:
-    if options.sensors != IDEAL and options.sensors not in presets():
-        raise InputError(NAME, "--sensors", options.sensors, f"known: {IDEAL}, {', '.join(presets())}")
-    config = SensorConfig(errors=StrainErrorsConfig(preset=options.sensors))
-    errors = None if options.sensors == IDEAL else strain_errors(config)
-    try:
-        belief = float(options.belief)
-    except ValueError:
-        raise InputError(NAME, "--belief", options.belief, "give a percentage from 0 to below 100") from None
-    return Assumptions(options.estimator, errors, belief, whole_number(NAME, "--seed", options.seed, 0, MOST_SEED))
+    errors = None if options.sensors is None else StrainErrorsConfig(preset=options.sensors)
+    return Assumptions(options.estimator, strain_errors(SensorConfig(errors=errors)), options.belief, options.seed)
 
 
-def _runs(options: argparse.Namespace, count: int, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:
+def _runs(options: argparse.Namespace, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:
     """The fingers of every run, read or simulated; `others` are to have as many segments."""
     if options.recordings is not None:
         runs = {name: load_run(file) for name, file in _named(options.recordings).items()}
-        check_runs(count, runs, others)
+        check_runs(options.count, runs, others)
     else:
-        stations = {name: _station(name) for name in options.scenarios.split(",")}
-        check_runs(count, stations, others)
+        stations = {name: _station(name) for name in options.scenarios or SCENARIOS}
+        check_runs(options.count, stations, others)
         runs = {name: _simulate(name, station, options.console) for name, station in stations.items()}
     return {name: held_fingers(name, run) for name, run in runs.items()}
 

@@ -2,28 +2,15 @@
 
 import argparse
 from collections.abc import Mapping
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager
-from pathlib import Path
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.terminal.console import Console, add_console_options
-from soft_gripper.commands.terminal.options import (
-    MOST_SEED,
-    Subparsers,
-    add_command,
-    add_executor_options,
-    add_out_folder,
-    chosen_executor,
-    whole_number,
-)
-from soft_gripper.evaluation.recognition import (
+from soft_gripper.commands.tables import print_table
+from soft_gripper.evaluation.random_grasps import (
     SECTIONS,
     SETS,
     SHAPES,
-    Grasp,
     check_scenario_for_recognition,
     confusion,
     confusion_figure,
@@ -32,41 +19,23 @@ from soft_gripper.evaluation.recognition import (
     train,
 )
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.recognition.model_file import save_shape_model
+from soft_gripper.recognition.shape_model import save_shape_model
+from soft_gripper.runs.executor import open_executor
 
 TABLE, FIGURE = "grasps.csv", "recognition"
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "recognition",
-        "train and test which shape is held, over random grasps",
-        "--train 60 --test 50 --seed 1",
-    )
-    add_console_options(parser)
-    parser.add_argument("scenario", nargs="?", default="probing_grasp", help="default: %(default)s")
-    parser.add_argument("--train", metavar="N", default="60", help="grasps of every shape (default: %(default)s)")
-    parser.add_argument("--test", metavar="N", default="50", help="others, of every shape (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", default="1", help="of what is random (default: %(default)s)")
-    add_executor_options(parser)
-    add_out_folder(parser, Path("results/recognition"))
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> None:
-    seed = whole_number("recognition", "--seed", options.seed, 0, MOST_SEED)
-    numbers = {
-        SETS[0]: whole_number("recognition", "--train", options.train, 2),
-        SETS[1]: whole_number("recognition", "--test", options.test, 1),
-    }
-    executor = chosen_executor("recognition", options)
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    numbers = dict(zip(SETS, (options.train, options.test), strict=True))
+    executor = open_executor(options.jobs, options.scheduler)
     check_scenario_for_recognition(options.scenario)
-    out = claim_folder(options.out)
-    grasps = _run_grasps(options.scenario, numbers, seed, executor, options.console)
+    out = lock_folder(options.out)
+    total, kept = sum(numbers.values()) * len(SHAPES), "nothing is written before the last"
+    with options.console.jobs(total, "grasps", kept) as ended, executor as opened:
+        grasps = run_grasps(options.scenario, numbers, options.seed, opened, ended)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]
     matrices = {sections: confusion(rows, sections) for sections in SECTIONS}
@@ -87,32 +56,10 @@ def _model_file(sections: int) -> str:
     return f"shapes_{sections}_sections.json"
 
 
-def _run_grasps(
-    file: str, numbers: Mapping[str, int], seed: int, executor: AbstractContextManager[Executor], console: Console
-) -> list[Grasp]:
-    total = sum(numbers.values()) * len(SHAPES)
-    with console.counter(total, "grasps") as bar:
-        ended = 0
-
-        def report(grasp: Grasp) -> None:
-            nonlocal ended
-            ended += 1
-            bar.update()
-
-        try:
-            with executor as opened:
-                return run_grasps(file, numbers, seed, opened, report)
-        except KeyboardInterrupt:
-            bar.close()
-            print(f"\n{ended} of {total} grasps ended; nothing is written before the last")
-            raise
-
-
 def _print_summary(matrices: Mapping[int, Array], number: int) -> None:
     """Of every shape, what its test grasps were recognized as."""
     for sections, matrix in matrices.items():
         right, total = int(np.trace(matrix)), number * len(SHAPES)
-        print(f"\n{sections} sections: {right} of {total} right ({100 * right / total:.1f} %)")
-        print(f"  {'held':<12}" + "".join(f"{shape:>12}" for shape in SHAPES))
-        for shape, row in zip(SHAPES, matrix, strict=True):
-            print(f"  {shape:<12}" + "".join(f"{count:>12}" for count in row))
+        title = f"{sections} sections: {right} of {total} right ({100 * right / total:.1f} %)"
+        rows = [(shape, *counts) for shape, counts in zip(SHAPES, matrix, strict=True)]
+        print_table({"held": "", **dict.fromkeys(SHAPES, "d")}, rows, title)

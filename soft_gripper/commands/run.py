@@ -2,15 +2,18 @@
 
 import argparse
 import logging
+import os
+import sys
 from contextlib import nullcontext
+from itertools import count
 from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.commands.terminal.console import Console, add_console_options, fits, run_folder
-from soft_gripper.commands.terminal.options import Subparsers, add_command, add_scenario_options, chosen_station, path
-from soft_gripper.commands.terminal.tables import print_phases, print_poses, print_steps, print_truth
-from soft_gripper.commands.terminal.viewing import add_host_option, viewed
+from soft_gripper.commands.chosen_station import chosen_station
+from soft_gripper.commands.console import Console
+from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
+from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task_phases import Outcome
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import check_closed, run_station
@@ -20,7 +23,7 @@ from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.files.output import atomic_file, check_file, claim_folder, keep_inputs
+from soft_gripper.files.output import atomic_file, check_file, keep_inputs, lock_folder
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.phases import outcome, phase_table
@@ -31,36 +34,14 @@ from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Declares the command."""
-    parser = add_command(
-        subparsers,
-        "run",
-        "run a scenario and record every signal",
-        "box_grasp                       tables, and every signal in results/box_grasp",
-        "box_grasp --meshcat             watch it in a browser",
-        "box_grasp --html replay.html    keep a 3-D replay that opens offline",
-        "my_scenario.yaml --set sensor.sections=2 --json",
-    )
-    add_console_options(parser)
-    add_scenario_options(parser)
-    parser.add_argument(
-        "--out", metavar="DIR", type=path, help="default: results/SCENARIO, or one beside it if that holds another run"
-    )
-    parser.add_argument("--meshcat", action="store_true", help="show the run in a browser and wait at its end")
-    add_host_option(parser)
-    parser.add_argument("--html", metavar="FILE", type=path, help="write a 3-D replay that opens offline")
-    parser.add_argument("--video", metavar="FILE", type=path, help="write a film: .mp4, .gif, .webp or .png")
-    parser.set_defaults(command=_run)
-
-
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
     name, station = Path(options.scenario).stem, chosen_station(options)
     scenario = station.scenario
     check_closed(station)
     out = run_folder(options.out, name, scenario)
     _check_files(options, out, scenario)
-    claim_folder(out)
+    lock_folder(out)
     logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
     meshcat = hidden_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
@@ -87,6 +68,31 @@ def _simulated(
         written.append(options.video)
     console.wrote(*written)
     return recording
+
+
+def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
+    """The folder for the results of a scenario.
+
+    Without one that is asked for, results/NAME, or the first of results/NAME-2, -3 ... that is free or holds this very
+    scenario. In one that is asked for, other results are replaced, with a note.
+    """
+    if asked is not None:
+        if not fits(asked, scenario):
+            print(f"note: {asked} held the results of another scenario or other settings", file=sys.stderr)
+        return asked
+    base = Path("results") / name
+    found = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if fits(f, scenario))
+    if found != base:
+        print(f"note: {base} holds a run with other settings; the results go to {found}", file=sys.stderr)
+    return found
+
+
+def fits(folder: Path, scenario: Scenario) -> bool:
+    """Whether a folder holds no run, or one of just this scenario."""
+    file = folder / "scenario.yaml"
+    if not os.path.isfile(file):
+        return True
+    return file.read_text(encoding="utf-8", errors="replace") == dump_scenario(scenario, folder)
 
 
 def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:

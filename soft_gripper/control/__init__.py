@@ -1,4 +1,4 @@
-"""What follows a set point."""
+"""Control of the grip, of the arm, and of tasks."""
 
 import lazy_loader
 

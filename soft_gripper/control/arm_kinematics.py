@@ -1,4 +1,4 @@
-"""The arm's kinematics: where its tool is, and how its joints put the tool somewhere.
+"""The arm's kinematics: the pose of its tool, and joint positions for a pose of the tool.
 
 An arm plant is a finalized plant of the arm alone, welded at its base, of joints with one degree of freedom;
 n is their number. Joints that do not move the tool, such as fingers, are left alone.
@@ -14,9 +14,9 @@ from pydrake.solvers import SnoptSolver, SolverOptions
 from soft_gripper.arrays import Array
 
 POSE_TOLERANCE = 1e-6  # m and rad, by which a solution may miss
-NEAR_SEED = 1.0  # rad, distance from the seed within which no other branch is looked for
-NEAR_STARTS = 30  # postures from which the solver sets out for a nearer branch
-MAX_STARTS = 150  # the same while it has none at all
+NEAR_SEED = 1.0  # rad, distance from the seed within which no other branch is searched for
+NEAR_STARTS = 30  # initial postures of the solver in search of a nearer branch
+MAX_STARTS = 150  # the same while it has no solution
 
 
 def tool_pose(plant: MultibodyPlant, tool: Frame, q: Array) -> RigidTransform:
@@ -29,8 +29,8 @@ def tool_pose(plant: MultibodyPlant, tool: Frame, q: Array) -> RigidTransform:
 def solve_posture(plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, seed: Array) -> Array | None:
     """Joint positions (n) that put the tool at X_WTool, within joint limits and near `seed` (n), rad or m.
 
-    Sets out from the seed. If that ends far away or nowhere, it sets out from other postures too, the same in every
-    call, and takes the solution nearest to the seed. Joints do not wind up: none turns a whole turn too far.
+    Starts from the seed. If the solution is far away or there is none, it also starts from other postures, the same in
+    every call, and returns the solution nearest to the seed. Joints do not wind up: none makes a superfluous turn.
 
     Returns:
         The positions, exact to POSE_TOLERANCE; None if none were found.

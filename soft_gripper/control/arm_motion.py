@@ -2,6 +2,9 @@
 
 A path is a pydrake Trajectory of the joint positions, (n, 1) rad or m; an arm plant and its joints are those of
 `arm_kinematics`.
+
+Timing is minimum-jerk, not TOPPRA: the jumps in acceleration of a time-optimal profile make soft fingers sway. The
+motion is still the quickest of its kind within the limits of velocity, acceleration and effort.
 """
 
 from dataclasses import dataclass
@@ -21,12 +24,12 @@ MIN_STEPS = 6  # of a straight path
 BRANCH_JUMP = 0.2  # rad or m, of a joint between waypoints: more is another branch, or the tool could leave the line
 LIMIT_GRID = np.linspace(0.0, 1.0, 301)  # parts of the duration at which the limits are checked
 DURATION_MARGIN = 1.001  # of the duration, for what lies between the points of the grid
-LIMIT_TOLERANCE = 1e-9  # of any unit, by which a position may pass its limit, and an effort must keep from it
-MIN_DURATION = 0.1  # s, of a motion that goes nowhere
+LIMIT_TOLERANCE = 1e-9  # of any unit: how far a position may exceed its limit, and an effort must stay below it
+MIN_DURATION = 0.1  # s, of a motion between equal postures
 
 
 class UnreachableError(ValueError):
-    """The arm cannot take the tool there; the message says where it fails."""
+    """The arm cannot take the tool there; the message gives the place."""
 
 
 class LimitError(ValueError):
@@ -70,7 +73,7 @@ def joint_path(q0: Array, q1: Array) -> Trajectory:
 def straight_path(
     plant: MultibodyPlant, tool: Frame, q0: Array, X_WTool: RigidTransform, spacing: float = 0.01
 ) -> Trajectory:
-    """The tool goes in a straight line, turning evenly, from where it is at q0 (n) to X_WTool.
+    """The tool moves in a straight line, turning evenly, from its pose at q0 (n) to X_WTool.
 
     Exact at waypoints at most `spacing` m apart, with a cubic spline of continuous second derivatives between them.
 
@@ -92,7 +95,7 @@ def straight_path(
 
 
 def _steps(X_AB: RigidTransform, spacing: float) -> int:
-    """Into how many steps a motion of the tool from A to B is divided."""
+    """The number of steps of a motion of the tool from A to B."""
     distance, turn = float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle()
     return max(MIN_STEPS, int(np.ceil(distance / spacing)), int(np.ceil(turn / TURN_SPACING)))
 

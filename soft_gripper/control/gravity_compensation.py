@@ -1,4 +1,4 @@
-"""GravityCompensation: the torques that carry the weight of an arm."""
+"""GravityCompensation: the torques that compensate the weight of an arm."""
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.controllers import InverseDynamics
@@ -14,7 +14,7 @@ class GravityCompensation(Diagram):
     """
 
     def __init__(self, arm: MultibodyPlant):
-        """`arm` is a finalized plant of nothing but the arm, with its load."""
+        """`arm` is a finalized plant of the arm alone, with its load."""
         super().__init__()
         self._arm = arm  # InverseDynamics does not keep it alive
         builder = DiagramBuilder()

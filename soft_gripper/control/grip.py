@@ -9,7 +9,7 @@ from soft_gripper.signals import describe
 
 
 class LowSelector(LeafSystem):
-    """Override control: puts out the smaller of two inputs.
+    """Override control: outputs the smaller of two inputs.
 
     ::
 
@@ -48,13 +48,13 @@ class GripTorque(LeafSystem):
 
 
 class GripForce(LeafSystem):
-    """The mean estimated contact force of the fingers of a gripper, which holds with it from all sides.
+    """The mean estimated contact force of the fingers of a gripper.
 
     ::
 
         {finger}.contact_force (1) N ---> GripForce ---> force  (1) N
 
-    A force that is not known, NaN, makes the mean NaN.
+    An unknown force, NaN, makes the mean NaN.
     """
 
     def __init__(self, fingers: Iterable[str]):
@@ -70,7 +70,7 @@ class GripForce(LeafSystem):
 
 
 class SampledSteps(LeafSystem):
-    """A source that changes with the samples only, so that what follows it in Python is called no more often.
+    """A source that changes with the samples only, so that Python blocks after it are called no more often.
 
     ::
 
@@ -80,7 +80,7 @@ class SampledSteps(LeafSystem):
     """
 
     def __init__(self, values: Sequence[float], duration: float, period: float):
-        """Each value lasts `duration` s, the last one for ever; samples every `period` s."""
+        """Each value lasts `duration` s, the last one forever; samples every `period` s."""
         super().__init__()
         self._values, self._duration = tuple(values), duration
         self.DeclareStateOutputPort("value", self.DeclareDiscreteState([values[0]]))

@@ -1,20 +1,19 @@
 """SampledPidController: a PID for sampled signals, with limits."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, isfinite, isnan, nan
-from numbers import Real
 from typing import NamedTuple
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from soft_gripper.cached import Cached, weakly
-from soft_gripper.errors import InputError
-from soft_gripper.numbers_check import check_numbers
+from soft_gripper.files.document import check_config
+from soft_gripper.quantity import quantity, valid
 
 
 class Step(NamedTuple):
-    """What one sample leads to."""
+    """Result of one sample."""
 
     memory: list[float]  # after it, before back-calculation: I, d, y, u
     unlimited: float  # v
@@ -24,11 +23,19 @@ class Step(NamedTuple):
 class PidGains:
     """Gains from a measurement in units [y] to an output in units [u]; negative where the output acts in reverse."""
 
-    kp: float = 0.0  # [u]/[y]
-    ki: float = 0.0  # [u]/([y] s)
-    kd: float = 0.0  # [u] s/[y], on the measurement
-    derivative_filter: float = 0.05  # s, time constant of the low-pass filter of the derivative
-    tracking_time: float = 0.1  # s, in which back-calculation unwinds the integral at a limit
+    kp: float = quantity(0.0, "[u]/[y]")
+    ki: float = quantity(0.0, "[u]/([y] s)")
+    kd: float = quantity(0.0, "[u] s/[y]")  # on the measurement
+    derivative_filter: float = quantity(0.05, "s", least=0)  # time constant of the low-pass filter of the derivative
+    tracking_time: float = quantity(0.1, "s", above=0)  # in which back-calculation unwinds the integral at a limit
+
+
+@dataclass(frozen=True)
+class _Output:
+    """When a controller puts something out, and what."""
+
+    period: float = field(metadata=valid("s", above=0))
+    limits: tuple[float, float] = field(metadata=valid(span=True, sizes=(0.0, inf)))
 
 
 class SampledPidController(LeafSystem):
@@ -47,8 +54,8 @@ class SampledPidController(LeafSystem):
         u = v within the limits
         I <- I + T (ki e + (u - v) / tracking_time)
 
-    Where something follows that may choose another output, such as a selector, connect what it chose to
-    `applied`: it stands for u in the last line, so that a controller that is not selected stays ready to take over
+    If a following block may choose another output, such as a selector, connect its choice to `applied`: it
+    replaces u in the last line, so that a controller that is not selected stays ready to take over
     (Astrom & Hagglund, Advanced PID Control, 2006, 5.4: selectors). Else leave `applied` unconnected.
 
     Give it a measurement that is sampled with the same period: the output follows its inputs at once, so that
@@ -64,7 +71,8 @@ class SampledPidController(LeafSystem):
             InputError: if a gain is not a finite number, the period not above 0, or the limits run backwards.
         """
         super().__init__()
-        _check(gains, period, minimum, maximum)
+        check_config("gains", gains)
+        check_config("controller", _Output(period, (minimum, maximum)))
         self._gains, self._period, self._limits = gains, period, (minimum, maximum)
         self._set_point = self.DeclareVectorInputPort("set_point", 1)
         self._measurement = self.DeclareVectorInputPort("measurement", 1)
@@ -105,23 +113,3 @@ class SampledPidController(LeafSystem):
         unlimited = gains.kp * error + integral - derivative
         given = min(max(unlimited, self._limits[0]), self._limits[1])
         value.set_value(Step([integral + period * gains.ki * error, derivative, measurement, given], unlimited))
-
-
-def _check(gains: PidGains, period: float, minimum: float, maximum: float) -> None:
-    check_numbers("gains", gains)
-    for name, value in vars(gains).items():
-        if not isfinite(value):
-            raise InputError("gains", name, value, "give a finite number")
-    are_limits = _is_number(minimum) and _is_number(maximum) and minimum <= maximum
-    for name, value, is_fine, expected in (
-        ("tracking_time", gains.tracking_time, gains.tracking_time > 0, "a time above 0 s"),
-        ("derivative_filter", gains.derivative_filter, gains.derivative_filter >= 0, "a time of 0 s or more"),
-        ("period", period, _is_number(period) and 0 < period < inf, "a time above 0 s"),
-        ("limits", (minimum, maximum), are_limits, "the least, and then the greatest output"),
-    ):
-        if not is_fine:
-            raise InputError("controller", name, value, f"give {expected}")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)

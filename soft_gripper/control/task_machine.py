@@ -1,4 +1,4 @@
-"""TaskMachine: leads arm and fingers through the phases of a task."""
+"""TaskMachine: takes arm and fingers through the phases of a task."""
 
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, InputPort, LeafSystem
@@ -11,7 +11,7 @@ _PROGRESS, _DESIRED, _SET_POINT, _PHASE, _OUTCOME = range(5)  # groups of the di
 
 
 class TaskMachine(LeafSystem):
-    """A state machine whose transitions depend on what is estimated of the fingers, and on nothing else.
+    """A state machine whose transitions depend only on the estimates of the fingers.
 
     ::
 
@@ -21,10 +21,10 @@ class TaskMachine(LeafSystem):
                             +-------------+ ---> outcome        (1) an Outcome
 
     `opening` and `torque` come from a GripControl; a task that does not command the gripper leaves them unconnected.
-    The gripper is opened when the tips have come to rest as far apart as commanded. A thing is grasped when they have
+    The gripper is opened when the tips have come to rest as far apart as commanded. An object is grasped when they have
     come to rest and the torque is above the threshold, released when it is below, either way. It is lost when, in a
     phase that holds it, the torque stays below or the gripper closes too far. After a failure the fingers open, the
-    motion at hand is ended, and the phase `rescue` follows.
+    current motion is completed, and the phase `rescue` follows.
     The desired state looks one sample ahead.
     """
 

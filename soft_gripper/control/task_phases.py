@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.trajectories import Trajectory
 
-QUIET_BAND = 5e-4  # m, within which the opening stays, unless it is said otherwise ...
-QUIET_TIME = 0.2  # s, ... for so long, when the fingers are at rest
-OPENED_BAND = 2e-3  # m, about the commanded opening, within which a gripper at rest is opened
-GRIP_GAP = 0.1  # s, for which a grip may be missed
+QUIET_BAND = 5e-4  # m, the default band of the opening ...
+QUIET_TIME = 0.2  # s, ... and the time within it, for fingers at rest
+OPENED_BAND = 2e-3  # m, around the commanded opening: a gripper at rest within it is opened
+GRIP_GAP = 0.1  # s, for which a grip may be absent
 CLOSING_ALLOWANCE = 8e-3  # m, by which the gripper may close further than when it grasped
 
 
@@ -26,7 +26,7 @@ class Outcome(IntEnum):
 
     @property
     def words(self) -> str:
-        """The name as one says it."""
+        """The name in plain words."""
         return self.name.lower().replace("_", " ")
 
 
@@ -39,7 +39,7 @@ NOT_REACHED = {  # what has failed if the end of a phase does not come in time
 
 @dataclass(frozen=True)
 class Phase:
-    """The arm moves; then what ends the phase is awaited."""
+    """The arm moves; then the machine waits for the end of the phase."""
 
     name: str
     motion: Trajectory  # (n) positions of the arm's joints against the time since the phase began, s
@@ -57,7 +57,7 @@ class Phase:
 
 
 class GripObservation(NamedTuple):
-    """One sample of what is estimated."""
+    """One sample of the estimates."""
 
     time: float  # s
     opening: float  # m
@@ -65,7 +65,7 @@ class GripObservation(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far a task has come: all that is remembered from sample to sample."""
+    """The progress of a task: everything kept from sample to sample."""
 
     phase: int = 0  # the number of phases: the task is over
     outcome: int = Outcome.RUNNING
@@ -82,7 +82,7 @@ class Rules:
 
     phases: tuple[Phase, ...]
     threshold: float  # N m, torque of a grip
-    timeout: float  # s, after the motion, that an end is awaited for
+    timeout: float  # s, after the motion: how long to wait for an end
     quiet_band: float = QUIET_BAND  # m
 
     def step(self, progress: Progress, observed: GripObservation) -> Progress:
@@ -109,7 +109,7 @@ class Rules:
         return phase.opening
 
     def _noted(self, progress: Progress, observed: GripObservation) -> Progress:
-        """Notes unrest and grip; what is not finite is unrest, and no grip."""
+        """Notes unrest and grip; values that are not finite count as unrest, and as no grip."""
         if not abs(observed.opening - progress.around) <= self.quiet_band:
             progress = progress._replace(around=observed.opening, since=observed.time)
         held = observed.torque > self.threshold and observed.opening > progress.grasped - CLOSING_ALLOWANCE

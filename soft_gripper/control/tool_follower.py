@@ -1,4 +1,4 @@
-"""ToolFollower: a wanted pose of an arm's tool -> what is desired of its joints."""
+"""ToolFollower: a desired pose of an arm's tool -> the desired state of its joints."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -15,8 +15,8 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from soft_gripper.arrays import Array
 from soft_gripper.control.arm_motion import ArmLimits
 
-GAIN = 4.0  # 1/s, of the tool's velocity by its distance from where it is wanted
-_FAR = 1e3  # rad, m and per second, in the place of no limit
+GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
+_FAR = 1e3  # rad, m and per second, instead of no limit
 
 
 class ToolFollower(LeafSystem):
@@ -28,14 +28,14 @@ class ToolFollower(LeafSystem):
                               | ToolFollower | ---> desired_state  (2 n) positions, then velocities, of the joints
         robot_state (2 n) --> +--------------+
 
-    At every sample the tool is to move by GAIN times what it lacks, turning and shifting evenly; Drake's
+    At every sample the desired tool velocity is GAIN times its error, turning and shifting evenly; Drake's
     DoDifferentialInverseKinematics finds the joint velocities that come nearest to that in the same direction. Where
     there are none, as when the target jumps aside in full motion, the joints brake. `robot_state` is read once, as the
     simulation begins.
     """
 
     def __init__(self, arm: MultibodyPlant, tool: Frame, limits: ArmLimits, period: float):
-        """`arm` is a finalized plant of nothing but the arm, with `tool` in it; samples every `period` s."""
+        """`arm` is a finalized plant of the arm alone, with `tool` in it; samples every `period` s."""
         super().__init__()
         n = arm.num_positions()
         self._arm, self._tool, self._period = arm, tool, period
@@ -64,7 +64,7 @@ class ToolFollower(LeafSystem):
         values.set_value(np.concatenate([positions + self._period * velocity, velocity]))
 
     def _missing(self, X_WGoal: RigidTransform) -> Array:
-        """What turns and shifts the tool to where it is wanted, rad and m in the world, (6,)."""
+        """The rotation and translation to the desired pose of the tool, rad and m in the world, (6,)."""
         X_WTool = self._tool.CalcPoseInWorld(self._scratch)
         turn = (X_WGoal.rotation() @ X_WTool.rotation().inverse()).ToAngleAxis()
         return np.concatenate([turn.angle() * turn.axis(), X_WGoal.translation() - X_WTool.translation()])

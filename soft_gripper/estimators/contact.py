@@ -46,6 +46,9 @@ Few of them are not zero: a contact only pushes, and that alone makes it sparse 
 them, with friction along the finger at each.
 
 Leading axes are free; K samples, M places, S sections, N joints.
+
+The edge of the tip may be pressed in any direction because a flat face that a bent finger meets pushes along its own
+normal. Without this the force in a box grasp is off by 25 %.
 """
 
 from dataclasses import dataclass, field

@@ -48,6 +48,7 @@ class ShapeEstimator(ArrayBlock):
             InputError: if the function does not estimate the joint angles of one sample and of several.
         """
         super().__init__()
+        self.function = function
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)

@@ -1,4 +1,8 @@
-"""The estimators of this project by name."""
+"""The estimators of this project by name.
+
+One block holds any of these functions; `arcs` and `recursive`, which have more outputs or more memory, have blocks of
+their own. Evaluation, contact trials and placement call the functions on recordings.
+"""
 
 from typing import Protocol
 

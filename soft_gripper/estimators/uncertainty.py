@@ -12,18 +12,22 @@ first order the place across the finger, along the normal n, has the variance  J
 r_j)) .
 
 Leading axes are free; N joints.
+
+Unless a scenario gives it, the uncertainty follows from the errors of the sensors: an estimator that trusts noisy
+readings reports bands that are far too narrow. Gain errors and hysteresis count as a share of the bend, since a
+straight finger shows none.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
+from soft_gripper.files.document import check_config
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.numbers_check import check_numbers
+from soft_gripper.quantity import quantity
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
 
@@ -36,23 +40,18 @@ class Uncertainty:
         InputError: unless all are finite, `reading` and `load_pressure` are above 0 and the others are not below.
     """
 
-    reading: float = 1e-4  # of the extension ratios that sensors read
-    angle: float = 2e-4  # rad, of a joint's angle where the finger is not as it is believed to be
-    bend_per_pressure: float = 0.005  # share of the bend that pressure, and the memory of creep, lead to
-    pressure: float = 0.0  # Pa, of the pressure's measurement
-    gain: float = 0.0  # share of the strain, of each sensor; learnt by `recursive`
-    offset: float = 0.0  # of the extension ratio, of each sensor; learnt by `recursive`
-    drift: float = 0.0  # 1/sqrt(s), random walk of the offsets; followed by `recursive`
-    load_pressure: float = 1.5e5  # Pa, whose torque at the base is that of a usual load
+    reading: float = quantity(1e-4, above=0)  # of the extension ratios that sensors read
+    angle: float = quantity(2e-4, "rad", least=0)  # of a joint's angle where the finger is not as it is believed to be
+    # Share of the bend that pressure, and the memory of creep, lead to.
+    bend_per_pressure: float = quantity(0.005, least=0)
+    pressure: float = quantity(0.0, "Pa", least=0)  # of the pressure's measurement
+    gain: float = quantity(0.0, least=0)  # share of the strain, of each sensor; learnt by `recursive`
+    offset: float = quantity(0.0, least=0)  # of the extension ratio, of each sensor; learnt by `recursive`
+    drift: float = quantity(0.0, "1/sqrt(s)", least=0)  # random walk of the offsets; followed by `recursive`
+    load_pressure: float = quantity(1.5e5, "Pa", above=0)  # whose torque at the base is that of a usual load
 
     def __post_init__(self) -> None:
-        check_numbers("uncertainty", self)
-        for field in fields(self):
-            value = getattr(self, field.name)
-            never_zero = field.name in ("reading", "load_pressure")
-            if not np.isfinite(value) or value < 0 or (never_zero and value == 0):
-                least = "above 0" if never_zero else "of at least 0"
-                raise InputError("uncertainty", field.name, value, f"give a finite number {least}")
+        check_config("uncertainty", self)
 
     @property
     def any_reading(self) -> float:

@@ -188,7 +188,7 @@ def _of_arm(table: Sequence[ReplayRow]) -> list[Claim]:
     return [
         _claim("arm: two arcs find the tip within 3 mm (mean)", arcs <= 3.0, f"{arcs:.2f} mm"),
         _claim("arm: two arcs find the tip within 6 mm (95th percentile)", late <= 6.0, f"{late:.2f} mm"),
-        _claim("arm: gaussian, one sensor a side, within 10 mm (mean)", gaussian <= 10.0, f"{gaussian:.2f} mm"),
+        _claim("arm: gaussian, one sensor per side, within 10 mm (mean)", gaussian <= 10.0, f"{gaussian:.2f} mm"),
     ]
 
 
@@ -213,7 +213,7 @@ def _claim(text: str, holds: bool, number: str) -> Claim:
 _COLORS = {"fit": "#2166ac", "test": "#b2182b"}
 _LABELS = {"fit": "simulated, fitted to it", "test": "simulated, not given to the fit"}
 _TRIAL = "trial_2"  # its sections bend in opposite directions
-_DRAWN = {"arcs 2": "arcs, 2 sensors a side", "gaussian 1": "gaussian, 1 sensor a side"}
+_DRAWN = {"arcs 2": "arcs, 2 sensors per side", "gaussian 1": "gaussian, 1 sensor per side"}
 _TURNS = (1, 2, 5, 10, 20, 50, 100)  # degrees
 
 

@@ -18,7 +18,7 @@ def write_csv(path: Path, rows: Sequence[Any]) -> None:
     """Writes rows of one dataclass under the names of its fields."""
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(field.name for field in fields(rows[0]))
+        writer.writerow(columns(type(rows[0])))
         writer.writerows(map(cells, rows))
 
 
@@ -28,10 +28,10 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     Raises:
         InputError: if the file is missing, or holds anything else, or no rows.
     """
-    columns = {field.name: field.type for field in fields(row)}  # type: ignore[arg-type]
+    names = columns(row)
     try:
         records = list(csv.DictReader(StringIO(read_text(path))))
-        rows = [row(**{name: _value(record[name], kind) for name, kind in columns.items()}) for record in records]
+        rows = [of_cells([record[name] for name in names], row) for record in records]
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         if isinstance(error, InputError):
             raise
@@ -41,9 +41,20 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     return rows
 
 
+def columns(row: type[Any]) -> list[str]:
+    """The names of the columns of a table of such rows."""
+    return [field.name for field in fields(row)]
+
+
 def cells(row: Any) -> list[str]:
     """The cells of a row as `write_csv` writes them."""
     return [_text(value) for value in astuple(row)]
+
+
+def of_cells(texts: Sequence[str], row: type[Row]) -> Row:
+    """The row of which these are the cells; raises a ValueError if they are of no such row."""
+    kinds = [field.type for field in fields(row)]  # type: ignore[arg-type]
+    return row(*(_value(text, kind) for text, kind in zip(texts, kinds, strict=True)))
 
 
 def _value(text: str, kind: Any) -> Any:

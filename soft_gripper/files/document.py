@@ -1,15 +1,22 @@
-"""Plain data compared with a schema of dataclasses: types, ranges of numbers, names that become signals and files."""
+"""Configurations compared with their schema of dataclasses: types, and the rules beside the fields (`quantity.py`)."""
 
 import difflib
 import math
-import re
+from dataclasses import is_dataclass
+from functools import cache
+from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
+import numpy as np
 from pydrake.common.schema import Transform
+from pydrake.common.yaml import yaml_dump, yaml_load_typed
 
 from soft_gripper.errors import InputError
+from soft_gripper.quantity import Rule, misfits, rules
+
+_T = TypeVar("_T")
 
 
 def require(fine: bool, where: Path | str, field: str, value: object, expected: str) -> None:
@@ -18,74 +25,165 @@ def require(fine: bool, where: Path | str, field: str, value: object, expected: 
         raise InputError(where, field, value, expected)
 
 
-def positive(value: float) -> bool:
-    """Finite and above zero."""
-    return math.isfinite(value) and value > 0
-
-
-def not_negative(value: float) -> bool:
-    """Finite and not below zero."""
-    return math.isfinite(value) and value >= 0
+def given(value: _T | None, where: Path | str, field: str, expected: str) -> _T:
+    """A value that there must be; raises an InputError if it is None."""
+    if value is None:
+        raise InputError(where, field, None, expected)
+    return value
 
 
 _TAG = "_tag"  # key under which Drake keeps a tag of YAML
-_PRIMITIVES = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
-_LEAST, _MOST = 1e-15, 1e15  # of the size of a number that is not 0; beyond, what follows from it leaves the range
+_PRIMITIVES: dict[object, tuple[type, str]] = {
+    float: (Real, "a number"),
+    int: (Integral, "a whole number"),
+    bool: (bool, "true or false"),
+    str: (str, "text"),
+}
 _MOST_WHOLE = 2**32 - 1  # of Drake's seeds
+_ANY = Rule()
 
 
-def check_document(where: Path | str, value: Any, schema: Any, field: str = "") -> None:
-    """Compares the data of a YAML file, plain or as objects, with a schema of dataclasses and Drake's configs.
+def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults: bool = True) -> _T:
+    """The configuration that plain data from a YAML file describe.
 
     Raises:
-        InputError: for an unknown key, with the nearest known one, or a value of the wrong type.
+        InputError: naming file, field and value, if the data do not fit the schema or its rules.
     """
-    # X | None; from Python 3.14 on the unions of Drake's configs are of that type too.
-    if get_origin(schema) is UnionType and NoneType in get_args(schema) and len(get_args(schema)) == 2:
-        if value is not None:
-            (inner,) = (part for part in get_args(schema) if part is not NoneType)
-            check_document(where, value, inner, field)
-    elif schema in _PRIMITIVES:
-        if not _converts(value, schema):
-            raise InputError(where, field, value, f"give {_PRIMITIVES[schema]}")
-        _check_range(where, value, schema, field)
-    elif get_origin(schema) is list:
-        if not isinstance(value, list):
-            raise InputError(where, field, value, "give a list")
+    check_document(path, document, schema)
+    try:
+        found: _T = yaml_load_typed(schema=schema, data=yaml_dump(document), retain_map_defaults=retain_map_defaults)
+    except (RuntimeError, ValueError, TypeError) as error:
+        raise InputError(path, "file", path.name, " ".join(str(error).split())) from None
+    _check_misfits(path, found)
+    return found
+
+
+def check_config(where: Path | str, config: Any) -> None:
+    """Checks a dataclass that was made in Python, with all that it holds; numbers of numpy are numbers.
+
+    Raises:
+        InputError: for the first field that has another type, is out of range, or does not go with another one.
+    """
+    check_document(where, config, type(config))
+    _check_misfits(where, config)
+
+
+def _check_misfits(where: Path | str, config: Any, field: str = "") -> None:
+    """Checks the rules across fields of a dataclass and of those in it, whose fields are each valid."""
+    if isinstance(config, list | tuple | dict):
+        for key, part in config.items() if isinstance(config, dict) else enumerate(config):
+            _check_misfits(where, part, f"{field}.{key}" if isinstance(config, dict) else f"{field}[{key}]")
+    elif is_dataclass(config):
+        kind: Any = type(config)
+        for name in _fields(kind):
+            part = getattr(config, name)
+            if not isinstance(part, float | int | str | None):
+                _check_misfits(where, part, _below(field, name))
+        for name, value, expected in misfits(config):
+            raise InputError(where, _below(field, name), value, expected)
+
+
+def check_document(
+    where: Path | str, value: Any, schema: Any, field: str = "", rule: Rule = _ANY, strict: bool = False
+) -> None:
+    """Compares data with a schema of dataclasses and Drake's configs.
+
+    Args:
+        where: file or part, for messages.
+        value: plain data, as from a YAML file, in which defaults are left out, or objects.
+        schema: the type that it must have.
+        field: that holds it, with dots.
+        rule: of that field.
+        strict: whether a number may not be given as text, as which YAML reads 1e3.
+
+    Raises:
+        InputError: for an unknown key, with the nearest known one, a value of another type, or one that breaks a rule.
+    """
+    is_optional, kind, inner = _taken_apart(schema)
+    if value is None and is_optional:
+        return
+    if kind in _PRIMITIVES:
+        _check_entry(where, value, kind, field, rule, strict)
+    elif kind in (list, tuple):
+        if not isinstance(value, list | kind):
+            raise InputError(where, field, value, "must be a list")
         for i, item in enumerate(value):
-            check_document(where, item, get_args(schema)[0], f"{field}[{i}]")
-    elif get_origin(schema) is dict:
+            check_document(where, item, inner, f"{field}[{i}]", rule, strict)
+        _must(rule.of_group(value), where, field, value)
+    elif kind is dict:
         for key, item in _mapping(where, value, field).items():
-            require(key != _TAG, where, field, value, "give a mapping without a tag")
-            check_document(where, item, get_args(schema)[1], f"{field}.{key}")
-    elif schema is Transform and isinstance(value, Transform):
-        pass  # which Drake has checked, where it was made
-    elif fields := _fields(schema):
-        document = _attributes(value) if isinstance(value, schema) else _mapping(where, value, field)
-        for key, item in document.items():
-            name = f"{field}.{key}" if field else str(key)
-            if key not in fields:
-                near = difflib.get_close_matches(str(key), fields, n=1)
-                hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
-                raise InputError(where, name, item, f"no such key; {hint}")
-            check_document(where, item, fields[key], name)
-        if schema is Transform and isinstance(value, dict):
-            _check_transform(where, value, field)
+            require(key != _TAG, where, field, value, "must be a mapping without a tag")
+            check_document(where, item, inner, f"{field}.{key}", rule, strict)
+        _must(rule.of_group(value), where, field, value)
+    elif kind is Transform and isinstance(value, Transform):
+        _must(None if _is_finite(value) else "must be a pose of finite numbers", where, field, value)
+    elif fields := _fields(kind):
+        _check_fields(where, value, kind, fields, field, rule, strict)
 
 
-def _check_range(where: Path | str, value: Any, schema: type, field: str) -> None:
-    size = abs(float(value)) if schema in (float, int) else 0.0
-    if schema is float:
-        expected = f"give a finite number: 0, or {_LEAST:g} to {_MOST:g} in size"
-        require(size == 0 or _LEAST <= size <= _MOST, where, field, value, expected)
-    require(schema is not int or size <= _MOST_WHOLE, where, field, value, f"give a number up to {_MOST_WHOLE}")
+@cache
+def _taken_apart(schema: Any) -> tuple[bool, Any, Any]:
+    """Whether a type may be None, what it is else, and the type of the entries of a list or mapping."""
+    parts = get_args(schema)
+    # From Python 3.14 on the unions of Drake's configs are of that type too.
+    if get_origin(schema) is UnionType and NoneType in parts and len(parts) == 2:
+        return True, *_taken_apart(*(part for part in parts if part is not NoneType))[1:]
+    return False, get_origin(schema) or schema, parts[-1 if get_origin(schema) is dict else 0] if parts else None
+
+
+def _check_fields(
+    where: Path | str, value: Any, schema: Any, fields: dict[str, Any], field: str, rule: Rule, strict: bool
+) -> None:
+    is_object, is_own = isinstance(value, schema), hasattr(schema, "__dataclass_fields__")
+    document = {name: getattr(value, name) for name in fields} if is_object else _mapping(where, value, field)
+    known = rules(schema) if is_own else rule.parts
+    for key, item in document.items():
+        name = _below(field, key)
+        if key not in fields:
+            near = difflib.get_close_matches(str(key), fields, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(fields)}"
+            raise InputError(where, name, item, f"no such key; {hint}")
+        check_document(where, item, fields[key], name, known.get(key, _ANY), strict or is_object)
+    if schema is Transform:
+        _check_transform(where, document, field)
+    for name, item in vars(schema()).items() if is_own and not is_object else ():
+        if name not in document:
+            check_document(where, item, fields[name], _below(field, name), known[name], strict=True)
+
+
+def _below(field: str, name: object) -> str:
+    return f"{field}.{name}" if field else str(name)
+
+
+def _must(expected: str | None, where: Path | str, field: str, value: object) -> None:
+    if expected is not None:
+        raise InputError(where, field, value, expected)
+
+
+def _check_entry(where: Path | str, value: Any, schema: type, field: str, rule: Rule, strict: bool) -> None:
+    kind, words = _PRIMITIVES[schema]
+    is_one = isinstance(value, kind) and (schema is bool or not isinstance(value, bool))
+    if not is_one and (strict or not _converts(value, schema)):
+        raise InputError(where, field, value, f"must be {words}{f', {rule.unit}' if rule.unit else ''}")
+    if schema is int and abs(int(value)) > _MOST_WHOLE:
+        raise InputError(where, field, value, f"must be a whole number up to {_MOST_WHOLE}")
+    if schema is not bool:
+        _must(rule.of_text(value) if schema is str else rule.of_number(float(value)), where, field, value)
+
+
+def _is_finite(pose: Transform) -> bool:
+    """Whether a pose is known, and finite."""
+    try:
+        return bool(np.isfinite(pose.GetDeterministicValue().GetAsMatrix34()).all())
+    except RuntimeError:  # it is random, or a rotation is not finite
+        return False
 
 
 def _check_transform(where: Path | str, value: dict[str, Any], field: str) -> None:
     """Poses are known: no random ones, and none in a frame that Drake would leave aside here."""
     base = value.get("base_frame")
     require(base is None, where, f"{field}.base_frame", base, "leave it out; `parent` of a model names a frame")
-    _check_three(where, value.get("translation", [0, 0, 0]), f"{field}.translation", "give three numbers, m")
+    _check_three(where, value.get("translation", [0, 0, 0]), f"{field}.translation", "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
     empty = rotation == {}
     tagged = isinstance(rotation, dict) and rotation.keys() == {_TAG, "deg"} and rotation[_TAG] == "!Rpy"
@@ -98,21 +196,18 @@ def _check_three(where: Path | str, value: Any, field: str, expected: str) -> No
     fits = isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
     require(fits, where, field, value, expected)
     for i, number in enumerate(value):
-        _check_range(where, number, float, f"{field}[{i}]")
+        _must(_ANY.of_number(float(number)), where, f"{field}[{i}]", number)
 
 
 def _mapping(where: Path | str, value: Any, field: str) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise InputError(where, field, value, "give a mapping of keys to values")
+        raise InputError(where, field, value, "must be a mapping of keys to values")
     return value
 
 
-def _attributes(config: Any) -> dict[str, Any]:
-    return {name: getattr(config, name) for name in _fields(type(config))}
-
-
+@cache
 def _fields(schema: Any) -> dict[str, Any]:
-    if hasattr(schema, "__dataclass_fields__"):
+    if is_dataclass(schema):
         return get_type_hints(schema)
     return {field.name: field.type for field in getattr(schema, "__fields__", ())}
 
@@ -126,12 +221,3 @@ def _converts(value: Any, schema: type) -> bool:
         except (TypeError, ValueError, OverflowError):
             return False
     return isinstance(value, schema)
-
-
-NAME_RULE = "give a name of up to 60 letters (a to z), digits, _ and -, a letter first"
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
-
-
-def is_name(text: str) -> bool:
-    """Whether a text can name a part of a scenario."""
-    return _NAME.fullmatch(text) is not None

@@ -1,4 +1,8 @@
-"""Files that are written whole or not at all, and where they may be written."""
+"""Files that are written whole or not at all, and where they may be written.
+
+A folder of results appears at once, with its checksums (SHA256SUMS). Resuming trusts these, not a scenario file that
+may lie next to incomplete results.
+"""
 
 import fcntl
 import hashlib
@@ -239,18 +243,18 @@ def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
-_claims: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
+_locked: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
 
 
-def claim_folder(path: Path) -> Path:
-    """Makes a folder, and keeps other processes from writing to it until `release_folders` or the end of this process.
+def lock_folder(path: Path) -> Path:
+    """Makes a folder, and keeps other processes from writing to it until `unlock_folders` or the end of this process.
 
     Raises:
-        InputError: if it cannot be written to, or another process has claimed it.
+        InputError: if it cannot be written to, or another process has locked it.
     """
     folder = writable_folder(path)
     name = os.path.realpath(folder)
-    if name not in _claims:
+    if name not in _locked:
         lock = os.open(name, os.O_RDONLY)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -260,11 +264,11 @@ def claim_folder(path: Path) -> Path:
             raise InputError("output", "folder", str(folder), expected) from None
         except OSError:
             pass  # a file system without locks
-        _claims[name] = lock
+        _locked[name] = lock
     return folder
 
 
-def release_folders() -> None:
-    """Lets others write to what this process has claimed."""
-    while _claims:
-        os.close(_claims.popitem()[1])
+def unlock_folders() -> None:
+    """Unlocks all folders that this process has locked."""
+    while _locked:
+        os.close(_locked.popitem()[1])

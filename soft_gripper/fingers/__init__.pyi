@@ -12,6 +12,7 @@ from .kinematics import as_planar as as_planar
 from .kinematics import as_points as as_points
 from .kinematics import forward_kinematics as forward_kinematics
 from .kinematics import gravity_torque as gravity_torque
+from .kinematics import in_space as in_space
 from .materials import SILICONES as SILICONES
 from .plant_finger import PlantFinger as PlantFinger
 from .pressure_drive import PressureDrive as PressureDrive

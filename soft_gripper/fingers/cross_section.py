@@ -18,11 +18,13 @@ summed over the block of silicone, the chamber (which takes silicone away) and t
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from soft_gripper.arrays import Array
+from soft_gripper.quantity import Misfit, quantity, valid
 
+SIZES = (1e-9, 1e12)  # of a number of a finger that is not 0; beyond, what follows from it leaves the range
 Quantity = Array | float  # at one place along the finger, or at several
 
 
@@ -33,15 +35,17 @@ class CrossSection:
     Without a chamber the section is solid; without a layer it is silicone alone.
     """
 
-    width: float  # m, outer, along the bending axis y
-    thickness: float  # m, outer, along the inner normal x
-    youngs_modulus: float  # Pa, of the silicone
-    density: float  # kg/m^3, of the silicone
-    chamber_width: float = 0.0  # m, along y
-    chamber_thickness: float = 0.0  # m, along x
-    chamber_center: float = 0.0  # m, along x from the middle of the outer section; negative toward the outer face
-    layer_thickness: float = 0.0  # m, of a strain-limiting layer in the inner face, as wide as the finger
-    layer_modulus: float = 0.0  # Pa, Young's modulus of that layer
+    width: float = field(metadata=valid("m", above=0, sizes=SIZES))  # outer, along the bending axis y
+    thickness: float = field(metadata=valid("m", above=0, sizes=SIZES))  # outer, along the inner normal x
+    youngs_modulus: float = field(metadata=valid("Pa", above=0, sizes=SIZES))  # of the silicone
+    density: float = field(metadata=valid("kg/m^3", above=0, sizes=SIZES))  # of the silicone
+    chamber_width: float = quantity(0.0, "m", least=0, sizes=SIZES)  # along y
+    chamber_thickness: float = quantity(0.0, "m", least=0, sizes=SIZES)  # along x
+    # Along x from the middle of the outer section; negative toward the outer face.
+    chamber_center: float = quantity(0.0, "m", sizes=SIZES)
+    # Of a strain-limiting layer in the inner face, as wide as the finger.
+    layer_thickness: float = quantity(0.0, "m", least=0, sizes=SIZES)
+    layer_modulus: float = quantity(0.0, "Pa", least=0, sizes=SIZES)  # Young's modulus of that layer
 
     @cached_property
     def chamber_area(self) -> Quantity:
@@ -120,22 +124,25 @@ class CrossSection:
             "inner": self.thickness / 2 - middle - half - self.layer_thickness,
         }
 
-
-def misfits(section: CrossSection) -> Iterator[tuple[str, float, str]]:
-    """What of a section cannot be moulded: field, value, and what would be right."""
-    if (section.chamber_width == 0) != (section.chamber_thickness == 0):
-        yield "chamber_width", section.chamber_width, "a chamber has a width and a thickness, a solid section neither"
-    if (section.layer_thickness == 0) != (section.layer_modulus == 0):
-        yield "layer_modulus", section.layer_modulus, "a layer has a thickness and a modulus"
-    if section.layer_thickness >= section.thickness:
-        yield "layer_thickness", section.layer_thickness, f"give less than the thickness, {section.thickness:g} m"
-    if section.chamber_area == 0:
-        return
-    field = {"side": "chamber_width", "outer": "chamber_center", "inner": "chamber_center"}
-    walls = ", ".join(f"{name} {1e3 * wall:.2f} mm" for name, wall in section.walls.items())
-    for name, wall in section.walls.items():
-        if wall <= 0:
-            yield field[name], getattr(section, field[name]), f"the chamber does not fit; it leaves walls of {walls}"
-    if section.chamber_eccentricity <= 0:
-        expected = f"pressure would open the finger: give less than the neutral axis, {section.neutral_axis:.3g} m"
-        yield "chamber_center", section.chamber_center, expected
+    def misfits(self) -> Iterator[Misfit]:
+        """What of a section cannot be moulded: field, value, and what would be right."""
+        if (self.chamber_width == 0) != (self.chamber_thickness == 0):
+            yield "chamber_width", self.chamber_width, "a chamber has a width and a thickness, a solid section neither"
+        if (self.layer_thickness == 0) != (self.layer_modulus == 0):
+            yield "layer_modulus", self.layer_modulus, "a layer has a thickness and a modulus"
+        if self.layer_thickness >= self.thickness:
+            yield "layer_thickness", self.layer_thickness, f"give less than the thickness, {self.thickness:g} m"
+        if self.chamber_area == 0:
+            return
+        field = {"side": "chamber_width", "outer": "chamber_center", "inner": "chamber_center"}
+        walls = ", ".join(f"{name} {1e3 * wall:.2f} mm" for name, wall in self.walls.items())
+        for name, wall in self.walls.items():
+            if wall <= 0:
+                yield (
+                    field[name],
+                    getattr(self, field[name]),
+                    f"the chamber does not fit; it leaves walls of {walls}",
+                )
+        if self.chamber_eccentricity <= 0:
+            expected = f"pressure would open the finger: give less than the neutral axis, {self.neutral_axis:.3g} m"
+            yield "chamber_center", self.chamber_center, expected

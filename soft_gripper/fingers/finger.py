@@ -3,15 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import NAME_RULE, is_name
-from soft_gripper.fingers.cross_section import CrossSection, misfits
+from soft_gripper.files.document import check_config
+from soft_gripper.fingers.cross_section import SIZES, CrossSection
 from soft_gripper.fingers.finger_parts import (
     ContactMaterial,
     CreepBranch,
@@ -19,10 +18,9 @@ from soft_gripper.fingers.finger_parts import (
     LinkInertias,
     PressureLaw,
     TipLoad,
-    out_of_range,
 )
-from soft_gripper.numbers_check import mistyped
 from soft_gripper.piecewise_linear import PiecewiseLinear
+from soft_gripper.quantity import Misfit, quantity, valid
 
 _ROUNDING = 1e-9  # m
 _MOST_SEGMENTS = 500
@@ -41,83 +39,38 @@ class Finger:
         InputError: if a field is not finite or out of range, or a section cannot be moulded.
     """
 
-    name: str
-    length: float
+    name: str = field(metadata=valid(is_name=True))
+    length: float = field(metadata=valid("m", above=0, sizes=SIZES))
     base: CrossSection
     tip: CrossSection
-    sensor_spacing: float  # m, between inner and outer sensor path (Delta_R)
-    segments: int = 12
-    relaxation_time: float = 0.015  # s, Kelvin-Voigt: damping over stiffness
+    sensor_spacing: float = field(metadata=valid("m", above=0, sizes=SIZES))  # of inner and outer sensor path (Delta_R)
+    segments: int = quantity(12, least=1, most=_MOST_SEGMENTS)
+    relaxation_time: float = quantity(0.015, "s", least=0, sizes=SIZES)  # Kelvin-Voigt: damping over stiffness
     contact: ContactMaterial = field(default_factory=ContactMaterial)
     elastic_law: ElasticLaw | None = None  # in the place of E I times curvature
     creep: tuple[CreepBranch, ...] = ()  # stiffness is the instantaneous one, which fades by these
     pressure_law: PressureLaw | None = None  # None: as much as the pressure
-    shear_factor: float = 0.0  # shear correction factor kappa (Timoshenko); 0: rigid in shear
+    # Shear correction factor kappa (Timoshenko); 0: rigid in shear.
+    shear_factor: float = quantity(0.0, least=0, sizes=SIZES)
     tip_load: TipLoad | None = None
 
     def __post_init__(self) -> None:
-        if not is_name(self.name):
-            self._reject("name", self.name, NAME_RULE)
-        if not isinstance(self.segments, int | np.integer) or not 1 <= self.segments <= _MOST_SEGMENTS:
-            self._reject("segments", self.segments, f"give a whole number of at least 1, {_MOST_SEGMENTS} at most")
-        for label, part in self._parts():
-            for of_part in fields(part):
-                name, value = of_part.name, getattr(part, of_part.name)
-                expected = mistyped(of_part.type, value)
-                if expected is None and isinstance(value, int | float):
-                    expected = out_of_range(name, value)
-                if expected is not None:
-                    self._reject(label + name, value, expected)
-        for end, section in (("base", self.base), ("tip", self.tip)):
-            for name, value, expected in misfits(section):
-                self._reject(f"{end}.{name}", value, expected)
-        self._check_sensor_paths()
-        self._check_curve("elastic_law", self.elastic_law)
-        self._check_curve("pressure_law", self.pressure_law)
-        self._check_pressure_law()
-        self._check_creep()
+        check_config(f"finger '{self.name}'", self)
 
-    def _parts(self) -> Iterator[tuple[str, Any]]:
-        """What holds numbers, and how it is called."""
-        yield "", self
-        for name in ("base", "tip", "contact"):
-            yield f"{name}.", getattr(self, name)
-        for branch in self.creep:
-            yield "creep.", branch
-        if self.tip_load is not None:
-            yield "tip_load.", self.tip_load
-
-    def _check_sensor_paths(self) -> None:
+    def misfits(self) -> Iterator[Misfit]:
+        """Rules across the fields: sensor paths within the finger, and creep that leaves some stiffness."""
         inner, outer = self.sensor_offsets
         for end, section in (("base", self.base), ("tip", self.tip)):
             beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)
             if beyond > _ROUNDING:
                 expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at its {end}; give less"
-                self._reject("sensor_spacing", self.sensor_spacing, expected)
-
-    def _check_curve(self, name: str, law: ElasticLaw | PressureLaw | None) -> None:
-        columns = [] if law is None else [(column.name, getattr(law, column.name)) for column in fields(law)]
-        for column, values in columns:
-            numbers = all(mistyped(float, value) is None for value in values)
-            increasing = numbers and np.isfinite(values).all() and np.all(np.diff(values) > 0)
-            if len(values) < 2 or len(values) != len(columns[0][1]) or not increasing:
-                self._reject(f"{name}.{column}", values, "give as many increasing numbers in each list")
-
-    def _check_pressure_law(self) -> None:
-        law = self.pressure_law
-        if law is not None and 0 in law.pressure and law.effective[law.pressure.index(0)] != 0:
-            self._reject("pressure_law.effective", law.effective, "without pressure nothing bends: give 0 for 0")
-
-    def _check_creep(self) -> None:
+                yield "sensor_spacing", self.sensor_spacing, expected
         shares = [branch.share for branch in self.creep]
         if sum(shares) >= 1:
-            self._reject("creep.share", shares, "nothing would be left of the stiffness: give less than 1 in all")
+            yield "creep.share", shares, "must be less than 1 in all, or nothing would be left of the stiffness"
         if np.any(self.joint_law.slopes <= sum(shares) * self.stiffness[:, None]):
             expected = "more creeps away than the elastic law has at its flattest: give smaller shares"
-            self._reject("creep.share", shares, expected)
-
-    def _reject(self, field: str, value: object, expected: str) -> None:
-        raise InputError(f"finger '{self.name}'", field, value, expected)
+            yield "creep.share", shares, expected
 
     @property
     def segment_length(self) -> float:
@@ -253,7 +206,8 @@ class Finger:
             InputError: if there are fewer than 1 or more sections than segments.
         """
         if not isinstance(sections, int | np.integer) or not 1 <= sections <= self.segments:
-            self._reject("sections", sections, f"give 1 to {self.segments} (the number of segments)")
+            expected = f"must be 1 to {self.segments}, the number of segments"
+            raise InputError(f"finger '{self.name}'", "sections", sections, expected)
         return np.round(np.arange(sections + 1) * self.segments / sections).astype(int)
 
     def mass_matrix(self) -> Array:

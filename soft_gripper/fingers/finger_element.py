@@ -33,6 +33,7 @@ For the frame beside the fingers see `urdf`.
 """
 
 import difflib
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
@@ -217,5 +218,6 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     try:
         return FingerElement(Finger(reader.name, **body, **parts), *mount)
     except InputError as error:
-        field = _IN_FILE.get(error.field, error.field)
+        field = re.sub(r"\[\d+\]", "", error.field)
+        field = _IN_FILE.get(field, field)
         raise InputError(f"{file}: {error.where}", field, error.value, error.expected) from None

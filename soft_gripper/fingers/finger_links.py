@@ -1,4 +1,8 @@
-"""A finger as plain URDF: links, joints and spring-damper pairs, as XML elements."""
+"""A finger as plain URDF: links, joints and spring-damper pairs, as XML elements.
+
+A link that slides in shear has a millionth of a finger link's mass, since cenic rejects massless bodies. Its spring
+begins a finger's length away along the axis, which makes it linear.
+"""
 
 import xml.etree.ElementTree as ET
 
@@ -24,6 +28,11 @@ def link_name(finger: str, index: int) -> str:
 def joint_name(finger: str, index: int) -> str:
     """Name of a bending joint, 0 to N - 1 from the base."""
     return f"{finger}_joint_{index}"
+
+
+def tip_name(finger: str) -> str:
+    """Frame at the tip."""
+    return f"{finger}_tip"
 
 
 def shear_joint_name(finger: str, index: int) -> str:
@@ -249,7 +258,7 @@ def _with_text(tag: str, text: str) -> ET.Element:
 def _tip_frame(finger: Finger) -> ET.Element:
     return _element(
         "frame",
-        name=f"{finger.name}_tip",
+        name=tip_name(finger.name),
         link=link_name(finger.name, finger.segments),
         xyz=_text(0, 0, finger.segment_length / 2),
         rpy="0 0 0",

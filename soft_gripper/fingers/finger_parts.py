@@ -1,39 +1,48 @@
-"""What a finger may have beside its cross-sections: a skin, laws, creep, a load at its tip; what its numbers may be."""
+"""What a finger may have besides its cross-sections: a skin, laws, creep, a load at its tip."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.piecewise_linear import PiecewiseLinear
+from soft_gripper.quantity import Misfit, quantity, valid
 
 NO_PRESSURE = 1.0  # Pa, below which a pressure law is as there
-_MAY_BE_ZERO = (
-    *("relaxation_time", "friction", "dissipation", "shear_factor"),
-    *("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"),
-)
-_OF_ANY_SIGN = ("chamber_center", "x", "z")
-_LEAST, _MOST = 1e-9, 1e12  # of the size of a number that is not 0; beyond, what follows from it leaves the range
+
+
+def _not_curves(law: Any) -> Iterator[Misfit]:
+    """The columns of a law that are not as many increasing numbers as its first."""
+    count = len(getattr(law, fields(law)[0].name))
+    for column in fields(law):
+        values = getattr(law, column.name)
+        if len(values) < 2 or len(values) != count or not np.all(np.diff(values) > 0):
+            yield column.name, values, "must be increasing numbers, as many in each list, two or more"
 
 
 @dataclass(frozen=True)
 class ContactMaterial:
     """How the finger's skin meets what it touches (Drake's hydroelastic contact parameters)."""
 
-    friction: float = 0.9  # Coulomb, static and dynamic alike
-    hydroelastic_modulus: float = 2e5  # Pa
-    dissipation: float = 3.0  # s/m, Hunt and Crossley
+    friction: float = quantity(0.9, least=0, sizes=SIZES)  # Coulomb, static and dynamic alike
+    hydroelastic_modulus: float = quantity(2e5, "Pa", above=0, sizes=SIZES)
+    dissipation: float = quantity(3.0, "s/m", least=0, sizes=SIZES)  # Hunt and Crossley
 
 
 @dataclass(frozen=True)
 class ElasticLaw:
     """Bending moment against curvature as points, at base and tip; linear between them along the finger."""
 
-    curvature: tuple[float, ...]  # 1/m, increasing
-    base_moment: tuple[float, ...]  # N m, increasing
-    tip_moment: tuple[float, ...]  # N m, increasing
+    curvature: tuple[float, ...] = field(metadata=valid("1/m"))  # increasing
+    base_moment: tuple[float, ...] = field(metadata=valid("N m"))  # increasing
+    tip_moment: tuple[float, ...] = field(metadata=valid("N m"))  # increasing
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from _not_curves(self)
 
 
 @dataclass(frozen=True)
@@ -44,8 +53,8 @@ class CreepBranch:
     k (1 - sum over branches of  share (1 - exp(-t / time))) q .
     """
 
-    share: float  # of the instantaneous stiffness
-    time: float  # s, in which it fades to 1 / e
+    share: float = field(metadata=valid(above=0, sizes=SIZES))  # of the instantaneous stiffness
+    time: float = field(metadata=valid("s", above=0, sizes=SIZES))  # in which it fades to 1 / e
 
 
 @dataclass(frozen=True)
@@ -55,8 +64,13 @@ class PressureLaw:
     Linear between the points, and straight on beyond them. So a chamber that widens under pressure bends further.
     """
 
-    pressure: tuple[float, ...]  # Pa, increasing
-    effective: tuple[float, ...]  # Pa, increasing, and 0 at 0
+    pressure: tuple[float, ...] = field(metadata=valid("Pa"))  # increasing
+    effective: tuple[float, ...] = field(metadata=valid("Pa"))  # increasing, and 0 at 0
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from _not_curves(self)
+        if 0 in self.pressure and self.effective[self.pressure.index(0)] != 0:
+            yield "effective", self.effective, "must be 0 for 0: without pressure nothing bends"
 
     @cached_property
     def curve(self) -> PiecewiseLinear:
@@ -73,9 +87,9 @@ class PressureLaw:
 class TipLoad:
     """A point mass that is fixed to the last link, in the bending plane."""
 
-    mass: float  # kg
-    x: float  # m, in the frame {finger}_tip, toward the inner side
-    z: float  # m, in the frame {finger}_tip, beyond the tip
+    mass: float = field(metadata=valid("kg", above=0, sizes=SIZES))
+    x: float = field(metadata=valid("m", sizes=SIZES))  # in the frame {finger}_tip, toward the inner side
+    z: float = field(metadata=valid("m", sizes=SIZES))  # in the frame {finger}_tip, beyond the tip
 
 
 class LinkInertias(NamedTuple):
@@ -96,17 +110,3 @@ class LinkInertias(NamedTuple):
         return LinkInertias(
             self.mass + is_last * mass, self.center + share * away, (1 - share) * gyration, (1 - share) * product
         )
-
-
-def out_of_range(name: str, value: float) -> str | None:
-    """What a number of a finger or of one of its parts would have to be; None if it is."""
-    least, allowed = "above 0", value > 0
-    if name in _MAY_BE_ZERO:
-        least, allowed = "of at least 0", value >= 0
-    if name in _OF_ANY_SIGN:
-        least, allowed = "", True
-    if not np.isfinite(value) or not allowed:
-        return f"give a finite number {least}".strip()
-    if value != 0 and not _LEAST <= abs(value) <= _MOST:
-        return f"give a number of {_LEAST:g} to {_MOST:g} in size"
-    return None

@@ -96,6 +96,11 @@ def as_points(planar: Planar) -> Array:
     return np.ascontiguousarray(planar).view(float).reshape(*planar.shape, 2)[..., ::-1]
 
 
+def in_space(planar: Planar) -> Array:
+    """Planar vectors in B, (...) -> (..., 3) x, y, z."""
+    return np.stack([planar.imag, np.zeros(planar.shape), planar.real], axis=-1)
+
+
 def as_planar(points: Array) -> Planar:
     """Planar vectors of (x, z) pairs, (..., 2) -> (...)."""
     planar: Planar = points[..., 1] + 1j * points[..., 0]

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Joint, ModelInstanceIndex, RigidBody
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_links import joint_name, link_name, shear_joint_name
+from soft_gripper.fingers.finger_links import joint_name, link_name, shear_joint_name, tip_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +47,12 @@ class PlantFinger:
         """From the base to the tip, N."""
         names = (joint_name(self.finger.name, i) for i in range(self.finger.segments))
         return [self.plant.GetJointByName(name, self.model) for name in names]
+
+    @cached_property
+    def frames(self) -> list[Frame]:
+        """At the joints, fixed to the links beyond them, and at the tip, N + 1."""
+        tip = self.plant.GetFrameByName(tip_name(self.finger.name), self.model)
+        return [*(link.body_frame() for link in self.links[1:]), tip]
 
     @property
     def base(self) -> RigidBody:

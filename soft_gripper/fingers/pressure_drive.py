@@ -1,4 +1,8 @@
-"""PressureDrive: pressures -> torques on the joints, all of Drake's C++ primitives."""
+"""PressureDrive: pressures -> torques on the joints, all of Drake's C++ primitives.
+
+Pressure acts through actuators, which the expanded URDF declares: cenic integrates actuation twice as fast as applied
+generalized forces.
+"""
 
 from collections.abc import Mapping, Sequence
 

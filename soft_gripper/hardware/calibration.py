@@ -9,28 +9,28 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.wiring.belief import believed_layout
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
+from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 ASSUMED = "the mean gain of the sensors of a finger is 1, and nothing but its own weight is on it"
-_REST = 0.3  # s, for which the pressure has not changed where a finger is taken to rest
-_STEADY = 0.02  # of the range of the pressure, by which it may vary in that time
+_REST = 0.3  # s, of constant pressure, after which a finger is taken to be at rest
+_STEADY = 0.02  # of the range of the pressure: how much it may vary in that time
 _SAMPLES = 300  # of a recording, spread evenly over those at rest
 _MOTION = 0.01  # extension ratio: the least range, of the sensor that is stretched most
-_LEAST_GAIN = 0.5  # or its inverse: what is further from 1 is taken for a mistake
-_RESIDUAL = 0.05  # of that range: more is left where something was touched, or the finger is another
+_LEAST_GAIN = 0.5  # or its inverse: a value further from 1 is taken to be a mistake
+_RESIDUAL = 0.05  # of that range: larger residuals mean contact, or another finger
 
 
 def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
     """Fits gains, offsets and the bend ratio of every finger to all recordings together.
 
-    What was believed in the recordings is where the fit begins, without the calibration that was loaded then.
+    The fit begins with the nominal models of the recordings, without the calibrations that they had loaded.
 
     Raises:
         InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.
@@ -41,7 +41,7 @@ def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
         for layout, found in _free_bending(file):
             name = layout.finger.name
             if layouts.setdefault(name, layout) != layout:
-                raise InputError(file, "finger", name, f"finger or sensors are others than in {files[0]}")
+                raise InputError(file, "finger", name, f"finger or sensors differ from those in {files[0]}")
             samples.setdefault(name, []).append(found)
     fingers = {}
     for name, layout in layouts.items():
@@ -53,12 +53,12 @@ def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
 
 
 def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
-    """The believed layout of every finger of a recording, and its samples at rest."""
+    """The nominal layout of every finger of a recording, and its samples at rest."""
     recording, scenario, fingers = load_run(file)
-    believed = replace(scenario.believed, calibration=None)
+    believed = read_belief(replace(scenario.believed, calibration=None))
     found = []
     for finger in fingers:
-        layout = strain_sensors(believed_layout(finger.finger, scenario.sensor, believed), str(file))
+        layout = strain_sensors(believed.layout(finger.finger, scenario.sensor), str(file))
         layout = replace(layout, finger=replace(layout.finger, name=finger.name))
         found.append((layout, _samples(file, recording, scenario, layout)))
     return found
@@ -116,7 +116,7 @@ def _check_fit(name: str, found: Calibration, moved: float) -> None:
     because = "something was touched, or it is another finger"
     for gain in (found.bend_ratio, *found.gains):
         if not _LEAST_GAIN <= gain <= 1 / _LEAST_GAIN:
-            expected = f"no finger differs that much from what is believed of it; {because}"
+            expected = f"no finger differs that much from its nominal model; {because}"
             raise InputError("calibrate", f"gain or bend ratio of '{name}'", round(float(gain), 4), expected)
     if not found.residual <= _RESIDUAL * moved:
         expected = f"more than {_RESIDUAL * moved:.2g} is left; {because}"

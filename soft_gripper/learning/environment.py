@@ -1,4 +1,7 @@
-"""SoftGripperEnv: an environment file as a Gymnasium environment, through Drake's DrakeGymEnv."""
+"""SoftGripperEnv: an environment file as a Gymnasium environment, through Drake's DrakeGymEnv.
+
+The time limit is the environment's own rather than Gymnasium's TimeLimit: it is in the file, next to the step.
+"""
 
 import warnings
 from collections.abc import Mapping

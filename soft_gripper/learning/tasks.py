@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.fingers.kinematics import as_planar, in_space
 from soft_gripper.learning.schema.config import GraspConfig, PickPlaceConfig, ReachConfig
 from soft_gripper.learning.station.learning_station import LearningStation
 
@@ -136,7 +136,7 @@ class Reach:
         assert station.target is not None
         self._station, self._config, self._time_step = station, config, time_step
         self._finger, self._target = station.parts.fingers[0], station.target
-        self._selector = self._finger.position_selector()
+        self._tip, self._base = self._finger.frames[-1], self._finger.base.body_frame()
 
     def begin(self, context: Context, rng: np.random.Generator) -> None:
         least, most = self._config.pressure
@@ -149,13 +149,8 @@ class Reach:
 
     def judge(self, context: Context) -> Judgement:
         target = self._target.get_output_port().Eval(self._target.GetMyContextFromRoot(context))
-        error = float(np.linalg.norm(self._tip(context) - target))
+        plant = self._station.parts.plant
+        tip = self._tip.CalcPose(plant.GetMyContextFromRoot(context), self._base).translation()
+        error = float(np.linalg.norm(tip - in_space(as_planar(target))))
         reward = self._time_step / (1 + (error / self._config.scale) ** 2)
         return Judgement(reward, False, {"tip_error": error})
-
-    def _tip(self, context: Context) -> Array:
-        """The true tip, (2,) x, z in B, m."""
-        plant, finger = self._station.parts.plant, self._finger.finger
-        state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(context))
-        tip: Array = as_points(forward_kinematics(self._selector @ state, finger.segment_length).tip)
-        return tip

@@ -1,4 +1,7 @@
-"""ContactDetector: whether a finger touches something, and since when."""
+"""ContactDetector: whether a finger touches something, and since when.
+
+Contact is detected from the section at the base, where the lever is longest.
+"""
 
 from typing import NamedTuple
 

@@ -9,8 +9,10 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.kinematics import as_points
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.signals import describe
+
+_IN_SPACE = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, 0, 0]])  # (x, z, heading) @ this is (x, y, z)
 
 
 def spread(points: Array) -> Array:
@@ -46,29 +48,30 @@ class Gripper:
 
     @cached_property
     def _axes(self) -> Array:
-        """x and z of every base, (F, 2, 3)."""
-        return np.array([X.rotation().matrix().T[::2] for X in self.X_GB])
+        """x, y and z of every base, (F, 3, 3)."""
+        return np.array([X.rotation().matrix().T for X in self.X_GB])
 
     @cached_property
     def _outward(self) -> Array:
         """From the middle of the bases to each, (F, 3) m."""
         return self._origins - self._origins.mean(axis=0)
 
-    def points(self, x: Array, z: Array) -> Array:
-        """Points of the bending planes, x and z (..., F) m in each B, as points in G, (..., F, 3) m."""
-        return self._origins + x[..., None] * self._axes[:, 0] + z[..., None] * self._axes[:, 1]
+    def points(self, p_B: Array) -> Array:
+        """Points, one in each B, as points in G, (..., F, 3) m."""
+        points: Array = self._origins + (p_B[..., None, :] @ self._axes)[..., 0, :]
+        return points
 
     def curve(self, finger: int, planar: Planar) -> Array:
         """Points of one finger's bending plane, (..., M) m in its B, as points in G, (..., M, 3) m."""
-        return self._origins[finger] + as_points(planar) @ self._axes[finger]
+        return self._origins[finger] + in_space(planar) @ self._axes[finger]
 
     def opening(self, tips: Array) -> Array:
-        """Opening of fingertips given as (..., F, 3) planar poses x, z, heading, each in its own B; m, (...).
+        """Opening of fingertips, (..., F, 3) m, each in its own B; m, (...).
 
         Twice the mean distance of the tips from their centroid. Tips that have passed the middle, seen from their
         bases, count as negative.
         """
-        points = self.points(tips[..., 0], tips[..., 1])
+        points = self.points(tips)
         from_middle = points - np.add.reduce(points, axis=-2, keepdims=True) / len(self.X_GB)
         distances = np.sqrt(np.add.reduce(from_middle**2, axis=-1))
         signed = np.copysign(distances, np.add.reduce(from_middle * self._outward, axis=-1))
@@ -97,5 +100,5 @@ class GripperOpening(LeafSystem):
         describe(port, "m")
 
     def _calc_opening(self, context: Context, output: BasicVector) -> None:
-        tips = np.array([port.Eval(context) for port in self._tips])
+        tips = np.array([port.Eval(context) for port in self._tips]) @ _IN_SPACE
         output.SetAtIndex(0, float(self._gripper.opening(tips)))

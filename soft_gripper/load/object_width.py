@@ -1,4 +1,8 @@
-"""ObjectWidth: how wide the object is that the fingers of a gripper hold, from their estimated shapes."""
+"""ObjectWidth: how wide the object is that the fingers of a gripper hold, from their estimated shapes.
+
+Width and gripper opening are one measure, twice the mean distance of points from their centroid. For two points that
+is their distance, so two fingers are not a special case.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +14,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import link_directions
 from soft_gripper.load.gripper_opening import Gripper, spread
 
 _POINTS = 4  # on the inner surface, for every segment
@@ -34,8 +39,7 @@ class InnerSurface:
 
     def points(self, q: Array) -> Planar:
         """The points at joint angles (..., N) rad, m in B, (..., M)."""
-        directions = np.exp(1j * q.cumsum(axis=-1))
-        points: Planar = self.levers[0] + directions @ self.levers[1:]
+        points: Planar = self.levers[0] + link_directions(q) @ self.levers[1:]
         return points
 
 

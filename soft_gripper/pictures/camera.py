@@ -1,4 +1,4 @@
-"""A camera that frames what it is given, and where points of the world lie in its picture."""
+"""A camera that frames given points, and maps points of the world into its picture."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""CloseUp: a camera that goes with the gripper."""
+"""CloseUp: a camera that follows the gripper."""
 
 from collections.abc import Iterable
 from dataclasses import replace

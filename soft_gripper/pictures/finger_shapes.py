@@ -1,4 +1,4 @@
-"""A finger in its bending plane, drawn in mm: segments, estimated arcs, how sure they are, and what presses on it."""
+"""A finger in its bending plane, drawn in mm: segments, estimated arcs, their uncertainty, and contact forces."""
 
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -13,8 +13,9 @@ from soft_gripper.diagrams.view.estimate_shapes import point_at
 from soft_gripper.estimators.arcs import Arcs, points_on_arcs
 from soft_gripper.estimators.contact import face_offset
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, as_points
+from soft_gripper.fingers.kinematics import as_planar, as_points
 from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.truth.poses import points_along
 
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
@@ -38,12 +39,14 @@ def draw_base(axes: Axes, finger: Finger) -> None:
     axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
 
 
-def draw_segments(axes: Axes, finger: Finger, chain: Chain, colors: Array) -> None:
-    """The segments as rounded rectangles of `colors`, (N, 3)."""
+def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array) -> None:
+    """The segments as rounded rectangles of `colors`, (N, 3), between base, joints and tip, (N + 2, 3) m in B."""
+    middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
+    ends = as_planar(np.concatenate([corners[:1], middles, corners[-1:]])[:, ::2])
     section, length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
     faces = 1e3 * np.array([section.outer_face, section.inner_face]).T
     style = BoxStyle.Round(pad=0, rounding_size=0.2 * length)
-    for (begin, end), (outer, inner), rgb in zip(pairwise(chain.segment_ends), faces, colors, strict=True):
+    for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
         corner, width = (outer, -length / 2), inner - outer
         segment = FancyBboxPatch(corner, width, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6)
         place = Affine2D().rotate(-np.angle(end - begin)).translate(*in_mm(np.array((begin + end) / 2)))
@@ -120,11 +123,11 @@ def arrow_of_force(finger: Finger, point: complex, heading: float, force: float,
     return Arrow(complex(begin), complex(begin - _LENGTH * force * normal))
 
 
-def point_on_chain(finger: Finger, chain: Chain, s: float) -> tuple[complex, float]:
-    """The point at arc length s, m, of a chain of rigid links, z + i x in B, and the heading of its link, rad."""
+def point_on_links(finger: Finger, corners: Array, s: float) -> tuple[complex, float]:
+    """The point at arc length s, m, of links from corner to corner, z + i x in B, and the heading of its link, rad."""
     link = int(np.searchsorted(finger.joint_arc_lengths, s))
-    begin, heading = np.concatenate([[0], chain.joints])[link], float(chain.headings[link])
-    return complex(begin + (s - finger.link_ends[link]) * np.exp(1j * heading)), heading
+    point = as_planar(points_along(finger, corners, np.array([s]))[0, ::2])
+    return complex(point), float(np.angle(as_planar(corners[link + 1, ::2] - corners[link, ::2])))
 
 
 def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 1.4) -> None:

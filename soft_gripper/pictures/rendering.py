@@ -41,7 +41,7 @@ _CONE = 12.0  # degrees from the middle of its light to the edge
 _WHITE = [1.0, 1.0, 1.0]
 
 
-def make_studio() -> RenderEngine:
+def make_renderer() -> RenderEngine:
     """A renderer for fingers alone: lamps all round, a white background, and soft shading where things meet."""
     shading = SsaoParameter(radius=0.03, bias=0.01, sample_count=16, blur=True)
     lamps = [_lamp(np.array(position), intensity) for position, intensity in LAMPS]
@@ -103,7 +103,7 @@ class SceneRenderer:
         corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
         self.direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)
         self.camera = framing_camera(corners, height, width, self.direction)
-        engine = make_workshop(self.direction, corners) if scenario.arm is not None else make_studio()
+        engine = make_workshop(self.direction, corners) if scenario.arm is not None else make_renderer()
         scene.scene_graph.AddRenderer(scene.scene_graph_context, _RENDERER, engine)
 
     def render(self, time: float, camera: Camera | None = None) -> Picture:

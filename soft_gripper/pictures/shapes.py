@@ -16,7 +16,7 @@ from soft_gripper.diagrams.view.estimate_shapes import arcs_of_table, point_at
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
 from soft_gripper.estimators.arcs import Arcs
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, as_planar, forward_kinematics
+from soft_gripper.fingers.kinematics import as_planar
 from soft_gripper.pictures.finger_shapes import (
     ESTIMATED_COLOR,
     TRUE_COLOR,
@@ -29,10 +29,11 @@ from soft_gripper.pictures.finger_shapes import (
     draw_segments,
     draw_tube,
     in_mm,
-    point_on_chain,
+    point_on_links,
 )
 from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
@@ -43,7 +44,7 @@ _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true 
 class Shape(NamedTuple):
     """What a recording says about one finger at one time, in B."""
 
-    chain: Chain  # the truth
+    corners: Array  # (N + 2, 3) m, the true base, joints and tip
     arcs: Arcs
     joints: Planar  # (N) m, estimated
     torque: Array  # (N) N m, estimated
@@ -58,17 +59,16 @@ def read_shape(layout: MeasurementModel, recording: Recording, time: float) -> S
     """The shape of the finger of `layout`, which was recorded with these sensors, at a time, s."""
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
-    q, shear = signals["sampled_joint_angles"], signals.get("sampled_shear")
-    chain = forward_kinematics(q, layout.finger.segment_length, shear)
+    true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
     arcs = arcs_of_table(signals["arcs"])
     return Shape(
-        chain,
+        true,
         arcs,
         as_planar(signals["joint_positions"]),
         signals["external_torque"],
         signals["true_external_torque"],
         float(signals["pose_error"].item()),
-        _arrow(layout.finger, partial(point_on_chain, layout.finger, chain), signals, "true_contact"),
+        _arrow(layout.finger, partial(point_on_links, layout.finger, true), signals, "true_contact"),
         _arrow(layout.finger, partial(point_at, arcs), signals, "contact"),
         signals.get("position_std"),
     )
@@ -104,8 +104,8 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, min(max(height, 3.2), 4.2)), layout="compressed")
         panels = figure.subplots(1, 3, sharey=True, width_ratios=widths)
-        draw_segments(panels[0], finger, shape.chain, color(shape.true_torque, limit))
-        draw_segments(panels[1], finger, shape.chain, np.full((finger.segments, 3), 0.94))
+        draw_segments(panels[0], finger, shape.corners, color(shape.true_torque, limit))
+        draw_segments(panels[1], finger, shape.corners, np.full((finger.segments, 3), 0.94))
         draw_arcs(panels[1], layout, shape.arcs)
         _draw_joints(panels[1], shape)
         draw_tube(panels[2], layout, shape.arcs, color(shape.torque, limit))
@@ -122,7 +122,7 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
 
 def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]:
     """Of x in the three panels and of z, mm; the centres of arcs are shown if they lie near."""
-    x, z = in_mm(shape.chain.segment_ends).T
+    x, z = 1e3 * shape.corners[:, ::2].T
     free = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
     arrows = [arrow for arrow in (shape.true_contact, shape.contact) if arrow is not None]
@@ -148,6 +148,6 @@ def _draw_contact(panels: Sequence[Axes], finger: Finger, shape: Shape) -> None:
 
 def _draw_joints(axes: Axes, shape: Shape) -> None:
     estimated = f"estimated joints (mean error {1e3 * shape.pose_error:.2f} mm)"
-    axes.plot(*in_mm(shape.chain.joints).T, "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
+    axes.plot(*(1e3 * shape.corners[1:-1, ::2].T), "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
     axes.plot(*in_mm(shape.joints).T, ".", ms=4, color="black", label=estimated)
     axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the centres of the arcs")

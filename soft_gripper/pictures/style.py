@@ -19,8 +19,8 @@ STYLE: dict[Any, Any] = {
 COLORS = {1: "#b2182b", 2: "#ef8a62", 3: "#67a9cf", 4: "#2166ac"}
 MARKERS = {1: "o", 2: "s", 3: "^", 4: "D"}
 # Of estimators, in the order in which they are tabulated: Okabe and Ito's colours, which the colour-blind tell apart.
-ESTIMATOR_COLORS = ("#555555", "#e69f00", "#0072b2", "#009e73", "#cc79a7", "#d55e00")
-ESTIMATOR_MARKERS = "osD^vP"
+ESTIMATOR_COLORS = ("#555555", "#e69f00", "#0072b2", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#f0e442")
+ESTIMATOR_MARKERS = "osD^vPX*"
 
 
 def section_style(sections: int) -> dict[str, Any]:

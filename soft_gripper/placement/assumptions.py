@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from soft_gripper.diagrams.wiring.belief import believed_finger
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.scenario.belief import Belief
 from soft_gripper.scenario.scenario import BelievedConfig
 from soft_gripper.sensors.strain_errors import StrainErrors
 
@@ -30,8 +30,7 @@ class Assumptions:
     seed: int = 1  # of what is random
 
     def __post_init__(self) -> None:
-        if self.estimator not in SHAPE_FUNCTIONS:
-            raise InputError("place-sensors", "--estimator", self.estimator, f"known: {', '.join(SHAPE_FUNCTIONS)}")
+        find_estimator(self.estimator, field="--estimator")
         if not 0 <= self.belief < 100:
             raise InputError("place-sensors", "--belief", self.belief, "give a percentage from 0 to below 100")
 
@@ -43,7 +42,8 @@ class Assumptions:
     def believed(self, finger: Finger) -> list[Finger]:
         """The finger as it is believed to be, once too stiff and once too soft."""
         signs = (1, -1) if self.belief else (1,)
-        return [believed_finger(finger, BelievedConfig(youngs_modulus=f"{s * self.belief:+g} %")) for s in signs]
+        changes = [BelievedConfig(youngs_modulus=f"{sign * self.belief:+g} %") for sign in signs]
+        return [Belief(change).finger(finger) for change in changes]
 
     @cached_property
     def uncertainty(self) -> Uncertainty:

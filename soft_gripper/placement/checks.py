@@ -6,11 +6,11 @@ import numpy as np
 
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.placement.assumptions import Assumptions
 from soft_gripper.placement.placements import equal_placement
+from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -46,7 +46,7 @@ def _check_has_held_steps(name: str, scenario: Scenario) -> None:
 def check_contacts(contacts: Contacts, assumptions: Assumptions) -> None:
     """Raises an InputError if the estimator estimates no contact."""
     layout = SensorLayout(contacts.finger, 1)
-    estimate = SHAPE_FUNCTIONS[assumptions.estimator](layout, assumptions.uncertainty)
+    estimate = estimator_function(assumptions.estimator, layout, assumptions.uncertainty)
     if estimate(np.zeros(layout.readings), np.zeros(contacts.finger.segments), 0j).contact is None:
         expected = "estimates no contact; leave --contacts out, or give --estimator contact"
         raise InputError(_WHERE, "--estimator", assumptions.estimator, expected)

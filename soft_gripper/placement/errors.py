@@ -7,7 +7,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.placement.assumptions import Assumptions
 from soft_gripper.placement.placements import Placement
 from soft_gripper.placement.samples import Samples
@@ -32,7 +32,8 @@ def _pose_error(samples: Samples, placement: Placement, assumptions: Assumptions
     finger = samples.layout.finger
     true = forward_kinematics(samples.q, finger.segment_length).joints[:, None]
     estimates = samples.estimates(placement, assumptions)
-    return float(np.mean([pose_error(true, estimate.points(finger)[..., :-1]) for estimate in estimates]))
+    found = (in_space(estimate.points(finger)[..., :-1]) for estimate in estimates)
+    return float(np.mean([pose_error(in_space(true), joints) for joints in found]))
 
 
 def contact_errors(

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import held_rows, held_samples
 from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
+from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 from soft_gripper.truth.contact import touches
 

@@ -45,7 +45,7 @@ def place_sensors(
     contacts: Contacts | None = None,
     progress: Callable[[], Any] = lambda: None,
 ) -> PlacedSensors:
-    """Tries placements of `count` sections a side.
+    """Tries placements of `count` sections per side.
 
     Args:
         count: of sections.

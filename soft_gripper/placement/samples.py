@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.driving_torque import driving_torques
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.placement.assumptions import Assumptions
 from soft_gripper.placement.held_finger import HeldFinger
 from soft_gripper.placement.placements import Placement, as_borders
+from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
@@ -92,7 +92,9 @@ class Samples:
         readings = layout.response.reading(self.ratios.of(placement))
         gravity = np.broadcast_to(self.gravity[:, None], readings.shape[:-1])
         for finger, driving in zip(self.believed, self.driving, strict=True):
-            estimate = SHAPE_FUNCTIONS[assumptions.estimator](replace(layout, finger=finger), assumptions.uncertainty)
+            estimate = estimator_function(
+                assumptions.estimator, replace(layout, finger=finger), assumptions.uncertainty
+            )
             yield estimate(readings, np.repeat(driving[:, None], readings.shape[1], axis=1), gravity)
 
 

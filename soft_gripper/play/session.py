@@ -1,7 +1,10 @@
 """Session: a station that runs in real time, as its user commands, until the user ends it."""
 
+import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +21,43 @@ from soft_gripper.play.control_panel import Button, ControlPanel
 from soft_gripper.play.pacer import Pacer
 from soft_gripper.play.recorder import Recorder
 from soft_gripper.play.signal_feed import SignalFeed
+from soft_gripper.scenario.scenario import Scenario
 
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
 _IDLE = 0.1  # s between looks at the buttons while nothing runs
 _MOST_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
+
+
+def open_scenario(scenario: Scenario, grip: str | None = None) -> Scenario:
+    """The same scene without its task, its set points and its steps of pressure.
+
+    Args:
+        scenario: of which models, sensors, estimators, controllers and solver stay.
+        grip: what commands the fingers: the "pressure" of each, or the "opening", held in closed loop; None: the
+            opening where the scenario closes that loop.
+    """
+    closes_loop = scenario.control.set_points is not None or (scenario.task is not None and scenario.task.grips)
+    chosen = grip or ("opening" if closes_loop or "opening" in scenario.external else "pressure")
+    external = [chosen] if scenario.arm is None else [chosen, "tool"]
+    return replace(scenario, task=None, control=replace(scenario.control, set_points=None), external=external)
+
+
+@contextmanager
+def held_back() -> Iterator[Callable[[], bool]]:
+    """Holds Ctrl-C, SIGTERM and SIGHUP back within the block; what it yields says whether one has come.
+
+    An exception out of the middle of a frame would leave logs of unequal lengths, and no recording; one while a
+    recording is being written, none either. A signal that the process ignores, as SIGHUP below nohup, stays ignored.
+    """
+    came: list[int] = []
+    handlers = {number: handler for number in _ENDS if callable(handler := signal.getsignal(number))}
+    for number in handlers:
+        signal.signal(number, lambda number, _: came.append(number))
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
 
 
 class Session:

@@ -50,7 +50,7 @@ def commands_of(station: StationParts) -> list[Command]:
     """The commands that a station of an `open_scenario` takes, in the order in which they are shown."""
     if "grip.set_point" in station.inputs:
         straight = find_gripper(station.fingers, "play").opening(
-            np.array([[0.0, finger.finger.length, 0.0] for finger in station.fingers])
+            np.array([[0.0, 0.0, finger.finger.length] for finger in station.fingers])
         )
         grip = [_opening_command(float(straight))]
     else:

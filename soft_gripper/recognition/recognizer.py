@@ -8,7 +8,7 @@ from pydrake.systems.framework import Context, DiscreteValues, InputPort, LeafSy
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.recognition.model import ShapeModel
+from soft_gripper.recognition.shape_model import ShapeModel
 from soft_gripper.signals import describe
 
 TOLERANCE = 1e3  # Pa, within which the pressure counts as that of a level

@@ -16,8 +16,8 @@ import socket
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import forkserver, get_context
@@ -27,9 +27,8 @@ from threading import Thread
 from types import TracebackType
 from typing import Any, NamedTuple
 
-from soft_gripper.diagrams.notes import notes
 from soft_gripper.errors import InputError, WorkerDiedError
-from soft_gripper.numbers_check import mistyped
+from soft_gripper.library_messages import notes
 
 WAIT = 10  # s, for the scheduler to answer
 
@@ -255,9 +254,6 @@ def _start_server() -> None:
         signal.signal(signal.SIGINT, handler)
 
 
-Call = tuple[Any, ...]
-
-
 @contextmanager
 def open_executor(jobs: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
     """An executor, to be used in a `with` of the main thread.
@@ -269,33 +265,8 @@ def open_executor(jobs: int | None = None, scheduler: str | None = None) -> Iter
     Raises:
         InputError: if the number is none of processes, there is no such scheduler, or Dask is not installed.
     """
-    if jobs is not None and (mistyped(int, jobs) or jobs < 1):
+    if jobs is not None and (not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1):
         raise InputError("open_executor", "jobs", jobs, "give a whole number of processes, 1 or more")
     opened = WorkerProcesses(jobs or os.cpu_count() or 1) if scheduler is None else cluster_executor(scheduler)
     with opened as executor:
         yield executor
-
-
-def make_calls(
-    executor: Executor,
-    work: Callable[..., Any],
-    calls: Sequence[Call],
-    ended: Callable[[Call, Future[Any]], None],
-) -> None:
-    """Makes all calls of `work`, and returns when the last has ended.
-
-    Args:
-        executor: makes them.
-        work: a function of a module, that takes and returns plain data.
-        calls: the arguments of each call.
-        ended: called here, as each call ends, with its arguments and what came of it; an exception of a call is its to
-            find.
-
-    Raises:
-        UnguardedScriptError: if the script that this process runs would be run again by every other.
-    """
-    call_of = {executor.submit(work, *call): call for call in calls}
-    for future in as_completed(call_of):
-        if isinstance(future.exception(), UnguardedScriptError):
-            future.result()
-        ended(call_of.pop(future), future)

@@ -1,5 +1,7 @@
 """What a scenario may say, and reading it."""
 
+from .belief import Belief as Belief
+from .belief import read_belief as read_belief
 from .calibration_file import load_calibration as load_calibration
 from .calibration_file import save_calibration as save_calibration
 from .scenario import BelievedConfig as BelievedConfig
@@ -8,8 +10,7 @@ from .scenario import FingerConfig as FingerConfig
 from .scenario import MeshConfig as MeshConfig
 from .scenario import PhaseConfig as PhaseConfig
 from .scenario import PoseErrorConfig as PoseErrorConfig
-from .scenario import PressureErrorsConfig as PressureErrorsConfig
 from .scenario import StrainErrorsConfig as StrainErrorsConfig
 from .scenario import TrialsConfig as TrialsConfig
-from .sensor_presets import pressure_errors as pressure_errors
+from .sensor_presets import sensor_layout as sensor_layout
 from .sensor_presets import strain_errors as strain_errors

@@ -1,18 +1,19 @@
 """Calibration files: their schema, and how they are read and written."""
 
-import math
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from pydrake.common.yaml import yaml_dump, yaml_load_typed
+from pydrake.common.yaml import yaml_dump
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration
-from soft_gripper.files.document import check_document
+from soft_gripper.files.document import load_config
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.fingers.statics import softened
+from soft_gripper.quantity import Misfit, quantity
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
@@ -23,14 +24,18 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 class FingerCalibrationConfig:
     """What was found of one finger, relative to what was believed of it, and which finger it was."""
 
-    length: float = 0.0  # m
-    sensor_spacing: float = 0.0  # m
+    length: float = quantity(0.0, "m")
+    sensor_spacing: float = quantity(0.0, "m")
     one_sided: bool = False
-    section_lengths: list[float] = field(default_factory=list)  # m, from the base to the tip
-    bend_ratio: float = 1.0  # how much further it bends under the same pressure than was believed
-    gains: list[float] = field(default_factory=list)  # of the strain of every reading
+    section_lengths: list[float] = quantity([], "m")  # from the base to the tip
+    bend_ratio: float = quantity(1.0, above=0)  # how much further it bends under the same pressure than was believed
+    gains: list[float] = quantity([], above=0)  # of the strain of every reading
     offsets: list[float] = field(default_factory=list)  # of every reading, extension ratio
     residual: float = 0.0  # root mean square of what is left, extension ratio
+
+    def misfits(self) -> Iterator[Misfit]:
+        if len(self.offsets) != len(self.gains):
+            yield "offsets", self.offsets, f"must be {len(self.gains)} numbers, one for every gain"
 
 
 @dataclass
@@ -81,23 +86,8 @@ def load_calibration(file: str) -> CalibrationConfig:
         InputError: if the file is missing, no calibration, or what is in it cannot be.
     """
     path = model_path(file)
-    document = read_yaml(path)
-    check_document(path, document, CalibrationConfig)
-    config: CalibrationConfig = yaml_load_typed(schema=CalibrationConfig, data=yaml_dump(document))
-    for name, finger in config.fingers.items():
-        _check(path, f"fingers.{name}", finger)
-    return config
+    return load_config(path, read_yaml(path), CalibrationConfig)
 
 
 def _identity(layout: SensorLayout) -> tuple[float, float, bool, list[float]]:
     return layout.finger.length, layout.finger.sensor_spacing, layout.one_sided, layout.rest_lengths.tolist()
-
-
-def _check(path: Path, field: str, config: FingerCalibrationConfig) -> None:
-    if not 0 < config.bend_ratio < math.inf:
-        raise InputError(path, f"{field}.bend_ratio", config.bend_ratio, "give a finite number above 0")
-    if not all(0 < gain < math.inf for gain in config.gains):
-        raise InputError(path, f"{field}.gains", config.gains, "give finite numbers above 0")
-    fits = len(config.offsets) == len(config.gains) and all(map(math.isfinite, config.offsets))
-    if not fits:
-        raise InputError(path, f"{field}.offsets", config.offsets, "give a finite number for every gain")

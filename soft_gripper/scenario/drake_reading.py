@@ -1,6 +1,5 @@
 """Models read by Drake: what it would not survive is looked at before, and what it complains of becomes one line."""
 
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,11 +12,10 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.text import read_text
 from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.library_messages import MARK, PREFIX, of_drake
 from soft_gripper.scenario.model_numbers import check_numbers
 from soft_gripper.scenario.package_paths import check_uris
 
-_PREFIX, _MARK = "soft-gripper-", ".expanded"
-_OWN_FOLDER = re.compile(rf"/\S*/{_PREFIX}[^/\s]+/([^/\s]+){re.escape(_MARK)}")
 _XML = (".urdf", ".sdf", ".world", ".xml")
 
 
@@ -32,11 +30,6 @@ def drake_reads(where: object, field: str, value: object) -> Iterator[None]:
         if isinstance(error, SystemExit) and not isinstance(error.code, str):
             raise
         raise InputError(where, field, value, f"Drake cannot read it: {of_drake(first_line(error))}") from None
-
-
-def of_drake(message: str) -> str:
-    """A message of Drake's, in which our temporary files have the names of those that they come from."""
-    return _OWN_FOLDER.sub(r"\1", message)
 
 
 def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
@@ -57,8 +50,8 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
         InputError: if Drake would not survive it.
     """
     _check(path, text)
-    with TemporaryDirectory(prefix=_PREFIX) as folder:
-        expanded = Path(folder) / f"{path.stem}{_MARK}{suffix}"
+    with TemporaryDirectory(prefix=PREFIX) as folder:
+        expanded = Path(folder) / f"{path.stem}{MARK}{suffix}"
         expanded.write_text(text, encoding="utf-8")
         return list(parser.AddModels(str(expanded)))
 

@@ -15,22 +15,22 @@ class ByValue:
     """What compares equal if all that it holds does; Drake's configs themselves are equal to nothing else."""
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and _plain(self) == _plain(other)
+        return type(self) is type(other) and plain_values(self) == plain_values(other)
 
     __hash__ = None  # type: ignore[assignment]
 
 
-def _plain(value: Any) -> Any:
-    """A value in lists and mappings, which compare."""
+def plain_values(value: Any) -> Any:
+    """A value in lists and mappings, which compare and do not change with it."""
     if is_dataclass(value):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        return {field.name: plain_values(getattr(value, field.name)) for field in fields(value)}
     if hasattr(value, "__fields__"):
-        return type(value), {name: _plain(part) for name, part in _parts(value).items()}
+        return type(value), {name: plain_values(part) for name, part in _parts(value).items()}
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
+        return {key: plain_values(item) for key, item in value.items()}
+    return [plain_values(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def without_numpy(value: Any) -> Any:

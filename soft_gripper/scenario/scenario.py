@@ -1,46 +1,57 @@
-"""The whole schema of a scenario file, on one page. SI units; every field is explained beside it.
+"""The whole schema of a scenario file, on one page. SI units; every field is explained, and its range given, beside it.
 
-A field that may be left out, and then means that there is no such thing, is None.
+A field that may be left out, and then means that there is no such thing, is None. `misfits` are rules across the fields
+of a class; those across the parts of a scenario are in `checks.py`.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
 
 from pydrake.common.schema import Transform
+from pydrake.common.yaml import yaml_load_file
 from pydrake.multibody.plant import MultibodyPlantConfig
-from pydrake.systems.analysis import SimulatorConfig
+from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.scenario.drake_values import ByValue
+from soft_gripper.scenario.shipped import PRESETS
+from soft_gripper.sensors.pressure_errors import PressureErrors
+from soft_gripper.sensors.strain_errors import StrainErrors
+
+ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
 
 
 @dataclass
 class MeshConfig:
     """What a model that is a bare mesh file lacks; its inertia follows from its shape."""
 
-    scale: float = 1.0  # metres in a unit of the file: 0.001 if it is in millimetres
-    mass: float = 0.05  # kg, spread evenly over the volume
-    friction: float = 0.8  # Coulomb, static and dynamic alike
-    color: list[float] = field(default_factory=lambda: [0.45, 0.62, 0.36, 1.0])  # red, green, blue, opacity
+    scale: float = quantity(1.0, "m", above=0)  # in a unit of the file: 0.001 if it is in millimetres
+    mass: float = quantity(0.05, "kg", above=0)  # spread evenly over the volume
+    friction: float = quantity(0.8, least=0)  # Coulomb, static and dynamic alike
+    color: list[float] = quantity([0.45, 0.62, 0.36, 1.0], least=0, most=1, length=4)  # red, green, blue, opacity
 
 
 @dataclass
 class FingerChanges:
     """Values in the units of a <finger>, or relative changes, "+10 %"; of a cross-section, for base and tip alike."""
 
-    length: str | None = None  # m
-    width: str | None = None  # m
-    thickness: str | None = None  # m
-    youngs_modulus: str | None = None  # Pa
-    density: str | None = None  # kg/m^3
-    chamber_width: str | None = None  # m
-    chamber_thickness: str | None = None  # m
-    chamber_center: str | None = None  # m
-    layer_thickness: str | None = None  # m
-    layer_modulus: str | None = None  # Pa
-    relaxation_time: str | None = None  # s
-    sensor_spacing: str | None = None  # m
+    length: str | None = quantity(None, "m")
+    width: str | None = quantity(None, "m")
+    thickness: str | None = quantity(None, "m")
+    youngs_modulus: str | None = quantity(None, "Pa")
+    density: str | None = quantity(None, "kg/m^3")
+    chamber_width: str | None = quantity(None, "m")
+    chamber_thickness: str | None = quantity(None, "m")
+    chamber_center: str | None = quantity(None, "m")
+    layer_thickness: str | None = quantity(None, "m")
+    layer_modulus: str | None = quantity(None, "Pa")
+    relaxation_time: str | None = quantity(None, "s")
+    sensor_spacing: str | None = quantity(None, "m")
 
     def __post_init__(self) -> None:
         """Numbers are meant as their text."""
@@ -53,38 +64,53 @@ class FingerChanges:
 class FingerConfig(FingerChanges):
     """What of a simulated finger differs from its file."""
 
-    shear_factor: str | None = None  # 1
+    shear_factor: str | None = None
     friction: str | None = None  # Coulomb, static and dynamic alike
-    hydroelastic_modulus: str | None = None  # Pa
-    dissipation: str | None = None  # s/m
+    hydroelastic_modulus: str | None = quantity(None, "Pa")
+    dissipation: str | None = quantity(None, "s/m")
 
 
 @dataclass(eq=False)
 class ModelConfig(ByValue):
     """A model and where it stands."""
 
-    name: str = ""  # of the model; a model with a single finger gives the finger its name
-    file: str = ""  # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
+    name: str = quantity("", is_name=True)  # a model with a single finger gives the finger its name
+    file: str = quantity(
+        "", filled=True
+    )  # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
     parent: str = "world"  # frame that it is welded to: "world" or "model::frame"
     child: str | None = None  # frame of the model that is welded; None: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
     free: bool = False  # not welded: X_PC in the world is where its first link begins
     without: list[str] = field(default_factory=list)  # links of a URDF that are left out, with all that hangs on them
-    segments: int | None = None  # of every finger in the file; None: as the file says
+    segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as the file says
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.free and (self.parent != "world" or self.child is not None):
+            yield "free", True, "leave parent and child out: a free model is not welded"
 
 
 @dataclass
 class PressureConfig:
     """The pressure supply, and the pressure in steps where nothing else commands it."""
 
-    steps: dict[str, list[float]] = field(default_factory=lambda: {"all": [0.0]})  # Pa, by finger or "all"
-    settle: float = 1.0  # s before the samples of a step begin
-    hold_samples: int = 100  # sensor samples averaged in each step
-    minimum: float = -50e3  # Pa, of the supply (negative: vacuum, which the walls of the chamber must bear)
-    maximum: float = 210e3  # Pa
-    time_constant: float = 0.05  # s, first-order lag between command and chamber; 0: none
+    steps: dict[str, list[float]] = quantity({"all": [0.0]}, "Pa", filled=True)  # by finger or "all"
+    settle: float = quantity(1.0, "s", least=0)  # before the samples of a step begin
+    hold_samples: int = quantity(100, least=1)  # sensor samples averaged in each step
+    minimum: float = quantity(-50e3, "Pa", least=-ATMOSPHERE)  # of the supply; negative: vacuum, if the walls bear it
+    maximum: float = quantity(210e3, "Pa")  # of the supply
+    time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and chamber; 0: none
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.minimum > self.maximum:
+            yield "minimum", self.minimum, f"must be at most the maximum, {self.maximum:g} Pa"
+        for finger, steps in self.steps.items():
+            for i, step in enumerate(steps):
+                if not self.minimum <= step <= self.maximum:
+                    limits = f"{self.minimum:g} to {self.maximum:g} Pa"
+                    yield f"steps.{finger}[{i}]", step, f"must be within the limits of the supply, {limits}"
 
 
 @dataclass
@@ -94,13 +120,34 @@ class ControlConfig:
     The opening is twice the mean distance of the fingertips from their centroid: of two, their distance.
     """
 
-    set_points: list[float] | None = None  # m, one after the other; None: a task or an input gives them, or open loop
-    hold: float = 4.0  # s at every set point
+    # One after the other; None: a task or an input gives them, or open loop.
+    set_points: list[float] | None = quantity(None, "m", above=0, filled=True)
+    hold: float = quantity(4.0, "s", above=0)  # at every set point
     gains: PidGains = field(default_factory=PidGains)  # from the opening, m, to the pressure, Pa
-    torque_limit: float | None = None  # N m, at the base of the fingers, that a grip does not exceed
+    torque_limit: float | None = quantity(
+        None, "N m", above=0
+    )  # at the base of the fingers, that a grip does not exceed
     torque_gains: PidGains = field(default_factory=PidGains)  # from that torque to the pressure, Pa
-    force_limit: float | None = None  # N, estimated contact force of the fingers (mean), in the place of a torque_limit
+    # Estimated contact force of the fingers (mean), in the place of a torque_limit.
+    force_limit: float | None = quantity(None, "N", above=0)
     force_gains: PidGains = field(default_factory=PidGains)  # from that force to the pressure, Pa
+
+    def misfits(self) -> Iterator[Misfit]:
+        points = self.set_points or []
+        for i in range(1, len(points)):
+            if points[i] == points[i - 1]:
+                yield f"set_points[{i}]", points[i], "is not a step: it must differ from the set point before"
+        for kind in ("gains", "torque_gains", "force_gains"):
+            for name in ("kp", "ki", "kd"):
+                gain = getattr(getattr(self, kind), name)
+                if gain < 0:
+                    yield f"{kind}.{name}", gain, "must be at least 0"
+        for kind in ("torque", "force"):
+            gain = getattr(self, f"{kind}_gains").ki
+            if getattr(self, f"{kind}_limit") is not None and gain == 0:
+                yield f"{kind}_gains.ki", gain, f"must be above 0 to hold the {kind}_limit"
+        if self.torque_limit is not None and self.force_limit is not None:
+            yield "force_limit", self.force_limit, "leave it out beside a torque_limit"
 
 
 @dataclass
@@ -108,48 +155,55 @@ class ArmConfig:
     """The arm among the models: the gripper is welded to one of its frames. Every joint has an implicit PD."""
 
     model: str = ""  # its name
-    home: list[float] = field(default_factory=list)  # rad or m, posture in which it begins; joints from the base on
-    frequency: float = 10.0  # Hz, natural frequency of a joint under its PD
-    damping_ratio: float = 1.0  # of the same
-    acceleration: float = 10.0  # rad/s^2 or m/s^2, of any joint at most; velocity and effort are limited by its file
+    home: list[float] = quantity([], "rad or m")  # posture in which it begins; joints from the base on
+    frequency: float = quantity(10.0, "Hz", above=0)  # natural frequency of a joint under its PD
+    damping_ratio: float = quantity(1.0, above=0)  # of the same
+    # Of any joint at most; velocity and effort are limited by its file.
+    acceleration: float = quantity(10.0, "rad/s^2 or m/s^2", above=0)
 
 
 @dataclass
 class PhaseConfig:
     """A part of a task. The arm moves, or stays if neither `to` nor `posture` is given; then `until` is awaited."""
 
-    name: str = ""
-    to: str | None = None  # where the gripper goes: "object", "goal" or "home"
-    height: float = 0.0  # m, above where it grasps or puts down
-    posture: list[float] | None = None  # or: where the arm's joints go, rad or m
+    name: str = quantity("", is_name=True)
+    to: str | None = quantity(None, known=("object", "goal", "home"))  # where the gripper goes
+    height: float = quantity(0.0, "m")  # above where it grasps or puts down
+    posture: list[float] | None = quantity(None, "rad or m")  # or: where the arm's joints go
     straight: bool = False  # the gripper goes in a straight line; else the joints do
-    speed: float = 1.0  # part of the arm's velocity limits
-    opening: float | None = None  # m, set point of the gripper from here on; None: as before
-    until: str | None = None  # what ends it after the motion: "opened", "grasped", "released"; None: `rest` is over
-    rest: float = 0.0  # s, after the motion, where nothing is awaited
+    speed: float = quantity(1.0, above=0, most=1)  # part of the arm's velocity limits
+    opening: float | None = quantity(None, "m", above=0)  # set point of the gripper from here on; None: as before
+    # What ends it after the motion; None: `rest` is over.
+    until: str | None = quantity(None, known=("opened", "grasped", "released"))
+    rest: float = quantity(0.0, "s", least=0)  # after the motion, where nothing is awaited
     holds: bool = False  # the object is in the fingers: its loss is watched for
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.to is not None and self.posture is not None:
+            yield "posture", self.posture, f"leave it out beside to: {self.to}"
 
 
 @dataclass
 class PoseErrorConfig:
     """The pose of an object as a camera reports it, minus the true one. Its height above a known table is known."""
 
-    x: float = 0.0  # m, in the world
-    y: float = 0.0  # m, in the world
-    yaw: float = 0.0  # rad, about the vertical through the origin of its first link
+    x: float = quantity(0.0, "m")  # in the world
+    y: float = quantity(0.0, "m")  # in the world
+    yaw: float = quantity(0.0, "rad")  # about the vertical through the origin of its first link
 
 
 @dataclass
 class TrialsConfig:
     """What random trials of a task vary about its scenario, evenly distributed, either way or from least to most."""
 
-    offset: float = 0.03  # m, of where the object begins, along x and along y
-    yaw: float = math.radians(45)  # rad, of the object about its own z axis
-    mass: list[float] = field(default_factory=lambda: [0.02, 0.06])  # kg
-    friction: list[float] = field(default_factory=lambda: [0.5, 0.9])
-    size: float = 0.1  # share of the object's
-    offset_error: float = 3e-3  # m, of the reported pose along x and along y: that of a common depth camera
-    yaw_error: float = math.radians(3)  # rad, of the reported pose about the vertical
+    offset: float = quantity(0.03, "m", least=0)  # of where the object begins, along x and along y
+    yaw: float = quantity(math.radians(45), "rad", least=0)  # of the object about its own z axis
+    mass: list[float] = quantity([0.02, 0.06], "kg", least=1e-9, span=True)
+    friction: list[float] = quantity([0.5, 0.9], least=0, span=True)
+    size: float = quantity(0.1, least=0, below=1)  # share of the object's
+    # Of the reported pose along x and along y: that of a common depth camera.
+    offset_error: float = quantity(3e-3, "m", least=0)
+    yaw_error: float = quantity(math.radians(3), "rad", least=0)  # of the reported pose about the vertical
 
 
 @dataclass(eq=False)
@@ -159,12 +213,14 @@ class TaskConfig(ByValue):
     object: str | None = None  # name of the free model that is handled; only where it is reported to begin is known
     X_OG: Transform = field(default_factory=Transform)  # grasp: the gripper's welded frame in the object's first link
     X_WGoal: Transform = field(default_factory=Transform)  # where the object is put down, its first link in the world
-    phases: list[PhaseConfig] = field(default_factory=list)
-    grip_threshold: float = 0.02  # N m, torque at the base of the fingers that counts as a grip
-    quiet_band: float = 5e-4  # m, within which the estimated opening of a gripper at rest stays; more for noisy sensors
-    timeout: float = 4.0  # s, that a phase waits at most for what is to end it
-    time_limit: float = 60.0  # s, for all of it
-    force_limit: float | None = None  # N, normal force of a finger that the object bears; what trials are judged by
+    phases: list[PhaseConfig] = quantity([], filled=True)
+    grip_threshold: float = quantity(0.02, "N m", above=0)  # torque at the base of the fingers that counts as a grip
+    # Within which the estimated opening of a gripper at rest stays; more for noisy sensors.
+    quiet_band: float = quantity(5e-4, "m", above=0)
+    timeout: float = quantity(4.0, "s", above=0)  # that a phase waits at most for what is to end it
+    time_limit: float = quantity(60.0, "s", above=0)  # for all of it
+    # Normal force of a finger that the object bears; what trials are judged by.
+    force_limit: float | None = quantity(None, "N", above=0)
     pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the reported pose, which motions go by
     trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper grasp-trials`
 
@@ -173,13 +229,29 @@ class TaskConfig(ByValue):
         """Whether the task commands the gripper."""
         return any(phase.opening is not None for phase in self.phases)
 
+    def misfits(self) -> Iterator[Misfit]:
+        for i, phase in enumerate(self.phases):
+            asks = "until" if phase.until is not None else "holds" if phase.holds else None
+            if asks is not None and not self.grips:
+                expected = "the gripper is not commanded: no phase has an opening"
+                yield f"phases[{i}].{asks}", getattr(phase, asks), expected
+        if self.grips and self.phases[0].opening is None:
+            yield "phases[0].opening", None, "must be the opening that the task begins with, m"
+
 
 @dataclass
 class DeadSensorConfig:
     """A strain sensor that reads nothing."""
 
-    path: str = "outer"  # "inner" or "outer"
-    section: int = 0  # from the base
+    path: str = quantity("outer", known=("inner", "outer"))
+    section: int = quantity(0, least=0)  # from the base
+
+
+@cache
+def presets() -> dict[str, dict[str, Any]]:
+    """The errors of known kinds of sensors."""
+    found: dict[str, dict[str, Any]] = yaml_load_file(str(PRESETS))
+    return found
 
 
 @dataclass
@@ -190,46 +262,39 @@ class StrainErrorsConfig:
     standard deviations are those of independent draws for every sensor.
     """
 
-    preset: str | None = None  # a kind of sensor, see sensor_presets.yaml
-    creep: float | None = None  # share of the strain that comes late, 0 to 1
-    creep_time: float | None = None  # s, time constant with which it comes
-    hysteresis: float | None = None  # width of the loop of a cycle over its stroke, 0 to 0.1
-    gain_error: float | None = None  # standard deviation, of one draw a run, as a share of the strain
-    offset: float | None = None  # standard deviation, of one draw a run, extension ratio
-    drift: float | None = None  # standard deviation of what a steady drift reaches in a minute, extension ratio
-    low_frequency_noise: float | None = None  # standard deviation of a Gauss-Markov process, extension ratio
-    correlation_time: float | None = None  # s, of that process
-    noise: float | None = None  # standard deviation, white, of every sample, extension ratio
-    saturation: list[float] | None = None  # least and greatest extension ratio that is read
-    quantization: float | None = None  # step of the extension ratio
-    delay: int | None = None  # samples
-    dropout: float | None = None  # probability that a sample of a sensor is lost, and reads NaN
+    preset: str | None = quantity(None, known=lambda: tuple(presets()))  # a kind of sensor, see sensor_presets.yaml
+    creep: float | None = like(StrainErrors, "creep")  # share of the strain that comes late
+    creep_time: float | None = like(StrainErrors, "creep_time")  # time constant with which it comes
+    hysteresis: float | None = like(StrainErrors, "hysteresis")  # width of the loop of a cycle over its stroke
+    # Standard deviation, of one draw a run, as a share of the strain.
+    gain_error: float | None = like(StrainErrors, "gain_error")
+    offset: float | None = like(StrainErrors, "offset")  # standard deviation, of one draw a run, extension ratio
+    # Standard deviation of what a steady drift reaches in a minute, extension ratio.
+    drift: float | None = like(StrainErrors, "drift")
+    # Standard deviation of a Gauss-Markov process, extension ratio.
+    low_frequency_noise: float | None = like(StrainErrors, "low_frequency_noise")
+    correlation_time: float | None = like(StrainErrors, "correlation_time")  # of that process
+    noise: float | None = like(StrainErrors, "noise")  # standard deviation, white, of every sample, extension ratio
+    saturation: list[float] | None = like(StrainErrors, "saturation")  # extension ratios that are read
+    quantization: float | None = like(StrainErrors, "quantization")  # step of the extension ratio
+    delay: int | None = like(StrainErrors, "delay")  # samples
+    dropout: float | None = like(StrainErrors, "dropout")  # probability that a sample of a sensor is lost: it reads NaN
     dead: list[DeadSensorConfig] = field(default_factory=list)  # sensors that always read NaN
-
-
-@dataclass
-class PressureErrorsConfig:
-    """The errors of the pressure sensor, in the order in which they act."""
-
-    gain_error: float = 0.0  # standard deviation, of one draw a run, as a share of the pressure
-    offset: float = 0.0  # standard deviation, of one draw a run, Pa
-    noise: float = 0.0  # standard deviation, white, of every sample, Pa
-    delay: int = 0  # samples
 
 
 @dataclass
 class SensorConfig:
     """The sensors of every finger."""
 
-    type: str = "strain"  # or "module:function", "module:Class" of your own, see diagrams/wiring/choices.py
-    sections: int = 4  # sensors one after the other along each path
+    type: str = "strain"  # or "module:function", "module:Class" of your own, see diagrams/wiring/named_blocks.py
+    sections: int = quantity(4, least=1)  # sensors one after the other along each path
     borders: list[float] | None = None  # where sections meet, as shares of the length; None: they are equally long
-    period: float = 0.01  # s between samples, and between the samples of every log
+    period: float = quantity(0.01, "s", above=0)  # between samples, and between the samples of every log
     one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
     response: list[list[float]] | None = None  # [extension ratio, reading] points; None: the reading is the strain
     errors: StrainErrorsConfig | None = None  # of the strain sensors; None: they are ideal
-    pressure_errors: PressureErrorsConfig | None = None  # of the pressure sensor; None: it is ideal
-    seed: int = 0  # of all random numbers of the sensors
+    pressure_errors: PressureErrors | None = None  # of the pressure sensor; None: it is ideal
+    seed: int = quantity(0, least=0)  # of all random numbers of the sensors
 
 
 @dataclass
@@ -241,7 +306,16 @@ class EstimatorConfig:
     # For estimators that weigh what they know; None: as it follows from the errors of the sensors.
     uncertainty: Uncertainty | None = None
     compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
-    contact_threshold: float | None = None  # N m, of the torque that means contact; None: contact is not looked for
+    # Torque that means contact; None: contact is not looked for.
+    contact_threshold: float | None = quantity(None, "N m", above=0)
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.contact_threshold is not None and not self.compensate_gravity:
+            expected = "leave it true: a finger whose weight is left in the torque always seems to touch something"
+            yield "compensate_gravity", False, expected
+        for i, kind in enumerate(self.beside):
+            if kind == self.type or self.beside.count(kind) > 1:
+                yield f"beside[{i}]", kind, "is an estimator of this scenario already"
 
 
 @dataclass
@@ -264,25 +338,42 @@ def default_simulator_config() -> SimulatorConfig:
     return SimulatorConfig(integration_scheme="cenic", max_step_size=0.02, accuracy=1e-3)
 
 
+# Of what Drake's configs may be given here.
+_PLANT = {
+    "time_step": Rule("s", least=0),
+    "contact_model": Rule(known=("hydroelastic_with_fallback", "hydroelastic", "point")),
+    "discrete_contact_approximation": Rule(known=("lagged", "similar", "sap", "tamsi")),
+    "contact_surface_representation": Rule(known=("polygon", "triangle")),
+    "penetration_allowance": Rule("m", above=0),
+    "stiction_tolerance": Rule("m/s", above=0),
+}
+_SOLVER = {
+    "integration_scheme": Rule(known=GetIntegrationSchemes),
+    "max_step_size": Rule("s", above=0),
+    "accuracy": Rule(least=1e-9),  # below, error control takes steps without end
+    "target_realtime_rate": Rule(least=0),
+}
+
+
 @dataclass(eq=False)
 class Scenario(ByValue):
     """What is simulated, how it is driven, sensed and estimated, and by which solver."""
 
     description: str = ""
-    models: list[ModelConfig] = field(default_factory=list)
-    gravity: list[float] = field(default_factory=lambda: [0.0, 0.0, -9.81])  # m/s^2, in the world
+    models: list[ModelConfig] = quantity([], filled=True)
+    gravity: list[float] = quantity([0.0, 0.0, -9.81], "m/s^2", length=3)  # in the world
     pressure: PressureConfig = field(default_factory=PressureConfig)
     control: ControlConfig = field(default_factory=ControlConfig)
     arm: ArmConfig | None = None
     task: TaskConfig | None = None
     # Commands that are input ports of the station, for a diagram around it: "pressure" of every finger, or the
     # "opening" of the gripper; and, with an arm, its "joints", or the pose of the "tool".
-    external: list[str] = field(default_factory=list)
+    external: list[str] = quantity([], known=("pressure", "opening", "joints", "tool"))
     sensor: SensorConfig = field(default_factory=SensorConfig)
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     believed: BelievedConfig = field(default_factory=BelievedConfig)
-    plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config)
-    simulator_config: SimulatorConfig = field(default_factory=default_simulator_config)
+    plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config, metadata=valid(parts=_PLANT))
+    simulator_config: SimulatorConfig = field(default_factory=default_simulator_config, metadata=valid(parts=_SOLVER))
 
     @property
     def steps(self) -> int:

@@ -6,23 +6,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
+from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import check_document, require
+from soft_gripper.files.document import load_config, require
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
-from soft_gripper.scenario.checks import check_scenario, plain_scenario
+from soft_gripper.scenario.checks import check_scenario, checked_scenario
 from soft_gripper.scenario.drake_values import without_numpy
 from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.shipped import scenario_path
 
-SHIPPED = Path(__file__).parents[1] / "diagrams" / "scenarios"
 _DEEPEST = 20  # names in the key of an override
-
-
-def scenario_names() -> list[str]:
-    """Names of the shipped scenarios."""
-    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -56,7 +51,7 @@ def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Sc
 
 def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
     """Reads a scenario with changes, which come from `where`."""
-    path = _find(name_of(name_or_path))
+    path = scenario_path(name_of(name_or_path))
     require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
     document = _mapping(path, read_yaml(path))
     for key, value in changes.items():
@@ -75,14 +70,10 @@ def parse_scenario(path: Path, text: str) -> Scenario:
 def _checked(path: Path, document: dict[str, Any]) -> Scenario:
     for changes in _changes(document):
         _quote_numbers(changes)
-    check_document(path, document, Scenario)
-    try:
-        scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(document), retain_map_defaults=False)
-    except (RuntimeError, ValueError, TypeError) as error:
-        raise InputError(path, "scenario", path.stem, " ".join(str(error).split())) from None
-    check_scenario(path, scenario)
+    scenario = load_config(path, document, Scenario, retain_map_defaults=False)
     for part, field in _files(scenario):
         setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
+    check_scenario(path, scenario)
     return scenario
 
 
@@ -114,7 +105,7 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
 
     Paths are relative to `folder`, where the text is to be kept; absolute without one.
     """
-    scenario = plain_scenario("scenario", copy.deepcopy(scenario))
+    scenario = copy.deepcopy(checked_scenario("scenario", scenario))
     if folder is not None:
         for part, field in _files(scenario):
             setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))
@@ -122,15 +113,6 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
     text: str = yaml_dump(document)
     return text
-
-
-def _find(name_or_path: str) -> Path:
-    if name_or_path.endswith((".yaml", ".yml")):
-        return Path(name_or_path)
-    path = SHIPPED / f"{name_or_path}.yaml"
-    if name_or_path not in scenario_names():
-        raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
-    return path
 
 
 def _mapping(path: Path, document: Any) -> dict[str, Any]:

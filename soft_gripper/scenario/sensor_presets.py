@@ -1,20 +1,59 @@
-"""The errors of sensors that a scenario asks for, presets and all, and what is uncertain because of them."""
+"""What a scenario says of the sensors: where they are, their errors, presets and all, and what these make uncertain."""
 
-from dataclasses import asdict, fields
-from functools import cache
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable
+from dataclasses import fields
+from functools import partial
+from typing import Any, TypeGuard
 
-from pydrake.common.yaml import yaml_load_file
+from pydrake.systems.framework import System
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
-from soft_gripper.scenario.scenario import DeadSensorConfig, EstimatorConfig, SensorConfig
-from soft_gripper.sensors.pressure_errors import PressureErrors
-from soft_gripper.sensors.sensor_layout import path_names
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.scenario.own_functions import find_named, made
+from soft_gripper.scenario.scenario import DeadSensorConfig, EstimatorConfig, SensorConfig, presets
+from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
+from soft_gripper.sensors.sensor_layout import SensorLayout, path_names
 from soft_gripper.sensors.strain_errors import StrainErrors
 
-PRESETS = Path(__file__).with_name("sensor_presets.yaml")
+MakeSensor = Callable[[SensorLayout, float], System]
+SENSORS: dict[str, type[MeasurementModel]] = {"strain": SensorLayout}
+
+
+def find_sensor(name: str) -> type[MeasurementModel] | MakeSensor:
+    """What `sensor.type` names: a kind of sensor, or a function that makes a strain sensor.
+
+    Raises:
+        InputError: if there is none.
+    """
+    found: type[MeasurementModel] | MakeSensor = find_named("sensor.type", name, SENSORS)
+    return found
+
+
+def is_kind(found: object) -> TypeGuard[type[MeasurementModel]]:
+    """Whether this is a kind of sensor."""
+    return isinstance(found, type) and issubclass(found, MeasurementModel)
+
+
+def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
+    """The sensors that a scenario puts on a finger: of the kind that it names, or else strain sensors.
+
+    Raises:
+        InputError: if there is no such kind, it fails, there are more sections than segments, the borders are wrong, or
+            the response is not a curve.
+    """
+    points = LINEAR if config.response is None else tuple(map(tuple, config.response))
+    borders = None if config.borders is None else tuple(config.borders)
+    found = find_sensor(config.type)
+    kind = found if is_kind(found) else SensorLayout
+    has_sides = issubclass(kind, SensorLayout)
+    if config.one_sided and not has_sides:
+        raise InputError("sensor", "one_sided", config.one_sided, f"{config.type} has no sides; leave it out")
+    options: dict[str, Any] = {"response": ResponseCurve(points), "borders": borders}
+    options |= {"one_sided": config.one_sided} if has_sides else {}
+    layout: MeasurementModel = made("sensor.type", config.type, partial(kind, **options), finger, config.sections)
+    return layout
 
 
 def strain_errors(sensor: SensorConfig) -> StrainErrors | None:
@@ -26,57 +65,31 @@ def strain_errors(sensor: SensorConfig) -> StrainErrors | None:
     config = sensor.errors
     if config is None:
         return None
+    if config.preset is not None and config.preset not in presets():
+        raise InputError("sensor.errors", "preset", config.preset, f"must be one of {', '.join(presets())}")
     names = {field.name for field in fields(StrainErrors)} - {"dead"}
     given = {name: value for name in names if (value := getattr(config, name)) is not None}
-    values = (_preset(config.preset) if config.preset is not None else {}) | given
+    values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given
     if "saturation" in values:
-        values["saturation"] = _range(values["saturation"])
+        values["saturation"] = tuple(values["saturation"])
     return StrainErrors(**values, dead=tuple(_reading(sensor, i, dead) for i, dead in enumerate(config.dead)))
-
-
-def pressure_errors(sensor: SensorConfig) -> PressureErrors | None:
-    """The errors of the pressure sensor; None if it is ideal.
-
-    Raises:
-        InputError: for a number out of range.
-    """
-    return None if sensor.pressure_errors is None else PressureErrors(**asdict(sensor.pressure_errors))
 
 
 def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
     """What an estimator believes to be uncertain: what is given, or what follows from the errors of the sensors.
 
     Raises:
-        InputError: as `strain_errors` and `pressure_errors`.
+        InputError: as `strain_errors`.
     """
     given = estimator.uncertainty
-    return uncertainty_of(strain_errors(sensor), pressure_errors(sensor)) if given is None else given
-
-
-@cache
-def presets() -> dict[str, dict[str, Any]]:
-    """The errors of known kinds of sensors."""
-    found: dict[str, dict[str, Any]] = yaml_load_file(str(PRESETS))
-    return found
-
-
-def _preset(name: str) -> dict[str, Any]:
-    if name not in presets():
-        raise InputError("sensor.errors", "preset", name, f"known: {', '.join(presets())}")
-    return presets()[name]
-
-
-def _range(limits: list[float]) -> tuple[float, float]:
-    if len(limits) != 2:
-        raise InputError("sensor.errors", "saturation", limits, "give [least, greatest] extension ratio")
-    return limits[0], limits[1]
+    return uncertainty_of(strain_errors(sensor), sensor.pressure_errors) if given is None else given
 
 
 def _reading(sensor: SensorConfig, i: int, dead: DeadSensorConfig) -> int:
     """Which of the readings a dead sensor would give."""
     paths = path_names(sensor.one_sided)
     if dead.path not in paths:
-        raise InputError("sensor.errors", f"dead[{i}].path", dead.path, f"known: {', '.join(paths)}")
+        raise InputError("sensor.errors", f"dead[{i}].path", dead.path, f"must be one of {', '.join(paths)}")
     if not 0 <= dead.section < sensor.sections:
-        raise InputError("sensor.errors", f"dead[{i}].section", dead.section, f"give 0 to {sensor.sections - 1}")
+        raise InputError("sensor.errors", f"dead[{i}].section", dead.section, f"must be 0 to {sensor.sections - 1}")
     return paths.index(dead.path) * sensor.sections + dead.section

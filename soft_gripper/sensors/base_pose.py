@@ -1,4 +1,9 @@
-"""BasePoseSensor: where the base of a finger is while an arm moves it."""
+"""BasePoseSensor: where the base of a finger is while an arm moves it.
+
+A pose is a vector of 12 numbers, not an abstract RigidTransform, so that it is sampled, logged and replayed like any
+other signal. It is a discrete state: Drake makes unrestricted updates before discrete ones, and a pose held in an
+abstract ZeroOrderHold would be one sample ahead of the strain.
+"""
 
 import numpy as np
 from pydrake.common.value import AbstractValue

@@ -1,4 +1,9 @@
-"""ErrorBlock: an ideal sampled signal -> what a sensor with errors reads, without a sample of delay of its own."""
+"""ErrorBlock: an ideal sampled signal -> what a sensor with errors reads, without a sample of delay of its own.
+
+State is updated at the sample, and the output follows from state and present input: the block remembers without
+delaying. Random numbers are drawn at the sample too and kept in state. Drake makes the unrestricted updates of a
+RandomSource before discrete ones, so a draw read from its port would change before the strain does.
+"""
 
 from typing import NamedTuple, Protocol
 

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.files.document import check_document
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.numbers_check import mistyped
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
 UNKNOWN = 1e6  # variance of a value of which nothing is read, in the square of its unit
@@ -158,9 +158,7 @@ class MeasurementModel(ABC):
         equal = self.finger.section_ends(self.sections)
         if self.borders is None:
             return equal
-        listed = isinstance(self.borders, Sequence) and all(mistyped(float, border) is None for border in self.borders)
-        if not listed or not np.isfinite(self.borders).all():
-            raise InputError("sensor", "borders", self.borders, "give finite shares of the length")
+        check_document("sensor", self.borders, tuple[float, ...], "borders", strict=True)
         return np.round(np.array([0.0, *self.borders, 1.0]) * self.finger.segments).astype(int)
 
     @cached_property

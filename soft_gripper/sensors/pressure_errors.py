@@ -1,17 +1,16 @@
 """What makes a pressure sensor differ from an ideal one: pressure -> disturbed pressure, for a block or a recording."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
-from soft_gripper.numbers_check import check_numbers
+from soft_gripper.files.document import check_config
+from soft_gripper.quantity import quantity
 from soft_gripper.sensors.error_block import pass_delay_line
 
 
-@dataclass(frozen=True)
+@dataclass
 class PressureErrors:
     """The errors of a pressure sensor, in the order in which they act; none by default.
 
@@ -21,22 +20,15 @@ class PressureErrors:
         InputError: for the first number that is out of range.
     """
 
-    gain_error: float = 0.0  # standard deviation, of one draw a run, as a share of the pressure
-    offset: float = 0.0  # standard deviation, of one draw a run, Pa
-    noise: float = 0.0  # standard deviation, white, of every sample, Pa
-    delay: int = 0  # samples
+    gain_error: float = quantity(0.0, least=0)  # standard deviation, of one draw a run, as a share of the pressure
+    offset: float = quantity(0.0, "Pa", least=0)  # standard deviation, of one draw a run
+    noise: float = quantity(0.0, "Pa", least=0)  # standard deviation, white, of every sample
+    delay: int = quantity(0, least=0)  # samples
 
     draws = (2, 1)
 
     def __post_init__(self) -> None:
-        check_numbers("sensor.pressure_errors", self)
-        for name in ("gain_error", "offset", "noise"):
-            value = getattr(self, name)
-            if not 0 <= value < math.inf:
-                raise InputError("sensor.pressure_errors", name, value, "give 0 or more")
-        if self.delay < 0:
-            expected = "give a whole number of samples, 0 or more"
-            raise InputError("sensor.pressure_errors", "delay", self.delay, expected)
+        check_config("sensor.pressure_errors", self)
 
     def begin(self, draws: Array) -> Array:
         """The memory before the first sample, from standard normal draws for the run, (..., 2, 1)."""

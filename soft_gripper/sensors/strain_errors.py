@@ -10,9 +10,12 @@ the next and one weight w for all, the loop of a cycle is as wide as w (stroke -
 whatever the stroke. (M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989; K. Kuhnen,
 Modeling, identification and compensation of complex hysteretic nonlinearities, European Journal of Control 9, 2003,
 doi:10.3166/ejc.9.407-418.)
+
+Such a sum is the only one of play operators whose loop is the same share of every stroke.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import NamedTuple
@@ -20,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
-from soft_gripper.numbers_check import check_numbers
+from soft_gripper.files.document import check_config
+from soft_gripper.quantity import Misfit, quantity
 from soft_gripper.sensors import strain_errors
 from soft_gripper.sensors.error_block import ErrorBlock, pass_delay_line
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -61,38 +64,30 @@ class StrainErrors:
         InputError: for the first number that is out of range.
     """
 
-    creep: float = 0.0  # share of the strain that comes late, 0 to 1
-    creep_time: float = 10.0  # s, time constant with which it comes
-    hysteresis: float = 0.0  # width of the loop of a cycle over its stroke, 0 to 0.1
-    gain_error: float = 0.0  # standard deviation, of one draw a run, as a share of the strain
-    offset: float = 0.0  # standard deviation, of one draw a run, extension ratio
-    drift: float = 0.0  # standard deviation of what a steady drift has reached after a minute, extension ratio
-    low_frequency_noise: float = 0.0  # standard deviation of a first-order Gauss-Markov process, extension ratio
-    correlation_time: float = 10.0  # s, of that process
-    noise: float = 0.0  # standard deviation, white, of every sample, extension ratio
-    saturation: tuple[float, float] = (-math.inf, math.inf)  # least and greatest extension ratio that is read
-    quantization: float | None = None  # step of the extension ratio
-    delay: int = 0  # samples
-    dropout: float = 0.0  # probability that a sample is lost, and reads NaN
+    creep: float = quantity(0.0, least=0, most=1)  # share of the strain that comes late
+    creep_time: float = quantity(10.0, "s", above=0)  # time constant with which it comes
+    hysteresis: float = quantity(0.0, least=0, most=HYSTERESIS_LIMIT)  # width of the loop of a cycle over its stroke
+    gain_error: float = quantity(0.0, least=0)  # standard deviation, of one draw a run, as a share of the strain
+    offset: float = quantity(0.0, least=0)  # standard deviation, of one draw a run, extension ratio
+    # Standard deviation of what a steady drift has reached after a minute, extension ratio.
+    drift: float = quantity(0.0, least=0)
+    # Standard deviation of a first-order Gauss-Markov process, extension ratio.
+    low_frequency_noise: float = quantity(0.0, least=0)
+    correlation_time: float = quantity(10.0, "s", above=0)  # of that process
+    noise: float = quantity(0.0, least=0)  # standard deviation, white, of every sample, extension ratio
+    # Extension ratios that are read.
+    saturation: tuple[float, float] = quantity((-math.inf, math.inf), sizes=(0.0, math.inf), span=True)
+    quantization: float | None = quantity(None, above=0)  # step of the extension ratio
+    delay: int = quantity(0, least=0)  # samples
+    dropout: float = quantity(0.0, least=0, most=1)  # probability that a sample is lost, and reads NaN
     dead: tuple[int, ...] = ()  # readings that are always NaN
 
     def __post_init__(self) -> None:
-        check_numbers("sensor.errors", self)
-        for name in ("gain_error", "offset", "drift", "low_frequency_noise", "noise"):
-            self._require(name, 0 <= getattr(self, name) < math.inf, "give 0 or more")
-        for name in ("creep", "dropout"):
-            self._require(name, 0 <= getattr(self, name) <= 1, "give a share, 0 to 1")
-        self._require("hysteresis", 0 <= self.hysteresis <= HYSTERESIS_LIMIT, f"give 0 to {HYSTERESIS_LIMIT:g}")
-        for name in ("creep_time", "correlation_time"):
-            self._require(name, 0 < getattr(self, name) < math.inf, "give a time above 0 s")
-        self._require("saturation", self.saturation[0] < self.saturation[1], "give [least, greatest] extension ratio")
-        step = self.quantization
-        self._require("quantization", step is None or 0 < step < math.inf, "give a step above 0, or leave it out")
-        self._require("delay", self.delay >= 0, "give a whole number of samples, 0 or more")
+        check_config("sensor.errors", self)
 
-    def _require(self, name: str, fine: bool, expected: str) -> None:
-        if not fine:
-            raise InputError("sensor.errors", name, getattr(self, name), expected)
+    def misfits(self) -> Iterator[Misfit]:
+        if self.saturation[0] == self.saturation[1]:
+            yield "saturation", self.saturation, "must be [least, greatest] extension ratio"
 
 
 class Memory(NamedTuple):

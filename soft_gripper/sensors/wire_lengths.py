@@ -52,7 +52,7 @@ class WireCalibration:
 def as_strain(finger: Finger, theta: Array, sections: int) -> tuple[SensorLayout, Array]:
     """Two-sided sensors on a finger that does not lengthen, and their strain when it is bent by theta, (..., S) rad.
 
-    `sections`, which divides S, is the number of sensors a side: fewer than S see sums of bends.
+    `sections`, which divides S, is the number of sensors per side: fewer than S see sums of bends.
     """
     bends = SensorLayout(finger, theta.shape[-1])
     q = bends.shared_equally(theta)

@@ -2,5 +2,6 @@
 
 from .contact import TrueContact as TrueContact
 from .poses import PoseError as PoseError
+from .poses import TruePoses as TruePoses
 from .poses import fingertip_error as fingertip_error
 from .poses import pose_error as pose_error

@@ -1,6 +1,10 @@
 """Contact as the plant knows it: patches where shapes touch, what presses on each finger, what several fingers hold.
 
 The patches of several samples lie one after the other: P of them in T samples.
+
+The block keeps raw patches, a table per sample, and forces and locations are computed after the run. Their number
+varies, so they pass through an abstract port and a `ValueLog`. Only the mean normals of surfaces are computed at
+once, since Drake's surfaces do not outlive the sample.
 """
 
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence

@@ -1,4 +1,8 @@
-"""PoseError: how far the estimated pose is from the true one."""
+"""Where the plant has a finger, and how far the estimated pose is from that. All places are in B, (..., 3) x, y, z.
+
+The pressure and the true torque are sampled with the strain, and the true torque is delayed like the estimated one,
+so that values of the same instant are compared.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,55 +10,137 @@ from typing import Any
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, as_planar, forward_kinematics
+from soft_gripper.fingers.kinematics import as_planar, in_space
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.signals import XYZ
+
+TRUE_JOINTS, TRUE_TIP = "true_joint_positions", "true_tip_position"
 
 
-def pose_error(true_joints: Planar, joints: Planar) -> Array:
-    """The paper's metric: mean distance over all joint positions, (..., N) m -> (...) m."""
-    return np.abs(joints - true_joints).sum(axis=-1) / joints.shape[-1]
+class PlantPoints:
+    """Joints and tips of fingers, from the positions of their plant.
+
+    It has a plant of its own, since a block that kept the plant of its diagram would keep the diagram alive.
+    """
+
+    def __init__(self, fingers: Sequence[PlantFinger]):
+        """`fingers` are in one finalized plant."""
+        self._plant = fingers[0].plant.Clone()
+        self._context = self._plant.CreateDefaultContext()
+        # Where free bodies are is all one in B; and before the first sample their quaternions are zero.
+        bodies = map(self._plant.get_body, self._plant.GetFloatingBaseBodies())
+        starts = (body.floating_positions_start() for body in bodies)
+        self._free = [entry for start in starts for entry in range(start, start + 7)]
+        self._where_free = self._plant.GetPositions(self._context)[self._free]
+        pairs = [(frame, finger.base.body_frame()) for finger in fingers for frame in finger.frames]
+        self._pairs = [tuple(self._plant.get_frame(frame.index()) for frame in pair) for pair in pairs]
+
+    def __call__(self, state: Array) -> Array:
+        """Places of every finger's joints and tip, one finger after the other, (..., nq + nv) -> (..., P, 3) m in B."""
+        rows = np.reshape(state, (-1, np.shape(state)[-1]))[:, : self._plant.num_positions()].copy()
+        rows[:, self._free] = self._where_free
+        places = np.array([self._places(row) for row in rows])
+        return places.reshape(*np.shape(state)[:-1], -1, 3)
+
+    def _places(self, positions: Array) -> list[Array]:
+        self._plant.SetPositions(self._context, positions)
+        return [frame.CalcPose(self._context, base).translation() for frame, base in self._pairs]
 
 
-def fingertip_error(true_tip: Planar, tip: Planar) -> Array:
-    """Distance between the fingertips, (...) m."""
-    return np.abs(tip - true_tip)
-
-
-class PoseError(ArrayBlock):
-    """Compares the estimated pose of a finger with the true one at the same sample.
+class TruePoses(ArrayBlock):
+    """Looks up in the plant where the joints and tips of fingers are.
 
     ::
 
-        sampled_joint_angles (N) rad -------> +-----------+
-        joint_positions (N x 2) m in B -----> | PoseError | ---> pose_error       (1) m
-        tip_pose (3) x, z, heading in B ----> |           | ---> fingertip_error  (1) m
-        sampled_shear (N) m ----------------> +-----------+
+        sampled_state (nq + nv) ---> +-----------+ ---> {finger}.true_joint_positions (N x 3) x, y, z; m in B
+                                     | TruePoses | ---> {finger}.true_tip_position    (3) m in B
+                                     +-----------+
 
-    There is `sampled_shear` for a finger that shears: how far it slides before each joint.
+    They follow from the poses of bodies, in three dimensions, and so from every joint that the plant has.
     """
 
-    def __init__(self, finger: Finger):
+    def __init__(self, fingers: Sequence[PlantFinger]):
+        """`fingers` are in one finalized plant."""
         super().__init__()
-        joints = finger.segments
-        self.take("sampled_joint_angles", joints)
-        self.take("joint_positions", joints * 2)
+        self.take("sampled_state", fingers[0].plant.num_multibody_states())
+        self.derive("points", PlantPoints(fingers), "sampled_state")
+        begin = 0
+        for finger in fingers:
+            tip = begin + finger.finger.segments
+            self._put_out_finger(finger, slice(begin, tip), tip)
+            begin = tip + 1
+
+    def _put_out_finger(self, finger: PlantFinger, joints: slice, tip: int) -> None:
+        numbers = range(finger.finger.segments)
+        self.put_out(
+            f"{finger.name}.{TRUE_JOINTS}",
+            lambda points: points[..., joints, :],
+            "points",
+            unit="m",
+            joint=numbers,
+            xyz=XYZ,
+        )
+        self.put_out(f"{finger.name}.{TRUE_TIP}", lambda points: points[..., tip, :], "points", unit="m", xyz=XYZ)
+
+
+def pose_error(true_joints: Array, joints: Array) -> Array:
+    """The paper's metric: mean distance over all joint positions, (..., N, 3) m -> (...) m."""
+    error: Array = np.linalg.norm(joints - true_joints, axis=-1).mean(axis=-1)
+    return error
+
+
+def fingertip_error(true_tip: Array, tip: Array) -> Array:
+    """Distance between the fingertips, (..., 3) m -> (...) m."""
+    error: Array = np.linalg.norm(tip - true_tip, axis=-1)
+    return error
+
+
+def corners(joints: Array, tip: Array) -> Array:
+    """Where links begin and end, from the base over the joints to the tip, (..., N + 2, 3) m."""
+    base = np.zeros((*tip.shape[:-1], 1, 3))
+    return np.concatenate([base, joints, tip[..., None, :]], axis=-2)
+
+
+def points_along(finger: Finger, corners: Array, s: Array) -> Array:
+    """Points at arc lengths (M) m from the base, (..., M, 3) m, of links from corner to corner, (..., N + 2, 3) m."""
+    link = np.searchsorted(finger.joint_arc_lengths, s)
+    share = (s - finger.link_ends[link]) / np.diff(finger.link_ends)[link]
+    begins = corners[..., link, :]
+    points: Array = begins + share[:, None] * (corners[..., link + 1, :] - begins)
+    return points
+
+
+class PoseError(ArrayBlock):
+    """Compares the estimated pose of a finger, which lies in its bending plane, with the true one of the same sample.
+
+    ::
+
+        true_joint_positions (N x 3) m in B -> +-----------+
+        true_tip_position (3) m in B --------> | PoseError | ---> pose_error       (1) m
+        joint_positions (N x 2) m in B ------> |           | ---> fingertip_error  (1) m
+        tip_pose (3) x, z, heading in B -----> +-----------+
+    """
+
+    def __init__(self, segments: int):
+        """Of a finger with so many joints, N."""
+        super().__init__()
+        self.take(TRUE_JOINTS, segments * 3)
+        self.take(TRUE_TIP, 3)
+        self.take("joint_positions", segments * 2)
         self.take("tip_pose", 3)
-        truth = ["sampled_joint_angles"]
-        if finger.shear_factor > 0:
-            self.take("sampled_shear", joints)
-            truth.append("sampled_shear")
-        self.derive("chain", lambda q, *shear: forward_kinematics(q, finger.segment_length, *shear), *truth)
-        self.put_out("pose_error", _pose_error, "chain", "joint_positions", unit="m")
-        self.put_out("fingertip_error", _tip_error, "chain", "tip_pose", unit="m")
+        self.put_out("pose_error", _pose_error, TRUE_JOINTS, "joint_positions", unit="m")
+        self.put_out("fingertip_error", _tip_error, TRUE_TIP, "tip_pose", unit="m")
 
 
-def _pose_error(chain: Chain, positions: Array) -> Array:
-    return pose_error(chain.joints, as_planar(positions.reshape(*positions.shape[:-1], -1, 2)))
+def _pose_error(true: Array, joints: Array) -> Array:
+    estimated = as_planar(joints.reshape(*joints.shape[:-1], -1, 2))
+    return pose_error(true.reshape(*true.shape[:-1], -1, 3), in_space(estimated))
 
 
-def _tip_error(chain: Chain, pose: Array) -> Array:
-    return fingertip_error(chain.tip, as_planar(pose[..., :2]))
+def _tip_error(true: Array, pose: Array) -> Array:
+    return fingertip_error(true, in_space(as_planar(pose[..., :2])))
 
 
 class Difference(ArrayBlock):

@@ -18,7 +18,7 @@ WRONG_FIELDS = [
     ("models.0.file=nosuch.urdf", ["models[0]", "file", "nosuch.urdf"]),
     ("models.0.parent=hand::palm", ["models[0]", "parent", "hand::palm"]),
     ("models=[]", ["models", "[]"]),
-    ("gravity=[0, 1]", ["gravity", "[0.0, 1.0]"]),
+    ("gravity=[0, 1]", ["gravity", "[0, 1]"]),
     ("pressure.steps.all=[0, 9e9]", ["pressure.steps.all[1]", "9000000000", "210000"]),
     ("pressure.steps.all=[.nan]", ["pressure.steps.all[0]", "nan"]),
     ("pressure.settle=-1", ["pressure.settle", "-1"]),
@@ -127,7 +127,6 @@ def test_arm_without_limits() -> None:
 @pytest.mark.parametrize("sections", [0, 99, "four"])
 def test_wrong_number_of_sections(sections: object) -> None:
     line = complaint("run", "free_bending", "--sections", sections)
-    assert "free_bending" in line
     require(line, "sections", str(sections))
 
 

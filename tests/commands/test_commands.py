@@ -16,7 +16,8 @@ from soft_gripper.commands import main
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario_file import SHIPPED, load_scenario
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import SHIPPED
 
 FINGER = DIRECTORY / "grippers" / "finger.urdf"
 COLUMNS = "scenario,finger,estimator,belief,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm"

@@ -21,7 +21,7 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.paper.contact_table import ContactRow, contact_summary
 from soft_gripper.evaluation.report.evaluate import CAPTIONS, CONTACT, FREE, GRIP, RUNS, SCENARIOS, TASK
-from soft_gripper.evaluation.report.report import Evaluation
+from soft_gripper.evaluation.report.page import Evaluation
 from soft_gripper.files.csv_table import read_csv
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from command_line import soft_gripper
 
-from soft_gripper.commands.hardware import replay
+from soft_gripper.commands import replay
 from soft_gripper.diagrams.view import open_meshcat as meshcats
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
@@ -59,9 +59,9 @@ OBJECTS = {
     ),
 }
 FINGERS = {
-    'length="0.12"': ('length="5e-324"', "length = 5e-324: give a number of 1e-09 to 1e+12 in size"),
-    'width="0.02"': ('width="1e308"', "width = 1e+308: give a number of 1e-09 to 1e+12 in size"),
-    'segments="12"': ('segments="2000"', "segments = 2000: give a whole number of at least 1, 500 at most"),
+    'length="0.12"': ('length="5e-324"', "body.length = 5e-324: "),
+    'width="0.02"': ('width="1e308"', "base.width = 1e+308: "),
+    'segments="12"': ('segments="2000"', "body.segments = 2000: "),
 }
 OPTIONS = {
     ("grasp-trials", "--trials", "0"): "--trials = '0'",
@@ -75,7 +75,7 @@ OPTIONS = {
     ("show", "free_bending", "--set", "models.²=1"): "--set: key = 'models.²'",
     ("show", "free_bending", "--set", ".".join("a" * 3000) + "=1"): "--set: key = ",
     ("show", "free_bending", "--set", "sensor.seed=" + "9" * 5000): "--set: sensor.seed = ",
-    ("show", "n" * 300 + ".yaml"): "file = ",
+    ("show", "n" * 300 + ".yaml"): "scenario = ",
 }
 
 
@@ -136,8 +136,8 @@ def test_options(arguments: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("command", [["evaluate"], ["run", "free_bending"]], ids=" ".join)
 def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
-    claim = "from pathlib import Path; from soft_gripper.files.output import claim_folder\n"
-    claim += "claim_folder(Path('out')); print('claimed', flush=True); input()"
+    claim = "from pathlib import Path; from soft_gripper.files.output import lock_folder\n"
+    claim += "lock_folder(Path('out')); print('claimed', flush=True); input()"
     Path("out").mkdir()
     with subprocess.Popen([sys.executable, "-c", claim], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None

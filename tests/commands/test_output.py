@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from command_line import short, soft_gripper
 
-from soft_gripper.commands.terminal.console import run_folder
+from soft_gripper.commands.run import run_folder
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario

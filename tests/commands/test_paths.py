@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from command_line import soft_gripper
 
-from soft_gripper.commands.terminal.options import path
+from soft_gripper.commands.parser import path
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 
@@ -29,10 +29,10 @@ def test_output_below_home_goes_to_one_place() -> None:
 
 @pytest.mark.parametrize("wrong", ["", "~no_such_user/x"])
 @pytest.mark.parametrize("option", ["--out", "--html", "--video"])
-def test_no_path(option: str, wrong: str, capsys) -> None:
-    with pytest.raises(SystemExit) as caught:
-        soft_gripper("run", "free_bending", f"{option}={wrong}")
-    assert caught.value.code == 2
+def test_no_path(option: str, wrong: str) -> None:
+    outcome = soft_gripper("run", "free_bending", f"{option}={wrong}")
+    assert outcome.code == 2
+    assert f"run: {option} = {wrong!r}" in outcome.err
     assert list(Path("home").iterdir()) == []
 
 

@@ -9,8 +9,8 @@ import time
 import pytest
 from command_line import LISTENING, soft_gripper
 
-from soft_gripper.evaluation.recognition import SHAPES
-from soft_gripper.recognition.model_file import load_shape_model
+from soft_gripper.evaluation.random_grasps import SHAPES
+from soft_gripper.recognition.shape_model import load_shape_model
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 FILES = {
@@ -43,6 +43,7 @@ def test_a_handful_of_grasps_leads_to_models_a_table_and_a_figure(tmp_path):
         assert f"{sections} sections: {right} of 4 right ({25 * right:.1f} %)" in done.out
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_nothing_half_done(tmp_path):
     command = [*LISTENING, "recognition", "--jobs", "1", "--out", str(tmp_path / "out")]
     with subprocess.Popen(

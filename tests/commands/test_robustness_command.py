@@ -8,9 +8,9 @@ from command_line import soft_gripper
 
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.report.evaluate import SCENARIOS
-from soft_gripper.evaluation.report.report import Evaluation
+from soft_gripper.evaluation.report.page import Evaluation
 from soft_gripper.evaluation.robustness.claims import Robustness
-from soft_gripper.evaluation.robustness.maps import CASES
+from soft_gripper.evaluation.robustness.jobs import NOISE_JOBS
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.table import RobustnessRow
 from soft_gripper.runs.scores.poses import PoseRow
@@ -31,14 +31,12 @@ OTHER = [PlantRow("rubber", s, "arcs", n, 4.0 / n, 8.0 / n, 9.0, 5.0, 0.9, 7) fo
 
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[object]]:
-    """What `--robustness` is about to run; the cases of box_grasp are finished."""
+    """What `--robustness` is about to run; the jobs of box_grasp are finished."""
     called: dict[str, list[object]] = {}
     where = "soft_gripper.commands.evaluate."
-    monkeypatch.setattr(where + "run_cases", lambda cases, *_: called.update(cases=list(cases)))
-    monkeypatch.setattr(where + "run_plants", lambda runs, *_: called.update(plants=list(runs)))
-    left = [case for case in CASES if case[0] != "box_grasp"]
-    monkeypatch.setattr(where + "unfinished_cases", lambda out, seeds: left if seeds == 7 else list(CASES))
-    monkeypatch.setattr(where + "unfinished_runs", lambda out, seeds: [])
+    monkeypatch.setattr(where + "run_robustness", lambda jobs, *_: called.update(jobs=list(jobs)))
+    left = [job for job in NOISE_JOBS if not job.startswith("box_grasp")]
+    monkeypatch.setattr(where + "unfinished_robustness", lambda out, seeds, _: left if seeds == 7 else list(NOISE_JOBS))
     monkeypatch.setattr(where + "unfinished", lambda out: [])
     monkeypatch.setattr(where + "run_scenarios", lambda *_: None)
     monkeypatch.setattr(where + "summarize", lambda _: Evaluation(POSES, [], [HOLDS]))
@@ -53,8 +51,7 @@ def test_robustness_is_run_and_printed(
     monkeypatch.setattr("soft_gripper.commands.evaluate.summarize_robustness", lambda _: found)
     outcome = soft_gripper("evaluate", "--out", tmp_path, "--robustness", "--resume", "--seeds", "7")
     assert outcome.code == code
-    assert run["plants"] == []
-    assert {case[0] for case in run["cases"]} == set(SCENARIOS) - {"box_grasp"}  # type: ignore[index]
+    assert run["jobs"] == [job for job in NOISE_JOBS if not job.startswith("box_grasp")]
     lines = [line.split() for line in outcome.out.splitlines()]
     assert ["gaussian", "1.00", "0.50", "0.33", "0.25", "2.00", "1.00", "0.67", "0.50"] in lines
     assert ["rubber,", "arcs", "4.00", "2.00", "1.33", "1.00", "8.00", "4.00", "2.67", "2.00"] in lines

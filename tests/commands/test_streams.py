@@ -15,10 +15,10 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.commands import main
-from soft_gripper.commands.terminal.viewing import wait_for_viewer
-from soft_gripper.diagrams.notes import notes
+from soft_gripper.commands.viewing import wait_for_viewer
 from soft_gripper.errors import SimulationDivergedError, WorkerDiedError
-from soft_gripper.files.output import claim_folder
+from soft_gripper.files.output import lock_folder
+from soft_gripper.library_messages import notes
 from soft_gripper.models import DIRECTORY
 
 COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())"]
@@ -105,7 +105,7 @@ def test_a_condition_of_drake_that_fails_is_a_mistake_of_the_input(monkeypatch, 
     def end(*_: object) -> None:
         raise SystemExit("Failure at x.cc:1 in F(): condition 'a > 0' failed.")
 
-    monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", end)
+    monkeypatch.setattr("soft_gripper.commands.chosen_station.make_station", end)
     outcome = soft_gripper("show", "free_bending")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert outcome.err.startswith("soft-gripper: Drake cannot go on: Failure at")
@@ -120,10 +120,9 @@ def test_a_signal_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal
             if number == signal.SIGHUP:
                 signal.raise_signal(number)  # again, while it cleans up
 
-    monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", end)
-    before = {
-        each: signal.signal(each, signal.SIG_DFL) for each in (signal.SIGTERM, signal.SIGHUP)
-    }  # nohup ignores one
+    monkeypatch.setattr("soft_gripper.commands.chosen_station.make_station", end)
+    # Below nohup the suite itself has SIGHUP ignored.
+    before = {each: signal.signal(each, signal.SIG_DFL) for each in (signal.SIGTERM, signal.SIGHUP)}
     try:
         with pytest.raises(SystemExit) as caught:
             soft_gripper("show", "free_bending")
@@ -135,7 +134,7 @@ def test_a_signal_in_the_middle_of_a_command_ends_it_with_the_code_of_the_signal
 
 def test_sighup_is_ignored_below_nohup(monkeypatch) -> None:
     monkeypatch.setattr(
-        "soft_gripper.commands.terminal.options.make_station",
+        "soft_gripper.commands.chosen_station.make_station",
         lambda *_: signal.raise_signal(signal.SIGHUP) or sys.exit(3),
     )
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
@@ -184,7 +183,7 @@ def test_a_backend_that_matplotlib_does_not_know() -> None:
 
 
 def test_too_little_memory_to_be_loaded() -> None:
-    command = ["bash", "-c", 'ulimit -v 300000; exec "$@"', "bash", *COMMAND, "list"]
+    command = ["bash", "-c", 'ulimit -v 150000; exec "$@"', "bash", *COMMAND, "show", "box_grasp"]
     found = subprocess.run(command, capture_output=True, check=False)
     assert (found.returncode, found.stderr.count(b"\n")) == (2, 1)
 
@@ -208,10 +207,10 @@ def test_a_complaint_repeats_little_of_what_was_written(capsys) -> None:
 )
 def test_what_the_machine_does_not_bear(error: Exception, monkeypatch, tmp_path: Path) -> None:
     def fail(*_: object) -> None:
-        claim_folder(tmp_path)
+        lock_folder(tmp_path)
         raise error
 
-    monkeypatch.setattr("soft_gripper.commands.terminal.options.make_station", fail)
+    monkeypatch.setattr("soft_gripper.commands.chosen_station.make_station", fail)
     outcome = soft_gripper("show", "free_bending")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     lock = os.open(tmp_path, os.O_RDONLY)

@@ -63,6 +63,7 @@ def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_pat
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
 
 
+@pytest.mark.slow
 def test_ctrl_c_says_how_to_go_on(tmp_path):
     arguments = [*LISTENING, *SWEEP, "--jobs", "1", "--out", tmp_path]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
@@ -95,7 +96,7 @@ def test_a_scenario_of_ones_own_and_failures_as_rows(tmp_path, monkeypatch):
     ("arguments", "complaint"),
     [
         (["--vary", "sensor.nothing=1,2"], "--vary sensor.nothing: "),
-        (["--vary", "sensor.sections"], "write KEY=1,2,3"),
+        (["--vary", "sensor.sections"], "--vary = 'sensor.sections'"),
         (["--vary", "sensor.sections=1,2", "--vary", "sensor.sections=3"], "appears more than once"),
         (["--vary", "pressure.time_constant=0.01..0.1"], "say how many values"),
         (["--vary", "sensor.seed=1,2", "--method", "sobol"], "give --sample N"),

@@ -17,10 +17,11 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.runs.trials.trials import run_trial
+from soft_gripper.runs.trials.run import run_trial
 from soft_gripper.runs.trials.variation import draw, random_numbers
 from soft_gripper.scenario.scenario import TrialsConfig
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.shipped import SHIPPED
 
 COMMAND = [*LISTENING, "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
@@ -97,13 +98,15 @@ def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path)
     assert f"soft-gripper grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
     """Ctrl-C reaches the whole process group, workers too."""
     out = tmp_path / "out"
     arguments = ["--scenario", scenario(BRIEF), "--trials", "200", "--jobs", "1", "--out", out]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen([*COMMAND, *arguments], start_new_session=True, **pipes) as process:
-        while process.poll() is None and not (out / "trials.csv").exists():
+        file = out / "trials.csv"
+        while process.poll() is None and not (file.exists() and file.read_bytes().count(b"\n") > 1):
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         printed, complaint = process.communicate(timeout=30)
@@ -129,7 +132,10 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
         (["--trial", "1.5"], "--trial = '1.5': give a whole number of at least 0"),
         (["--scenario", "nowhere"], "name = 'nowhere': not shipped"),
         (["--scenario", "box_grasp"], "task = None: give a task to be tried"),
-        (["--scenario", "box_grasp", "--scenario", "my/box_grasp.yaml"], "give scenarios of different names"),
+        (
+            ["--scenario", "box_grasp", "--scenario", str(SHIPPED / "box_grasp.yaml")],
+            "give scenarios of different names",
+        ),
     ],
 )
 def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):

@@ -1,6 +1,8 @@
 """The wheel: it holds all that the project ships, and works in an environment where the source is not."""
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,13 +16,23 @@ from pathlib import Path
 import pytest
 from command_line import short
 
-from soft_gripper.scenario.scenario_file import SHIPPED
+from soft_gripper.scenario.shipped import SHIPPED
 
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 NOT_SOURCE = shutil.ignore_patterns(".*", "__pycache__", "build", "dist", "results", "*.egg-info")
 Run = Callable[..., str]
+SCRIPT = (ROOT / "tests" / "helpers" / "user_script.py").read_text(encoding="utf-8")
+MISTAKES = """
+sg.nonsense
+sg.sensors.nonsense
+sg.simulate("free_bending")
+sg.simulate(scenario).nonsense
+sg.make_station(scenario).fingrs
+sg.SensorConfig(sections="two")
+station.fingers[0].finger.segments.upper()
+"""
 
 
 def run(*command: object, cwd: Path) -> str:
@@ -91,3 +103,43 @@ def test_runs_a_scenario_in_an_empty_folder(fresh_venv: Path, tmp_path: Path) ->
     run(fresh_venv / "soft-gripper", "run", "free_bending", *short(), cwd=tmp_path)
     written = {file.name for file in (tmp_path / "results" / "free_bending").iterdir()}
     assert written == {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv"}
+
+
+@pytest.fixture(params=["editable", "wheel"])
+def python(request: pytest.FixtureRequest) -> Path:
+    """The Python of an environment in which the project is installed."""
+    if request.param == "editable":
+        return Path(sys.executable)
+    fresh: Path = request.getfixturevalue("fresh_venv")
+    return fresh / "python"
+
+
+def lines_of_mypy(python: Path, folder: Path) -> set[int]:
+    cache = f"--cache-dir={ROOT / '.mypy_cache' / 'user_script'}"  # of half a minute of CPU for packages of others
+    command = [sys.executable, "-m", "mypy", "--strict", cache, "--python-executable", str(python), "script.py"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=900)
+    return set(map(int, re.findall(r"^script\.py:(\d+): error", done.stdout, re.MULTILINE)))
+
+
+def lines_of_pyright(python: Path, folder: Path) -> set[int]:
+    (folder / "pyrightconfig.json").write_text('{"typeCheckingMode": "standard"}')
+    command = [sys.executable, "-m", "basedpyright", "--outputjson", "--pythonpath", str(python), "script.py"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+    found = json.loads(done.stdout)["generalDiagnostics"]
+    return {one["range"]["start"]["line"] + 1 for one in found if one["severity"] == "error"}
+
+
+@pytest.mark.parametrize("lines", [lines_of_mypy, lines_of_pyright])
+def test_type_checkers_find_the_mistakes_of_a_user_and_no_others(
+    lines: Callable[[Path, Path], set[int]], python: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT + MISTAKES)
+    first = len(SCRIPT.splitlines()) + 2
+    assert lines(python, tmp_path) == set(range(first, first + len(MISTAKES.split())))
+
+
+def test_the_script_without_mistakes_runs(fresh_venv: Path, tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT)
+    printed = run(fresh_venv / "python", "script.py", cwd=tmp_path)
+    assert "'gaussian': " in printed
+    assert {file.name for file in tmp_path.iterdir()} == {"script.py", "errors.png", "free_bending.nc"}

@@ -95,7 +95,7 @@ def test_what_an_estimator_knows_better_has_the_size_of_the_contract(port):
 
 
 def test_a_scenario_of_python_is_checked_too():
-    with pytest.raises(sg.InputError, match=r"external\[0\] = 'presure': known"):
+    with pytest.raises(sg.InputError, match=r"external\[0\] = 'presure'"):
         sg.make_station(sg.Scenario(models=[sg.ModelConfig(name="hand", file=TWO)], external=["presure"]))
 
 

@@ -6,7 +6,8 @@ from pydrake.systems.framework import Diagram
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 from soft_gripper.signals import signal_of
 
 FINGERS = ("left_finger", "right_finger")
@@ -14,6 +15,7 @@ CONTACT, NO_CONTACT = "estimator.contact_threshold=2.5e-3", "estimator.contact_t
 
 # sub-diagram of a finger: block: input ports, output ports
 SHAPE = ["theta", "kappa", "arcs", "joint_positions", "tip_pose", "joint_positions_world"]
+TRUE_POSE = ["true_joint_positions", "true_tip_position"]
 BLOCKS = {
     "sensors": {"sensor": (["joint_angles"], ["extension_ratio", "strain"]), "sampled_pressure": (["u"], ["y"])},
     "estimation": {
@@ -24,9 +26,7 @@ BLOCKS = {
             ["free_bending_angles", "external_torque", "torque_tolerance"],
         ),
     },
-    "scoring": {
-        "pose_error": (["sampled_joint_angles", "joint_positions", "tip_pose"], ["pose_error", "fingertip_error"])
-    },
+    "scoring": {"pose_error": ([*TRUE_POSE, "joint_positions", "tip_pose"], ["pose_error", "fingertip_error"])},
 }
 DETECTOR = (["external_torque", "torque_tolerance"], ["contact", "contact_residual", "contact_time"])
 # sub-diagram: input ports, output ports
@@ -37,7 +37,7 @@ PARTS = {
         [port for _, outputs in BLOCKS["estimation"].values() for port in outputs if port != "torque_tolerance"],
     ),
     "scoring": (
-        ["joint_angles", "contact_torque", "joint_positions", "tip_pose", "external_torque"],
+        ["joint_angles", "contact_torque", *TRUE_POSE, "joint_positions", "tip_pose", "external_torque"],
         [
             *("sampled_joint_angles", "true_external_torque", "pose_error", "fingertip_error"),
             *("delayed_torque", "external_torque_error"),
@@ -49,7 +49,7 @@ OF_TRUTH = [
     *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
     *("true_contact_arc_length", "normal_force", "contact_center"),
 ]
-OF_A_FINGER = ["pressure_command", "pressure", "X_WB", *OF_TRUTH, *OF_PARTS]
+OF_A_FINGER = ["pressure_command", "pressure", "X_WB", *TRUE_POSE, *OF_TRUTH, *OF_PARTS]
 OF_CONTACT = ["torque_tolerance", *DETECTOR[1]]
 OF_GRIP, OF_WIDTH = ["set_point", "opening", "torque"], ["object_width", "object_width_error"]
 TRUE_WIDTH = "grip.true_object_width"
@@ -127,13 +127,14 @@ def test_blocks_of_the_station(free_bending):
         "base_pose",
         *PARTS,
     )
-    assert blocks(free_bending) == sorted(["plant", "scene_graph", "logs", "true_contact", *of_each_finger(of_each)])
+    others = ("plant", "scene_graph", "logs", "true_contact", "true_poses", "true_poses.state")
+    assert blocks(free_bending) == sorted([*others, *of_each_finger(of_each)])
 
 
 def test_blocks_of_a_task(pick_and_place):
     of_each = ("joint_angles", "contact_torque", "base_pose", *PARTS)
     of_arm = [f"arm.{name}" for name in ("gravity_compensation", "torque", "desired")]
-    of_contact = ("true_contact", "object_width", "object_width_error")
+    of_contact = ("true_contact", "true_poses", "true_poses.state", "object_width", "object_width_error")
     others = ("plant", "scene_graph", "logs", "gripper.pressure_drive", "grip_control", "task", "box.pose", *OF_ARM)
     assert blocks(pick_and_place) == sorted([*others, *of_arm, *of_contact, *of_each_finger(of_each)])
     assert pick_and_place.task is pick_and_place.diagram.GetSubsystemByName("task")

@@ -35,6 +35,6 @@ def test_the_index_has_every_name_once(pages):
 
 def test_pages_have_fields_and_ports(pages):
     finger = pages["api/fingers.Finger.md"]
-    assert "| `sensor_spacing` | `float` |  | m, between inner and outer sensor path (Delta_R) |" in finger
+    assert "| `sensor_spacing` | `float` |  | m, above 0 | of inner and outer sensor path (Delta_R) |" in finger
     assert "## Ports" not in finger
     assert "| `strain` | out |" in pages["api/sensors.SensorBlock.md"]

@@ -20,9 +20,10 @@ def test_the_classes_are_those_of_a_scenario():
     assert set(SECTIONS) == found
 
 
-def test_a_row_has_type_default_and_meaning():
-    row = "| `period` | `float` | `0.01` | s between samples, and between the samples of every log |"
+def test_a_row_has_type_default_values_and_meaning():
+    row = "| `period` | `float` | `0.01` | s, above 0 | between samples, and between the samples of every log |"
     assert row in SECTIONS["SensorConfig"]
+    assert "| `path` | `str` | `'outer'` | inner or outer |" in SECTIONS["DeadSensorConfig"]
     assert "[`list[PhaseConfig]`](#phaseconfig)" in SECTIONS["TaskConfig"]
     assert "changes of its &lt;finger>s, by name" in SECTIONS["ModelConfig"]
-    assert "| `time_step` | `0.01` |" in SECTIONS["MultibodyPlantConfig"]
+    assert "| `time_step` | `0.01` | s, at least 0 |" in SECTIONS["MultibodyPlantConfig"]

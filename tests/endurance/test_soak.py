@@ -9,7 +9,7 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
-from command_line import short
+from command_line import LISTENING, short
 from processes import family
 
 from soft_gripper.runs.executor import open_executor
@@ -76,10 +76,7 @@ def test_simulate_in_a_loop(key):
 
 def test_play_without_a_browser(tmp_path):
     """It goes on in real time, and ends at Ctrl-C."""
-    main = "import sys; from soft_gripper.commands import main; sys.exit(main())"
-    with subprocess.Popen(
-        [sys.executable, "-c", main, "play", "box_grasp"], cwd=tmp_path, stdout=subprocess.DEVNULL
-    ) as play:
+    with subprocess.Popen([*LISTENING, "play", "box_grasp"], cwd=tmp_path, stdout=subprocess.DEVNULL) as play:
         try:
             time.sleep(15)  # it imports and builds
             first = sum(one.resident() for one in family(play.pid))

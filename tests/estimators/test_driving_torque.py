@@ -9,8 +9,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain
 
-from soft_gripper.diagrams.wiring.choices import find_estimator
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.estimators.driving_torque import DrivingTorque, internal_angles, recorded_driving
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty

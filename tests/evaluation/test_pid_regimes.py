@@ -51,6 +51,11 @@ def test_the_step_is_the_largest_of_the_scenario_and_only_the_integral_gain_diff
     assert scenario.control.set_points == [0.08, 0.07, 0.1, 0.09]
 
 
+def test_the_largest_step_may_close_the_gripper() -> None:
+    scenario = load_scenario(NAME, ["control.set_points=[0.08, 0.09, 0.05, 0.07]"])
+    assert all(regime.control.set_points == [0.09, 0.05] for regime in regime_scenarios(scenario).values())
+
+
 def test_the_first_rings_the_second_is_well_damped_and_the_third_creeps(rows: list[RegimeRow]) -> None:
     """Of the rings at least two lie beyond the set point and two before it; all settle, the shipped gains soonest."""
     ringing, shipped, creeping = rows

@@ -82,3 +82,9 @@ def test_crossings_of_second_order_are_its_half_waves_that_leave_the_band(monkey
     """Every half wave is smaller than the one before by exp(-pi damping / sqrt(1 - damping^2))."""
     (row,) = rows(monkeypatch, lambda time: second_order(time, damping, frequency=20.0))
     assert row.crossings == int(np.log(50) / (np.pi * damping / np.sqrt(1 - damping**2)))
+
+
+def test_what_swings_about_the_set_point_has_no_steady_error(monkeypatch):
+    """Whole periods of a sine: its mean over the last half second is 0, its largest value is not."""
+    (row,) = rows(monkeypatch, lambda time: 1 + 0.01 * np.sin(2 * np.pi * time / 0.1))
+    assert row.steady_error_estimated_mm == pytest.approx(0.0, abs=1e-9)

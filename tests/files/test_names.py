@@ -4,8 +4,8 @@ import pytest
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import is_name
 from soft_gripper.models import DIRECTORY
+from soft_gripper.quantity import is_name
 from soft_gripper.scenario.scenario_file import load_scenario
 
 WRONG = ["", "a.b", "a b", "a/b", "a::b", "δάχτυλο", "1a", "-a", "_a", "a\n", "$a$", "<b>", "a" * 61]

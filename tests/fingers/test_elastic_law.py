@@ -14,7 +14,8 @@ from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import elastic_law_block, free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 LAW = ElasticLaw(
     curvature=(-50.0, -10.0, 5.0, 12.0, 40.0),
@@ -124,6 +125,7 @@ def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path, shipped_finge
     np.testing.assert_allclose(*angles, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_finger, time_step):
     file = gripper("finger.urdf", STIFFENING)

@@ -43,12 +43,13 @@ def test_every_invalid_number_is_named(shipped_finger):
         with pytest.raises(InputError) as caught:
             changed(shipped_finger, part, name, value)
         field = f"{part}.{name}".lstrip(".")
-        assert str(caught.value).startswith(f"finger 'finger': {field} = {value!r}: give ")
+        assert (caught.value.where, caught.value.field) == ("finger 'finger'", field)
+        assert repr(caught.value.value) == repr(value)
 
 
 @pytest.mark.parametrize("segments", [2.0, "12", None])
 def test_segments_are_whole(shipped_finger, segments):
-    with pytest.raises(InputError, match=f"segments = {segments!r}: give a whole number"):
+    with pytest.raises(InputError, match=f"segments = {segments!r}"):
         replace(shipped_finger, segments=segments)
 
 
@@ -134,7 +135,7 @@ def test_youngs_modulus_as_an_elastic_law_changes_nothing(shipped_finger, bent):
 def test_impossible_elastic_laws(shipped_finger, field, values):
     with pytest.raises(InputError) as caught:
         replace(shipped_finger, elastic_law=replace(LAW, **{field: values}))
-    assert str(caught.value).startswith(f"finger 'finger': elastic_law.{field} = {values!r}: give ")
+    assert caught.value.field.partition("[")[0] == f"elastic_law.{field}"
 
 
 def beam_value(finger, density):
@@ -204,7 +205,7 @@ def test_sections_hold_whole_segments_as_equal_as_can_be(shipped_finger, segment
 
 @pytest.mark.parametrize("sections", [-1, 0, 13])
 def test_impossible_sections(shipped_finger, sections):
-    with pytest.raises(InputError, match=f"finger 'finger': sections = {sections}: give 1 to 12"):
+    with pytest.raises(InputError, match=f"finger 'finger': sections = {sections}"):
         shipped_finger.section_ends(sections)
 
 

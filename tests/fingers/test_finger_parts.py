@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw, TipLoad
+from soft_gripper.fingers.finger_parts import CreepBranch, LinkInertias, PressureLaw, TipLoad
 
 WRONG_PARTS = [
-    ({"creep": (CreepBranch(0.0, 1.0),)}, "creep.share = 0.0: give a finite number above 0"),
-    ({"creep": (CreepBranch(0.2, 1.0), CreepBranch(0.1, -1.0))}, "creep.time = -1.0: give a finite number above 0"),
-    ({"creep": (CreepBranch(0.5, 1.0),) * 2}, "creep.share = [0.5, 0.5]: nothing would be left of the stiffness"),
-    ({"pressure_law": PressureLaw((0.0,), (0.0,))}, "pressure_law.pressure = (0.0,): give as many increasing"),
-    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0,))}, "pressure_law.effective = (0.0,): give as many increasing"),
-    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0, -1.0))}, "pressure_law.effective = (0.0, -1.0): give as many"),
-    ({"pressure_law": PressureLaw((0.0, 1e5), (1.0, 2.0))}, "pressure_law.effective = (1.0, 2.0): without pressure"),
-    ({"tip_load": TipLoad(0.0, 0.0, 0.0)}, "tip_load.mass = 0.0: give a finite number above 0"),
-    ({"tip_load": TipLoad(0.1, float("nan"), 0.0)}, "tip_load.x = nan: give a finite number"),
+    ({"creep": (CreepBranch(0.0, 1.0),)}, "creep[0].share = 0.0"),
+    ({"creep": (CreepBranch(0.2, 1.0), CreepBranch(0.1, -1.0))}, "creep[1].time = -1.0"),
+    ({"creep": (CreepBranch(0.5, 1.0),) * 2}, "creep.share = [0.5, 0.5]"),
+    ({"pressure_law": PressureLaw((0.0,), (0.0,))}, "pressure_law.pressure = (0.0,)"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0,))}, "pressure_law.effective = (0.0,)"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (0.0, -1.0))}, "pressure_law.effective = (0.0, -1.0)"),
+    ({"pressure_law": PressureLaw((0.0, 1e5), (1.0, 2.0))}, "pressure_law.effective = (1.0, 2.0)"),
+    ({"tip_load": TipLoad(0.0, 0.0, 0.0)}, "tip_load.mass = 0.0"),
+    ({"tip_load": TipLoad(0.1, float("nan"), 0.0)}, "tip_load.x = nan"),
 ]
 
 
@@ -45,3 +45,33 @@ def test_a_finger_bends_as_many_times_as_far_as_its_law_says(tapered_finger):
     softening = replace(tapered_finger, pressure_law=law).softening(pressures)
     np.testing.assert_allclose(softening, [[3.0, 3.0, 2.0], [2.0, 2.0, 2.5]], rtol=1e-9)
     np.testing.assert_array_equal(tapered_finger.softening(pressures), np.ones((2, 3)))
+
+
+def test_a_point_mass_adds_its_moments_to_those_of_the_last_link():
+    """Mass, first and second moments about where the link begins are sums (parallel axes)."""
+    bare = LinkInertias(
+        np.array([0.03, 0.02]),
+        np.array([0.01 + 0.001j, 0.012 - 0.002j]),
+        np.array([[2e-5, 3e-5], [1e-5, 2e-5], [4e-5, 5e-5]]),
+        np.array([0.0, 4e-6]),
+    )
+    mass, place = 0.05, 0.03 + 0.004j
+    loaded = bare.loaded(mass, place)
+
+    def moments(links, i):
+        m, z, x = links.mass[i], links.center[i].real, links.center[i].imag
+        own = links.gyration[:, i]
+        return np.array(
+            [m, m * z, m * x, m * (own[0] + x**2), m * own[1], m * (own[2] + z**2), m * (links.product[i] + x * z)]
+        )
+
+    z, x = place.real, place.imag
+    added = mass * np.array([1, z, x, x**2, 0, z**2, x * z])
+    np.testing.assert_allclose(moments(loaded, 1), moments(bare, 1) + added)
+    np.testing.assert_allclose(moments(loaded, 0), moments(bare, 0))
+
+
+def test_without_pressure_the_softening_is_the_slope_at_the_beginning():
+    """However near the next point of the law is."""
+    law = PressureLaw((0.0, 10.0, 1e5), (0.0, 30.0, 1e5))
+    assert float(law.softening(0.0)) == pytest.approx(3.0)

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,10 @@ class Sandbox:
 
 
 def _serve() -> None:
-    import soft_gripper.commands.dispatch  # noqa: F401  # everything is imported once, before the forks
+    from soft_gripper.commands.parser import COMMANDS
+
+    for command in COMMANDS:  # everything is imported once, before the forks
+        import_module(command.module)
 
     for line in sys.stdin:
         print(json.dumps(_in_child(*json.loads(line))), flush=True)

@@ -1,5 +1,7 @@
 """SoftGripperEnv: what Gymnasium asks for, the same run from the same seed, the end of episodes."""
 
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -36,6 +38,12 @@ def test_gymnasium_finds_nothing_wrong(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_its_own_form_of_the_name_needs_no_import_of_ours():
+    script = 'import gymnasium; print(gymnasium.make("soft_gripper.learning:SoftReach-v0").reset(seed=1)[0].shape)'
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stdout[:1]) == (0, "("), found.stderr
 
 
 def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_went_before(one_gripper):

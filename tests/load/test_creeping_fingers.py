@@ -84,6 +84,7 @@ def test_a_grip_keeps_its_force(grip: dict[str, Recording]) -> None:
     assert np.ptp(values(grip["aware"], "sampled_pressure", 1.2)) > 500
 
 
+@pytest.mark.slow
 def test_who_knows_nothing_of_creep_lets_go(grip: dict[str, Recording]) -> None:
     """A fifth of the force and more is lost, and none of it is noticed."""
     assert values(grip["unaware"], "true_contact_force", 2.4).max() < 0.8 * LIMIT

@@ -7,8 +7,9 @@ from matplotlib.patches import Polygon
 
 from soft_gripper.estimators.arcs import join_arcs
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.pictures.finger_shapes import arrow_of_force, draw_band, point_on_chain
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.pictures.finger_shapes import arrow_of_force, draw_band, point_on_links
+from soft_gripper.truth.poses import corners
 
 
 @pytest.mark.parametrize(("force", "face"), [(0.5, "inner_face"), (-0.5, "outer_face")])
@@ -27,11 +28,12 @@ def test_what_is_no_force_has_no_arrow(shipped_finger: Finger, force: float, s: 
 
 def test_points_of_a_chain_are_where_its_joints_and_tip_are(shipped_finger: Finger) -> None:
     chain = forward_kinematics(np.linspace(0, 0.2, 12), shipped_finger.segment_length)
+    ends = corners(in_space(chain.joints), in_space(chain.tip))
     for joint, s in zip(chain.joints, shipped_finger.joint_arc_lengths, strict=True):
-        assert point_on_chain(shipped_finger, chain, s)[0] == pytest.approx(joint)
-    point, heading = point_on_chain(shipped_finger, chain, shipped_finger.length)
+        assert point_on_links(shipped_finger, ends, s)[0] == pytest.approx(joint)
+    point, heading = point_on_links(shipped_finger, ends, shipped_finger.length)
     assert point == pytest.approx(complex(chain.tip))
-    assert heading == chain.headings[-1]
+    assert heading == pytest.approx(chain.headings[-1])
 
 
 def test_a_band_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) -> None:

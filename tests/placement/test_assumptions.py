@@ -23,6 +23,16 @@ def test_the_believed_error_is_that_of_many_sensors_at_the_usual_strain(error):
     assert Assumptions(errors=errors).uncertainty.reading == reading_std(errors)
 
 
+def test_the_believed_errors_add_up_as_squares():
+    """Absolute ones as they are, and those that are a share of the strain at the usual one."""
+    absolute = {"noise": 0.01, "offset": 0.02, "drift": 0.03, "low_frequency_noise": 0.04}
+    relative = {"gain_error": 0.1, "hysteresis": 0.05, "creep": 0.2}
+    squares = sum(value**2 for value in absolute.values()) + sum((0.05 * value) ** 2 for value in relative.values())
+    assert USUAL_STRAIN == 0.05
+    assert reading_std(StrainErrors(**absolute, **relative)) == pytest.approx(np.sqrt(squares))
+    assert reading_std(StrainErrors(**relative)) == pytest.approx(0.05 * np.hypot(np.hypot(0.1, 0.05), 0.2))
+
+
 def test_the_finger_is_believed_too_stiff_and_too_soft(shipped_finger):
     stiff, soft = Assumptions(belief=10.0).believed(shipped_finger)
     assert stiff.base.youngs_modulus == pytest.approx(1.1 * shipped_finger.base.youngs_modulus)

@@ -37,7 +37,7 @@ def test_all_fingers_have_as_many_segments(shipped_finger):
 
 @pytest.mark.parametrize("count", [0, 13])
 def test_a_finger_has_no_such_count(shipped_finger, count):
-    with pytest.raises(InputError, match="give 1 to 12"):
+    with pytest.raises(InputError, match="1 to 12"):
         check_runs(count, {"one": run("free_bending", shipped_finger)})
 
 

@@ -83,5 +83,5 @@ def test_the_figure_draws_sections_to_scale(placed):
 
 
 def test_a_count_beyond_the_segments_is_refused(free_finger):
-    with pytest.raises(InputError, match="give 1 to 12"):
+    with pytest.raises(InputError, match="1 to 12"):
         place_sensors(13, {"free": [free_finger]}, Assumptions())

@@ -1,6 +1,7 @@
 """Errors of a placement: by their definition, and where models are right or wrong by a known amount."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,6 +42,17 @@ def test_free_bending_is_known_from_pressure_alone_if_the_stiffness_is(free_fing
     known = mean_pose_error([read_held(free_finger, right, 0)], (6,), right)
     believed = mean_pose_error([read_held(free_finger, wrong, 0)], (6,), wrong)
     assert known < 1e-6 < 1e-5 < believed
+
+
+def test_every_belief_counts_alike(shipped_finger):
+    """A straight finger that is estimated to turn by an angle at its first joint alone errs by chords about that."""
+    angles, finger = (0.1, 0.4), shipped_finger
+    turned = [ShapeEstimate(np.eye(finger.segments)[:1, None] * angle) for angle in angles]
+    q = np.zeros((1, finger.segments))
+    samples = SimpleNamespace(layout=SensorLayout(finger, 2), q=q, estimates=lambda *_: iter(turned))
+    mean_arm = finger.segment_length * (finger.segments - 1) / 2
+    expected = np.mean([2 * np.sin(angle / 2) * mean_arm for angle in angles])
+    assert mean_pose_error([samples], (6,), Assumptions(belief=10.0)) == pytest.approx(expected)
 
 
 def test_noise_costs_and_every_finger_counts_alike(free_finger):
@@ -105,7 +117,7 @@ def contacts(free_finger):
 def test_errors_of_force_and_place(contacts, monkeypatch):
     """An estimator that finds 1 N at 60 mm, and nothing in the last."""
 
-    def estimate(layout, uncertainty):
+    def estimate(layout, uncertainty, period):
         def function(readings, driving, gravity):
             shape = readings.shape[:-1]
             place = np.broadcast_to([[0.06], [0.06], [0.06], [np.nan]], shape)

@@ -2,9 +2,10 @@ from dataclasses import replace
 
 import pytest
 
-from soft_gripper.play.open_scenario import open_scenario
+from soft_gripper.play.session import open_scenario
 from soft_gripper.scenario.checks import check_scenario
-from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 
 @pytest.mark.parametrize("name", scenario_names())

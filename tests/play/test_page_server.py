@@ -280,6 +280,7 @@ def end(socket: ClientConnection) -> None:
             socket.recv(timeout=SECOND)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("junk", [b"\xc1", b""])
 def test_meshcat_receives_nothing_from_a_browser(served: Served, meshcat: Meshcat, junk: bytes) -> None:
     with served.open("scene/") as socket:
@@ -327,6 +328,7 @@ def test_a_browser_that_does_not_read_holds_nothing_up(served: Served) -> None:
             assert json.loads(reading.recv(timeout=SECOND))["status"]["time"] == i
 
 
+@pytest.mark.slow
 def test_no_thread_and_no_port_is_left_whatever_clients_do(meshcat: Meshcat) -> None:
     before, scene, feed = set(threading.enumerate()), meshcat.web_url(), SignalFeed(("a",))
     live = LivePage({}, Taken(), feed)  # type: ignore[arg-type]

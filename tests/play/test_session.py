@@ -19,11 +19,9 @@ from soft_gripper.diagrams.view.open_meshcat import cut_off, has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.play import session as session_module
 from soft_gripper.play.control_panel import ALL_FINGERS, Button
-from soft_gripper.play.interrupts import held_back
-from soft_gripper.play.open_scenario import open_scenario
 from soft_gripper.play.pacer import Pacer
 from soft_gripper.play.recorder import Recorder
-from soft_gripper.play.session import Session
+from soft_gripper.play.session import Session, held_back, open_scenario
 from soft_gripper.play.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -229,6 +227,7 @@ def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
     assert not (tmp_path / "1" / "replay.html").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("then", [record, reset])
 def test_a_meshcat_that_fails_before_a_click_is_no_end(attacked, then: User) -> None:
     session, send_junk = attacked
@@ -237,6 +236,7 @@ def test_a_meshcat_that_fails_before_a_click_is_no_end(attacked, then: User) -> 
     assert len(feed.sent) == 4
 
 
+@pytest.mark.slow
 def test_a_meshcat_that_fails_again_and_again_is_an_end(attacked, monkeypatch) -> None:
     monkeypatch.setattr(session_module, "_MOST_VIEWS", 1)
     session, send_junk = attacked

@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from soft_gripper.errors import InputError
-from soft_gripper.recognition.model import ShapeModel, grasp_features
-from soft_gripper.recognition.training import principal_components, train_shape_model
+from soft_gripper.recognition.shape_model import ShapeModel, grasp_features, principal_components, train_shape_model
 
 LEVELS, FINGERS, JOINTS = 3, 2, 4
 SHAPES = ("ball", "can", "brick")

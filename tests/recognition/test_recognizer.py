@@ -8,8 +8,8 @@ from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.errors import InputError
-from soft_gripper.recognition.model import ShapeModel
 from soft_gripper.recognition.recognizer import TOLERANCE, ShapeRecognizer
+from soft_gripper.recognition.shape_model import ShapeModel
 from soft_gripper.signals import signal_of
 
 PERIOD = 0.01  # s

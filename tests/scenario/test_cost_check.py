@@ -3,17 +3,18 @@
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.scenario_file import load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 ENDLESS = {
-    "plant_config.time_step=5.0e-324": "time_step = 5e-324: give a finite number",
+    "plant_config.time_step=5.0e-324": "time_step = 5e-324",
     "plant_config.time_step=1.0e-12": r"plant_config.time_step = 1e-12: 38 s would be 3.8e\+13 steps, of",
     "sensor.period=1.0e-12": r"sensor.period = 1e-12: .* samples, of at most 5e\+05",
     "pressure.settle=1.0e+15": r"plant_config.time_step = 0.01: .* s would be .*e\+18 steps",
     "pressure.hold_samples=4000000000": "steps, of at most",
-    "simulator_config.target_realtime_rate=1.0e-6": "rate = 1e-06: give 0, which is as fast as it can be",
-    "simulator_config.target_realtime_rate=-1": "rate = -1.0: give 0",
-    "simulator_config.accuracy=1.0e-12": "accuracy = 1e-12: give 1e-09 or more",
+    "simulator_config.target_realtime_rate=1.0e-6": "rate = 1e-06",
+    "simulator_config.target_realtime_rate=-1": "rate = -1",
+    "simulator_config.accuracy=1.0e-12": "accuracy = 1e-12",
 }
 CONTINUOUS = {"simulator_config.max_step_size=1.0e-12": r"simulator_config.max_step_size = 1e-12: 38 s would be"}
 

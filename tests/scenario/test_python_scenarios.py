@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import soft_gripper as sg
+from soft_gripper.scenario import checks
 
 BASE = sg.load_scenario("free_bending")
 
@@ -79,7 +80,7 @@ def test_gains_are_numbers(name, value):
 
 @pytest.mark.parametrize(
     ("period", "minimum", "maximum", "field"),
-    [(0.0, 0.0, 1.0, "period"), (None, 0.0, 1.0, "period"), (0.1, None, 1.0, "limits"), (0.1, 2.0, 1.0, "limits")],
+    [(0.0, 0.0, 1.0, "period"), (None, 0.0, 1.0, "period"), (0.1, None, 1.0, "limits[0]"), (0.1, 2.0, 1.0, "limits")],
 )
 def test_limits_of_a_controller(period, minimum, maximum, field):
     with pytest.raises(sg.InputError) as caught:
@@ -176,3 +177,14 @@ def test_the_length_of_a_finger(length, shipped_finger):
     with pytest.raises(sg.InputError) as caught:
         replace(shipped_finger, length=length)
     assert caught.value.field.endswith("length")
+
+
+def test_a_scenario_is_checked_once_and_again_when_it_was_changed(monkeypatch):
+    checked = []
+    monkeypatch.setattr(checks, "check_config", lambda where, config: checked.append(config))
+    scenario = sg.load_scenario("free_bending")
+    assert checks.checked_scenario("scenario", checks.checked_scenario("scenario", scenario)) == scenario
+    assert not checked
+    scenario.sensor.period = 0.02
+    checks.checked_scenario("scenario", scenario)
+    assert len(checked) == 1

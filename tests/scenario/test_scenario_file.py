@@ -15,13 +15,14 @@ from soft_gripper.scenario.scenario import (
     EstimatorConfig,
     ModelConfig,
     PhaseConfig,
-    PressureErrorsConfig,
     Scenario,
     SensorConfig,
     StrainErrorsConfig,
     TaskConfig,
 )
-from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario, scenario_names
+from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
+from soft_gripper.scenario.shipped import scenario_names
+from soft_gripper.sensors.pressure_errors import PressureErrors
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
 DEFAULTS, EVERYTHING = str(FOLDER / "defaults.yaml"), str(FOLDER / "one_of_everything.yaml")
@@ -181,7 +182,7 @@ def changed(config, default):
 
 
 def test_one_of_everything_sets_every_field():
-    sensor = SensorConfig(errors=StrainErrorsConfig(), pressure_errors=PressureErrorsConfig())
+    sensor = SensorConfig(errors=StrainErrorsConfig(), pressure_errors=PressureErrors())
     estimator = EstimatorConfig(uncertainty=Uncertainty())
     default = Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor, estimator=estimator)
     scenario = load_scenario(EVERYTHING)

@@ -142,5 +142,12 @@ def test_shapes_of_the_draws():
     ],
 )
 def test_numbers_out_of_range(field, value):
-    with pytest.raises(InputError, match=f"sensor.errors: {field} = "):
+    with pytest.raises(InputError, match=rf"sensor.errors: {field}(\[0\])? = "):
         StrainErrors(**{field: value})
+
+
+def test_what_creeps_reaches_the_hysteresis_late():
+    """A sensor all of whose strain comes late has not moved yet, and no play operator has."""
+    errors = StrainErrors(creep=1.0, creep_time=1e9, hysteresis=0.05)
+    ratios = np.repeat([1.0, 1.2, 0.9], 5)[:, None]
+    np.testing.assert_allclose(disturb(errors, ratios, 0.01, np.random.default_rng(0)), 1.0, atol=1e-6)

@@ -45,6 +45,16 @@ def test_long_wires_that_pass_the_first_section_further_out():
     np.testing.assert_allclose(found.theta, theta, atol=1e-12)
 
 
+def test_of_three_sections_each_is_passed_by_the_wires_of_the_next():
+    """Wires that see a tenth of the bend before theirs, and run 2 mm short at one radian, bent either way."""
+    theta, length, zeros = np.array([0.5, -0.7, 0.4]), np.array([0.12, 0.15, 0.13]), np.zeros(3)
+    seen = theta + 0.1 * np.array([0.0, *theta[:2]])
+    crossing, bow = np.array([0.0, -0.1, -0.1]), np.full(3, 2e-3)
+    found = WireCalibration(SPACING, zeros, crossing, zeros, bow).sections(*wires(seen, length - 2e-3 * theta**2))
+    np.testing.assert_allclose(found.theta, theta, atol=1e-12)
+    np.testing.assert_allclose(found.length, length, atol=1e-12)
+
+
 @pytest.mark.parametrize("sections", [1, 2])
 def test_strain_says_the_bends(shipped_finger, sections):
     theta = np.array([0.5, -0.3])

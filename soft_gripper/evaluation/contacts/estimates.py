@@ -6,23 +6,26 @@ All is held in turn for a fifth of a second, so that sensors with errors read th
 history of a finger in use. Free motion needs no simulation: it is the balance of `resting_angles`.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.belief import believed_finger, describe_belief
+from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ContactForce
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.recursive import RecursiveShape
+from soft_gripper.estimators.shape_estimator import straight_shape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.evaluation.contacts.bench import G
+from soft_gripper.evaluation.contacts.bench import G, read_finger
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
 from soft_gripper.evaluation.contacts.sensors import LAYOUTS
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import resting_angles
+from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.belief import describe_belief, read_belief
 from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -81,8 +84,7 @@ def _motion(readings: Array) -> FreeMotion:
 
 
 REALISTIC = "realistic"
-# Those that estimate contact from a sample by itself: here no sample follows another, so `recursive` can learn nothing.
-ESTIMATORS = ("contact",)
+ESTIMATOR = "contact"  # of this project, the one of contact from a sample by itself, without others before it
 CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
     "none": lambda believed, free: Scale(),
     "trusting stiffness": trusting_stiffness,
@@ -115,7 +117,7 @@ class Case:
 
     def believed_finger(self, finger: Finger) -> Finger:
         """The finger as it is believed to be."""
-        return believed_finger(finger, self._believed)
+        return read_belief(self._believed).finger(finger)
 
     @property
     def _believed(self) -> BelievedConfig:
@@ -151,7 +153,21 @@ class ContactEstimate:
     contact: ContactForce  # each (E, M)
 
 
-def contact_estimates(contacts: Contacts) -> Iterator[ContactEstimate]:
+def check_estimator(name: str) -> None:
+    """Looks at an estimator before any work is done.
+
+    Raises:
+        InputError: if there is none of that name, it estimates no contact, or it needs the samples before.
+    """
+    layout = SensorLayout(read_finger(), 1)
+    function = estimator_function(name, layout, Uncertainty())
+    if isinstance(function, RecursiveShape):
+        raise InputError("contact-trials", "--estimator", name, "needs a recording; contacts are samples by themselves")
+    if straight_shape(function, layout).contact is None:
+        raise InputError("contact-trials", "--estimator", name, f"estimates no contact; {ESTIMATOR} does")
+
+
+def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[ContactEstimate]:
     """Of every estimator, under every layout of sensors and every case."""
     for sections, borders in LAYOUTS:
         layout = SensorLayout(contacts.finger, sections, borders=borders)
@@ -159,7 +175,7 @@ def contact_estimates(contacts: Contacts) -> Iterator[ContactEstimate]:
         read = {sensors: _read(layout, contacts, case) for sensors, case in unlike.items()}
         for case in CASES:
             readings = read[case.preset, case.averaged]
-            for name in ESTIMATORS:
+            for name in estimators:
                 yield ContactEstimate(name, layout, case, estimate_contacts(name, layout, case, readings, contacts))
 
 
@@ -169,7 +185,7 @@ def estimate_contacts(
     """What an estimator of contact finds, each (E, M).
 
     Args:
-        estimator: of ESTIMATORS.
+        estimator: its name, see `check_estimator`.
         layout: as simulated.
         case: what is believed of the finger, and how it is calibrated.
         readings: by E sets of sensors.
@@ -181,7 +197,7 @@ def estimate_contacts(
         np.broadcast_to(factor * known, shape)
         for factor, known in ((scale.pressure, contacts.pressure), (scale.gravity, contacts.gravity))
     )
-    function = SHAPE_FUNCTIONS[estimator](believed, Uncertainty(reading=case.reading))
+    function = estimator_function(estimator, believed, Uncertainty(reading=case.reading))
     found = function(readings.pressed, believed.finger.pressure_torque(pressure), gravity).contact
     assert found is not None
     return found._replace(force=scale.force * found.force, force_std=scale.force * found.force_std)

@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.evaluation.contacts.bench import PEG_FRICTION, G, combined_friction, read_finger
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.evaluation.contacts.errors import contact_errors
-from soft_gripper.evaluation.contacts.estimates import ESTIMATORS, Case, estimate_contacts, ideal_readings
+from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, Case, estimate_contacts, ideal_readings
 from soft_gripper.evaluation.contacts.random_contact import SIDES
 from soft_gripper.evaluation.contacts.sensors import LAYOUTS, describe_borders
 from soft_gripper.fingers.finger import Finger
@@ -64,16 +64,9 @@ def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force:
         force: across the finger, (M) N, positive where it presses on the inner side.
         rub: friction along the finger, toward its tip, over the size of the force, (M).
     """
-    chain, rows = forward_kinematics(q, finger.segment_length), np.arange(len(q))
-    link = np.searchsorted(finger.joint_arc_lengths, place)
-    begins = np.concatenate([np.zeros((len(q), 1)), chain.joints], axis=-1)[rows, link]
-    along = np.exp(1j * chain.headings[rows, link])
-    point = begins + along * (place - finger.link_ends[link] + 1j * offset)
-    pushed = along * (np.abs(force) * rub - 1j * force)
-    lever = point[:, None] - chain.joints
-    beyond = finger.joint_arc_lengths < place[:, None]
-    torque: Array = np.where(beyond, (np.conj(lever) * pushed[:, None]).imag, 0.0)
-    return torque
+    sites = forward_kinematics(q, finger.segment_length).at(place[:, None], offset[:, None])
+    rubbed, pressed = (np.abs(force) * rub)[:, None], force[:, None]
+    return sites.torques(rubbed * sites.directions - pressed * sites.normals)[:, 0]
 
 
 def main(number: int = 400, seed: int = 1) -> None:
@@ -87,7 +80,7 @@ def main(number: int = 400, seed: int = 1) -> None:
         contacts = rubbing_contacts(number, friction, share, seed)
         for sections, borders in LAYOUTS:
             layout = SensorLayout(contacts.finger, sections, borders=borders)
-            found = estimate_contacts(ESTIMATORS[0], layout, Case(), ideal_readings(layout, contacts), contacts)
+            found = estimate_contacts(ESTIMATOR, layout, Case(), ideal_readings(layout, contacts), contacts)
             errors = contact_errors(found, contacts)
             numbers = [100 * np.nanpercentile(e, p) for e in (errors.force, errors.place) for p in (50, 90)]
             what = f"{share * friction:<10.2f}{sections}: {describe_borders(layout):<9}{len(contacts.q):>8}"

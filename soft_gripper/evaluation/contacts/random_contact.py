@@ -28,13 +28,11 @@ SIDES = {"inner": 1, "outer": -1}  # toward +x of B or away from it
 
 def peg_center(finger: Finger, q: Array, s: float, side: str, radius: float) -> complex:
     """Centre, z + i x m in B, of a peg along y that touches the inner or the outer face at arc length `s` m."""
-    chain, link = forward_kinematics(q, finger.segment_length), int(np.searchsorted(finger.joint_arc_lengths, s))
-    direction = np.exp(1j * chain.headings[link])
-    middle = chain.segment_ends[link]  # of the link, but for the first and the last, where the finger ends
-    on_axis = middle + (s - link * finger.segment_length) * direction
+    chain = forward_kinematics(q, finger.segment_length)
+    link = int(chain.link_at(np.array(s)))
     section = finger.section((finger.link_ends[link] + finger.link_ends[link + 1]) / 2)
     face = section.inner_face if side == "inner" else section.outer_face
-    return complex(on_axis + 1j * (float(face) + SIDES[side] * radius) * direction)
+    return complex(chain.at(np.array([s]), float(face) + SIDES[side] * radius).points[0])
 
 
 RADIUS = (3, 12)  # mm, in whole ones, so that a bench serves many contacts

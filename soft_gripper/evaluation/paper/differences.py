@@ -115,7 +115,7 @@ def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> Differe
     return Difference(
         "Fingertip in free bending",
         "The error hardly depends on the number of sensors.",
-        f"It falls: {_list(tip)} mm with 1 to {len(tip)} sensors a side.",
+        f"It falls: {_list(tip)} mm with 1 to {len(tip)} sensors per side.",
         "Joints lie in the middles of the segments here. A chain of links usually has them where segments begin, the"
         " first at the base, where the sensors begin: half of its angle is turned before them, and no number of"
         f" sensors measures it. The same joint angles on such a chain give {_list(starts)} mm. The paper's model is"

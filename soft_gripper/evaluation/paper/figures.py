@@ -24,7 +24,7 @@ def free_bending_figure(rows: Sequence[PoseRow]) -> Figure:
             axes.set(title=label.split(" [")[0].capitalize(), xlabel=BEND[1])
             axes.axvline(0, color="0.8", lw=0.8, zorder=0)
         figure.axes[0].set(ylabel="error [mm]", ylim=(0, None))
-        figure.axes[0].legend(title="sensors a side", frameon=False)
+        figure.axes[0].legend(title="sensors per side", frameon=False)
     return figure
 
 
@@ -45,7 +45,7 @@ def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str
         figure.axes[0].yaxis.set_major_formatter("{x:g}")
         for axes in figure.axes[::2]:
             axes.set_ylabel(ERRORS[error])
-        figure.axes[0].legend(title="sensors a side", frameon=False, loc="lower right", ncols=2)
+        figure.axes[0].legend(title="sensors per side", frameon=False, loc="lower right", ncols=2)
     return figure
 
 

@@ -29,7 +29,7 @@ def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
         above[0].set_ylabel("external torque [mN m]")
         below[0].set_ylim(bottom=0)  # of all of them, now that every error is drawn
         below[0].set_ylabel("mean error over the joints [mN m]")
-        above[0].legend(frameon=False, fontsize="small", title="sensors a side")
+        above[0].legend(frameon=False, fontsize="small", title="sensors per side")
     return figure
 
 
@@ -68,7 +68,7 @@ def contact_force_figure(rows: Sequence[ContactForceRow], scenarios: Sequence[st
             place.set(xlabel="pressure [kPa]", ylim=(0, 125))
         above[0].set_ylabel("contact force [N]")
         below[0].set_ylabel("place [mm from the base]")
-        below[0].legend(frameon=False, fontsize="small", title="sections a side, where they meet")
+        below[0].legend(frameon=False, fontsize="small", title="sections per side, where they meet")
     return figure
 
 

@@ -1,18 +1,16 @@
 """External torques of a run, estimated and true: as recorded, or for several numbers of sensor sections."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.belief import describe_belief
-from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.evaluation.contacts.sensors import describe_borders
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.runs.scores.poses import HeldStep, held_samples
+from soft_gripper.runs.scores.poses import HeldStep, held_samples, held_steps
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 
 
@@ -35,7 +33,8 @@ def force_table(
             for count in sections:
                 again = read_again(station, recording, finger, count)
                 estimate = external_torque_again(station, recording, finger, again, estimator)
-                rows += _rows(name, station, recording, finger, estimator, count, estimate)
+                steps = held_steps(name, station, finger, estimator, count)
+                rows += _rows(steps, station, recording, finger, estimate)
     return rows
 
 
@@ -44,29 +43,20 @@ def recorded_force_table(name: str, station: Station, recording: Recording) -> l
     rows: list[ForceRow] = []
     for finger in station.fingers:
         estimate = recording[f"{finger.name}.external_torque"].values
-        rows += _rows(
-            name, station, recording, finger, station.parts.estimator, station.scenario.sensor.sections, estimate
-        )
+        rows += _rows(held_steps(name, station, finger), station, recording, finger, estimate)
     return rows
 
 
 def _rows(
-    name: str,
-    station: Station,
-    recording: Recording,
-    finger: PlantFinger,
-    estimator: str,
-    sections: int,
-    torque: Array,
+    steps: Sequence[HeldStep], station: Station, recording: Recording, finger: PlantFinger, torque: Array
 ) -> Iterator[ForceRow]:
     """The rows of one finger from its estimated torque at every sample, N m, (T, N)."""
     scenario = station.scenario
-    steps, belief = pressure_steps(scenario.pressure, finger.name) / 1e3, describe_belief(scenario.believed)
     estimated = held_samples(scenario, recording, torque).mean(axis=1)
     true = held_samples(scenario, recording, f"{finger.name}.true_external_torque").mean(axis=1)
     for step, joint in np.ndindex(estimated.shape):
         values = float(estimated[step, joint]), float(true[step, joint])
-        yield ForceRow(name, finger.name, estimator, belief, sections, float(steps[step]), joint, *values)
+        yield ForceRow(*astuple(steps[step]), *[joint, *values])
 
 
 ESTIMATOR = "contact"
@@ -109,10 +99,8 @@ def _contact_rows(
     place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
     columns = [each.mean(axis=-1) for each in (force, *forces)]
     columns += [1e3 * _mean_place(each) for each in (s, place)]
-    steps, belief = pressure_steps(scenario.pressure, finger.name) / 1e3, describe_belief(scenario.believed)
-    for pressure, *values in zip(steps, *columns, strict=True):
-        which = name, finger.name, ESTIMATOR, belief, layout.sections, float(pressure), describe_borders(layout)
-        yield ContactForceRow(*which, *map(float, values))
+    for step, *values in zip(held_steps(name, station, finger, ESTIMATOR, layout.sections), *columns, strict=True):
+        yield ContactForceRow(*astuple(step), *[describe_borders(layout), *map(float, values)])
 
 
 def _mean_place(place: Array) -> Array:

@@ -17,7 +17,7 @@ POSE, TIP = "pose_error_mm", "tip_error_mm"
 
 @dataclass(frozen=True)
 class Bar:
-    """What the pose error does not exceed with so many sensors a side; the error of the fingertip not twice that."""
+    """What the pose error does not exceed with so many sensors per side; the error of the fingertip not twice that."""
 
     sections: tuple[int, ...]
     mean: float  # mm, over the steps of any scenario
@@ -35,7 +35,7 @@ class Bar:
         sensors = " or ".join(map(str, self.sections)) + (" sensor" if self.sections == (1,) else " sensors")
         where = "" if self.scenarios is None else ", one place touched"
         worst = "" if self.worst is None else f", {self.worst:.3g} mm at every step"
-        return f"{sensors} a side{where}: within {self.mean:.3g} mm (mean){worst}; the tip twice that"
+        return f"{sensors} per side{where}: within {self.mean:.3g} mm (mean){worst}; the tip twice that"
 
 
 BARS = (
@@ -76,6 +76,6 @@ def _none_is_worse(rows: Sequence[PoseRow]) -> Claim:
     beyond = np.array([[row.pose_error_mm for row in other] for other in others]) - arcs
     which, step = np.unravel_index(np.argmax(beyond), beyond.shape)
     worst = others[which][step]
-    where = f"{worst.estimator}, {worst.sections} a side, {worst.scenario} at {worst.pressure_kpa:.0f} kPa"
+    where = f"{worst.estimator}, {worst.sections} per side, {worst.scenario} at {worst.pressure_kpa:.0f} kPa"
     text = f"no estimator is more than {SAME:g} mm worse than {ARCS} at any step"
     return Claim("ours", text, bool(np.max(beyond) <= SAME), f"{beyond[which, step]:.3f} mm worse: {where}")

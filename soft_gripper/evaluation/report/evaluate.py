@@ -1,7 +1,7 @@
 """The evaluation: scenarios side by side, then the tables, figures and claims of them all."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.evaluation.paper.claims import claims
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
@@ -22,20 +22,21 @@ from soft_gripper.evaluation.paper.scenario_run import CONTACT, FREE, SCENARIOS,
 from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
 from soft_gripper.evaluation.report.bars import estimator_claims
 from soft_gripper.evaluation.report.figures import difference_figure, estimators_figure
-from soft_gripper.evaluation.report.report import Evaluation, write_report
-from soft_gripper.evaluation.report.task_run import run_task
+from soft_gripper.evaluation.report.page import Evaluation, write_report
 from soft_gripper.files.csv_table import Row, read_csv, write_csv
-from soft_gripper.files.output import read_folder, write_folder
+from soft_gripper.files.output import atomic_folder, read_folder, write_folder
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.scenes_figure import scenes_figure
 from soft_gripper.pictures.section_figure import section_figure
 from soft_gripper.pictures.shapes import shape_figure
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import Call, make_calls
-from soft_gripper.runs.scores.phases import PhaseRow, outcome
+from soft_gripper.runs.scores.phases import PhaseRow, outcome, phase_table
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.runs.study import run_study
 from soft_gripper.scenario.scenario import Scenario
-from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
 RUNS = (*SCENARIOS, GRIP, TASK)
@@ -51,7 +52,7 @@ CAPTIONS = {
     "fig6_pose_error": "Contact (Fig. 6): mean pose error against the pressure, all panels on one logarithmic scale.",
     "fig7_fingertip_error": "Contact (Fig. 7): fingertip error against the pressure, all panels on one logarithmic"
     " scale.",
-    "estimators": "Mean pose error of the estimators with one to four sensors a side, on one logarithmic scale. Dashed:"
+    "estimators": "Mean pose error of the estimators with one to four sensors per side, on a logarithmic scale. Dashed:"
     " what the paper reports of arcs with four. Errors below 1 µm are drawn at 1 µm.",
     "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
     "contact_force": "Contact force across a finger and its place, estimated from strain and pressure alone, beside the"
@@ -79,19 +80,9 @@ def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: 
     """
     scenarios = {name: load_scenario(name) for name in names}
     longest_first = sorted(names, key=lambda name: -len(scenarios[name].models))
-    failed: list[BaseException] = []
-
-    def ended(call: Call, future: Future[dict[str, bytes]]) -> None:
-        (name,) = call
-        if error := future.exception():
-            failed.append(error)
-        else:
-            write_folder(out / name, future.result())
-        advance(scenarios[name].duration)
-
-    make_calls(executor, files_of_run, [(name,) for name in longest_first], ended)
-    if failed:
-        raise failed[0]
+    jobs = {out / name: (name,) for name in longest_first}
+    duration = {out / name: scenario.duration for name, scenario in scenarios.items()}
+    run_study(executor, files_of_run, jobs, write_folder, ended=lambda folder: advance(duration[folder]))
 
 
 def files_of_run(name: str) -> dict[str, bytes]:
@@ -107,6 +98,24 @@ def _runner(scenario: Scenario) -> Callable[[str, Path], None]:
     if scenario.task is not None:
         return run_task
     return run_scenario if scenario.control.set_points is None else run_regimes
+
+
+def run_task(name: str, folder: Path) -> None:
+    """Fills `folder`: scenario.yaml, recording.nc, phases.csv and phases.png; all of them or nothing.
+
+    Args:
+        name: of a scenario with a task.
+        folder: appears when it is whole.
+    """
+    scenario = load_scenario(name)
+    station = make_station(scenario)
+    recording = run_station(station)
+    assert station.task is not None
+    with atomic_folder(folder) as partial:
+        recording.save(partial / "recording.nc")
+        write_csv(partial / "phases.csv", phase_table(station, recording))
+        phases_figure(scenario, recording, station.task.phases).savefig(partial / "phases.png")
+        (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
 
 
 def summarize(out: Path) -> Evaluation:

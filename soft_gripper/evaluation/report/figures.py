@@ -1,4 +1,4 @@
-"""Figures of the report: the estimators with one to four sensors a side, and where we differ from the paper."""
+"""Figures of the report: the estimators with one to four sensors per side, and where we differ from the paper."""
 
 from collections.abc import Sequence
 
@@ -44,7 +44,7 @@ def _legend(figure: Figure, used: int) -> None:
     for axes in figure.axes[::3]:
         axes.set_ylabel("mean pose error [mm]")
     for axes in figure.axes[used - 3 : used]:
-        axes.set_xlabel("sensors a side")
+        axes.set_xlabel("sensors per side")
 
 
 TITLES = {
@@ -68,5 +68,5 @@ def difference_figure(bend: Array, errors: TipErrors) -> Figure:
                 axes.plot(degrees, error, **section_style(sections))
             axes.set(title=title, xlabel="bend angle [degrees]")
         panels[0].set(ylabel="fingertip error [mm]", ylim=(0, None))
-        panels[0].legend(title="sensors a side", frameon=False)
+        panels[0].legend(title="sensors per side", frameon=False)
     return figure

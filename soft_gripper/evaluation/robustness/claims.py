@@ -8,8 +8,8 @@ import numpy as np
 
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.evaluation.report.bars import ARCS, BARS, BEST, Bar
-from soft_gripper.evaluation.robustness.maps import FOLDER, gather_maps, map_figure
-from soft_gripper.evaluation.robustness.plant_runs import gather_plants
+from soft_gripper.evaluation.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, gather
+from soft_gripper.evaluation.robustness.map_figure import map_figure
 from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.plants import RUBBER
 from soft_gripper.evaluation.robustness.table import PRESET, RobustnessRow
@@ -44,7 +44,7 @@ def realistic(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> l
 def _errors(rows: Sequence[RobustnessRow]) -> Claim:
     found = realistic(rows, BEST, SENSORS)
     mean, p95 = float(np.max([row.mean_mm for row in found])), float(np.max([row.p95_mm for row in found]))
-    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
+    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
     return Claim("ours", text, mean <= MEAN and p95 <= P95, f"{mean:.2f} and {p95:.2f} mm")
 
 
@@ -52,7 +52,7 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
     ours, arcs = realistic(rows, BEST, SENSORS), realistic(rows, ARCS, MORE)
     ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
     worst = ours[int(np.argmax(ratios))]
-    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: better than {ARCS} with {MORE}"
+    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: better than {ARCS} with {MORE}"
     number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.belief}"
     return Claim("ours", text, bool(ratios.max() < 1), number)
 
@@ -60,7 +60,7 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
 def _covered(rows: Sequence[RobustnessRow]) -> Claim:
     shares = np.array([row.coverage for row in realistic(rows, BEST, SENSORS)])
     bounds = " to ".join(f"{100 * share:.0f}" for share in COVERED)
-    text = f"{BEST}, {SENSORS} {PRESET} sensors a side: 95 % bands cover {bounds} %"
+    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: 95 % bands cover {bounds} %"
     holds = bool(shares.min() >= COVERED[0] and shares.max() <= COVERED[1])
     return Claim("ours", text, holds, f"{100 * shares.min():.1f} to {100 * shares.max():.1f} %")
 
@@ -85,6 +85,7 @@ class Robustness:
 
 def summarize_robustness(out: Path) -> Robustness:
     """Writes the tables and the map from the finished cases and plants below the folder `out` of the evaluation."""
-    rows, plants = gather_maps(out), gather_plants(out)
+    rows = gather(out, NOISE_JOBS, RobustnessRow, "robustness.csv")
+    plants = gather(out, PLANT_JOBS, PlantRow, "plants.csv")
     save_figure(map_figure(rows), out / FOLDER / "robustness")
     return Robustness(rows, plants, robustness_claims(rows, plants))

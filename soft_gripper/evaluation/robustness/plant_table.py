@@ -10,8 +10,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.evaluation.robustness.plants import FingerAtRest, Plant
@@ -22,6 +20,7 @@ from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.scores.readings import with_sections
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 MODULUS = 0.1  # share, standard deviation of what is believed of the modulus of rubber
 
@@ -42,11 +41,13 @@ class PlantRow:
     seeds: int
 
 
-def plant_table(plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int) -> list[PlantRow]:
+def plant_table(
+    plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int, estimators: Sequence[str]
+) -> list[PlantRow]:
     """A row for every number of sections and estimator, in this order; of rubber with realistic sensors, else ideal."""
     found: dict[tuple[int, str], list[Errors]] = {}
     for held in fingers:
-        for key, errors in _errors(plant, name, held, seeds):
+        for key, errors in _errors(plant, name, held, seeds, estimators):
             found.setdefault(key, []).append(errors)
     rows = []
     for (sections, estimator), parts in found.items():
@@ -57,14 +58,16 @@ def plant_table(plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds:
     return rows
 
 
-def _errors(plant: Plant, name: str, held: FingerAtRest, seeds: int) -> Iterator[tuple[tuple[int, str], Errors]]:
+def _errors(
+    plant: Plant, name: str, held: FingerAtRest, seeds: int, estimators: Sequence[str]
+) -> Iterator[tuple[tuple[int, str], Errors]]:
     errors = errors_at(1.0) if plant.rubber else None
     believed = shipped_finger(name, held.simulated.name) if plant.rubber else held.simulated
     uncertainty = uncertainty_of(errors, None, MODULUS) if plant.rubber else Uncertainty()
     layout = sensor_layout(believed, held.station.scenario.sensor)
     for sections in SECTIONS:
         readings: Array = held.readings(sections, errors, seeds if plant.rubber else 1)
-        for estimator in SHAPE_FUNCTIONS:
+        for estimator in estimators:
             found = estimated(estimator, with_sections(layout, sections), uncertainty, held, readings)
             yield (sections, estimator), found
 

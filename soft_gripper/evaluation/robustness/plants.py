@@ -10,6 +10,10 @@ engineering stress
 (Treloar, The Physics of Rubber Elasticity, 1975, ch. 4): it softens in tension and stiffens in compression. With plane
 sections, lambda = 1 - kappa (x - x_n) at x, and the moment about the neutral axis x_n, which the strain-limiting layer
 keeps in its place, is the integral of -sigma (x - x_n) over the section.
+
+Only another plant is simulated; errors of sensors are applied to recordings, since sensors do not change what they
+measure. The plants differ from the nominal model in segments, elastic law and time step, so that no estimator is
+right because it is wrong in the same way as the plant.
 """
 
 import xml.etree.ElementTree as ET
@@ -29,7 +33,6 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.files.xml_text import read_xml
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.scores.poses import held_samples
@@ -38,6 +41,7 @@ from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_along
 
 _STRIPS = 400
 
@@ -185,19 +189,11 @@ class FingerAtRest:
     def _again(self, sections: int) -> ReadAgain:
         return read_again(self.station, self.recording, self.finger, sections)
 
-    def points(self, s: Array) -> Planar:
-        """The true points of the finger at arc lengths (M) m from the base, (K, M) m in B."""
-        q = self.recording[f"{self.finger.name}.sampled_joint_angles"].values[1:][self.samples]
-        return points_along(self.simulated, q, s)
-
-
-def points_along(finger: Finger, q: Array, s: Array) -> Planar:
-    """Points of a bent chain at arc lengths (M) m, (..., M) m in B, from joint angles (..., N) rad."""
-    chain = forward_kinematics(q, finger.segment_length)
-    begins = np.concatenate([np.zeros_like(chain.tip)[..., None], chain.joints], axis=-1)
-    link = np.searchsorted(finger.joint_arc_lengths, s)
-    points: Planar = begins[..., link] + np.exp(1j * chain.headings[..., link]) * (s - finger.link_ends[link])
-    return points
+    def points(self, s: Array) -> Array:
+        """The true points of the finger at arc lengths (M) m from the base, (K, M, 3) m in B."""
+        names = (f"{self.finger.name}.{name}" for name in (TRUE_JOINTS, TRUE_TIP))
+        joints, tip = (self.recording[name].values[1:][self.samples] for name in names)
+        return points_along(self.simulated, corners(joints, tip), s)
 
 
 def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[FingerAtRest]:

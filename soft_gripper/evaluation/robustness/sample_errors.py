@@ -5,15 +5,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.evaluation.robustness.plants import FingerAtRest
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import fingertip_error, pose_error
 
@@ -39,14 +39,14 @@ def estimated(
     """The errors of an estimator at the held samples of a finger.
 
     Args:
-        estimator: one of SHAPE_FUNCTIONS.
+        estimator: its name, see `estimator_function`.
         layout: sensors and finger as they are believed to be.
         uncertainty: of these.
         held: the finger.
         readings: of its sensors, (T, seeds, paths * S).
         gain: of the pressure sensor.
     """
-    function, rows = SHAPE_FUNCTIONS[estimator](layout, uncertainty, held.period), held.samples
+    function, rows = estimator_function(estimator, layout, uncertainty, held.period), held.samples
     seeds = (1, readings.shape[1])
     pressure, gravity = (np.tile(values[:, None], seeds) for values in (gain * held.pressure, held.gravity))
     finger = layout.finger
@@ -59,19 +59,20 @@ def estimated(
     return errors_of(finger, estimate, truth[:, None])
 
 
-def errors_of(believed: Finger, estimate: ShapeEstimate, truth: Planar) -> Errors:
-    """The errors of an estimate, (...), from the true places of joints and tip, (..., N + 1) m in B."""
-    points = estimate.points(believed)
-    pose, tip = pose_error(truth[..., :-1], points[..., :-1]), fingertip_error(truth[..., -1], points[..., -1])
+def errors_of(believed: Finger, estimate: ShapeEstimate, truth: Array) -> Errors:
+    """The errors of an estimate, (...), from the true places of joints and tip, (..., N + 1, 3) m in B."""
+    points = in_space(estimate.points(believed))
+    pose = pose_error(truth[..., :-1, :], points[..., :-1, :])
+    tip = fingertip_error(truth[..., -1, :], points[..., -1, :])
     return Errors(pose.ravel(), tip.ravel(), covered(believed, estimate, truth).ravel())
 
 
-def covered(believed: Finger, estimate: ShapeEstimate, truth: Planar) -> NDArray[np.bool_]:
+def covered(believed: Finger, estimate: ShapeEstimate, truth: Array) -> NDArray[np.bool_]:
     """Whether the true places lie in the 95 % bands across the finger, (..., N); the first joint rests."""
     if estimate.covariance is None:
         return np.zeros(0, dtype=bool)
-    normal = 1j * np.exp(1j * forward_kinematics(estimate.q, believed.segment_length).headings)
-    across = (np.conj(normal) * (truth - estimate.points(believed))).real
+    normals = forward_kinematics(estimate.q, believed.segment_length).normals
+    across = (in_space(normals) * (truth - in_space(estimate.points(believed)))).sum(axis=-1)
     band = BAND * position_std(believed, estimate.q, estimate.covariance)
     within: NDArray[np.bool_] = (np.abs(across) <= band)[..., 1:]
     return within

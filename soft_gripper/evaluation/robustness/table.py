@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from soft_gripper.diagrams.wiring.belief import believed_layout
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
 from soft_gripper.evaluation.robustness.plants import FingerAtRest
 from soft_gripper.evaluation.robustness.sample_errors import Errors, estimated, in_mm, together
 from soft_gripper.runs.scores.readings import with_sections
+from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import StrainErrors
@@ -79,7 +78,12 @@ class RobustnessRow:
 
 
 def robustness_table(
-    name: str, fingers: Sequence[FingerAtRest], noise: float, seeds: int, beliefs: Sequence[Belief] = BELIEFS
+    name: str,
+    fingers: Sequence[FingerAtRest],
+    noise: float,
+    seeds: int,
+    estimators: Sequence[str],
+    beliefs: Sequence[Belief] = BELIEFS,
 ) -> list[RobustnessRow]:
     """A row for every belief, number of sections and estimator, in this order, at one noise.
 
@@ -87,7 +91,7 @@ def robustness_table(
     """
     found: dict[Key, list[Errors]] = defaultdict(list)
     for finger in fingers:
-        for key, errors in _errors(finger, noise, seeds if noise else 1, beliefs):
+        for key, errors in _errors(finger, noise, seeds if noise else 1, estimators, beliefs):
             found[key].append(errors)
     return [
         RobustnessRow(name, estimator, belief, noise, sections, *in_mm(together(parts)), seeds)
@@ -95,14 +99,16 @@ def robustness_table(
     ]
 
 
-def _errors(held: FingerAtRest, noise: float, seeds: int, beliefs: Sequence[Belief]) -> Iterator[tuple[Key, Errors]]:
+def _errors(
+    held: FingerAtRest, noise: float, seeds: int, estimators: Sequence[str], beliefs: Sequence[Belief]
+) -> Iterator[tuple[Key, Errors]]:
     errors, sensor = errors_at(noise), held.station.scenario.sensor
     readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
     for belief in beliefs:
-        believed = believed_layout(held.simulated, sensor, belief.config)
+        believed = read_belief(belief.config).layout(held.simulated, sensor)
         uncertainty = uncertainty_of(errors, None, belief.size)
         for sections in SECTIONS:
             layout = with_sections(believed, sections)
-            for estimator in SHAPE_FUNCTIONS:
+            for estimator in estimators:
                 found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + belief.pressure)
                 yield (estimator, belief.name, sections), found

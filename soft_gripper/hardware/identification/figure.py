@@ -1,4 +1,4 @@
-"""Motion measured beside simulated: the middle of the markers of every recording over time."""
+"""Measured and simulated motion: the middle of the markers of every recording over time."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -33,7 +33,7 @@ def identify_figure(found: Identified) -> Figure:
         )
         for column, motion, role in zip(axes.T, found.motions, roles, strict=True):
             draw_motion(column, found.model, motion)
-            column[0].set_title(f"{motion.name}\n{'fitted' if role == 'fit' else 'not given to the fit'}")
+            column[0].set_title(f"{motion.name}\n{'fitted' if role == 'fit' else 'held out'}")
             column[1].set_xlabel("time [s]")
         axes[0, 0].set_ylabel("displacement of the tip [mm]")
         axes[1, 0].set_ylabel("turn of the tip [degrees]")

@@ -30,10 +30,10 @@ def read_finger(path: Path) -> Finger:
 
 
 def with_finger(path: Path, finger: Finger) -> str:
-    """The text of a finger file with the numbers of another finger; comments and all else stay.
+    """The text of a finger file with the numbers of another finger; comments and everything else are kept.
 
     Raises:
-        InputError: if what comes of it is no finger file.
+        InputError: if the result is not a valid finger file.
     """
     text = read_text(path)
     robot = parse_xml(path, text)

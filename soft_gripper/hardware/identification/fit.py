@@ -1,15 +1,14 @@
 """Free parameters fitted to recordings: nonlinear least squares over simulations, in processes.
 
-What is made small is the distance between markers measured and simulated, in parts of the largest displacement of their
+The fit minimises the distance between measured and simulated markers, relative to the largest displacement of their
 recording, so that every recording counts alike. The times of a recording's events are unknown too and fitted with the
-rest; of a recording that only tests a fit they are all that is fitted.
+rest; of a held-out recording nothing else is fitted.
 
-How well fitted parameters are known: standard deviations, correlations, and what cannot be told apart.
+The accuracy of fitted parameters: standard deviations, correlations, and parameters that cannot be distinguished.
 
-With the Jacobian J of the residuals by the parameters and s^2 their variance, the covariance is  s^2 (J^T J)^-1  were
-residuals independent. Those of a simulation that is not quite the hardware last: samples that follow each other say the
-same. So the variance counts the time over which they last,  1 + 2 sum of autocorrelations , up to the first that is not
-positive.
+With the Jacobian J of the residuals by the parameters and s^2 their variance, the covariance is  s^2 (J^T J)^-1  if
+residuals were independent. Those of an inexact model are correlated in time. The variance therefore includes their
+correlation time,  1 + 2 sum of autocorrelations , up to the first that is not positive.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,12 +26,12 @@ from soft_gripper.hardware.identification.free_parameters import FreeParameters,
 from soft_gripper.hardware.identification.measured_motion import MeasuredMotion
 from soft_gripper.hardware.identification.simulated_motion import simulated_markers
 
-_OF_SCALE = 0.02  # by which a number is moved to see what it changes, in usual changes
+_OF_SCALE = 0.02  # step of the finite differences, in usual changes
 _EVENT_SCALE = 0.01  # s
-_OF_HAND, _OF_VALVE = 0.1, 0.05  # s, by which an event may be off from where it is seen
+_OF_HAND, _OF_VALVE = 0.1, 0.05  # s, by which an event may differ from its detected time
 _TOLERANCE = 2e-4  # relative, of the sum of squares
 _MOST_STEPS = 40
-_IMPOSSIBLE = 10.0  # largest displacements, that a finger which cannot be, or diverges, is taken to be off by
+_IMPOSSIBLE = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
 
 Report = Callable[[float], None]
 
@@ -72,7 +71,7 @@ def fit(
         motions: of the recordings.
         executor: runs the simulations.
         report: called with the root mean square that every step has reached.
-        start: vector of the free parameters to begin from; None: of the model as it is.
+        start: vector of the free parameters to begin from; None: that of the given model.
 
     Raises:
         InputError: if the fit does not converge.
@@ -103,7 +102,7 @@ def fit(
 
 
 def fit_events(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
-    """A recording with the events at which a model that is not fitted to it agrees best."""
+    """A recording with the events at which a model that was not fitted to it agrees best."""
 
     def residuals(events: Array) -> Array:
         return marker_residuals(model, motion.with_events(events))
@@ -128,7 +127,7 @@ def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
 
 
 def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Array:
-    """Those of a model; large ones where there can be no such finger, or it diverges."""
+    """Those of a model; large ones if the finger is impossible or diverges."""
     try:
         if model is not None:
             return marker_residuals(model, motion)
@@ -160,7 +159,7 @@ class _Problem:
         return np.concatenate([self.free.scales, np.full(events, _EVENT_SCALE)])
 
     def bounds(self, x0: Array) -> tuple[Array, Array]:
-        """Events stay near where they are seen."""
+        """Events stay close to their detected times."""
         (lower, upper), events = self.free.bounds, x0[len(self.free.start) :]
         room = np.concatenate([np.full(len(motion.events), _event_range(motion)) for motion in self.motions])
         return np.concatenate([lower, events - room]), np.concatenate([upper, events + room])
@@ -200,13 +199,13 @@ class _Problem:
         try:
             model = self.free.at(x[: len(self.free.start)])
         except InputError:
-            model = None  # a step of the search may lead to what cannot be
+            model = None  # a step of the search may lead to an impossible finger
         return [self.executor.submit(_residuals_or_impossible, model, motions[i]) for i in which]
 
 
-_ALIKE = 0.98  # correlation, from which on two parameters are not told apart
-_FLAT = 1e-3  # of the strongest: a direction in which the residuals change less is not seen at all
-_NOTHING = 1e-12  # a change of the residuals that is rounding, were it the strongest
+_ALIKE = 0.98  # correlation above which two parameters cannot be distinguished
+_FLAT = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
+_NOTHING = 1e-12  # if even the strongest change of the residuals is smaller, it is rounding
 
 
 class Confidence(NamedTuple):
@@ -214,11 +213,11 @@ class Confidence(NamedTuple):
 
     std: Array  # (P,) of the vector: of logarithms where these were fitted
     correlation: Array  # (P, P)
-    unresolved: list[tuple[str, ...]]  # names of parameters that cannot be told apart
+    unresolved: list[tuple[str, ...]]  # names of parameters that cannot be distinguished
 
 
 def confidence(fit: Fit) -> Confidence:
-    """What the residuals and the Jacobian of a fit say."""
+    """The confidence that follows from the residuals and the Jacobian of a fit."""
     jacobian, names = fit.jacobian * fit.free.scales, fit.free.names
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
     least = max(_FLAT * strengths[0], _NOTHING)
@@ -231,7 +230,7 @@ def confidence(fit: Fit) -> Confidence:
 
 
 def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple[str, ...]]:
-    """Pairs that are next to fully correlated, and all that takes part in a direction that nothing shows."""
+    """Pairs that are almost fully correlated, and all parameters that take part in an unobservable direction."""
     pairs = [(i, j) for i in range(len(names)) for j in range(i) if abs(correlation[i, j]) > _ALIKE]
     found: set[tuple[str, ...]] = {(names[j], names[i]) for i, j in pairs}
     for direction in flat:
@@ -241,7 +240,7 @@ def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple
 
 
 def _lasting(fit: Fit) -> float:
-    """For how many samples the residuals of the recordings last, in the mean, at least 1."""
+    """Mean correlation time of the residuals of the recordings, in samples, at least 1."""
     lasting, begin = [], 0
     for motion in fit.motions:
         samples, markers = motion.markers.shape

@@ -1,12 +1,12 @@
-"""What of a finger and of its set-up can be fitted: keys, and how values of them change it.
+"""The parameters of a finger and its set-up that can be fitted: keys, and the effect of their values.
 
 Values that are positive are fitted as logarithms. Of a pressure law, it is the logarithm of the gain that is fitted, as
 an even power series,
 
     effective = p exp(c_0 + c_1 x + c_2 x^2) ,   x = (p / p_max)^2 ,
 
-since the bend that a silicone chamber brings about grows faster than the pressure, and alike for every finger of its
-kind; as many coefficients as there are pressures, three at most. The file gets it as points.
+since the bend due to a silicone chamber grows faster than the pressure, in the same way for every finger of its kind;
+as many coefficients as there are pressures, at most three. It is written to the file as points.
 """
 
 from collections.abc import Callable, Sequence
@@ -37,14 +37,14 @@ class Model:
 
 @dataclass(frozen=True)
 class Key:
-    """What a user may free: values of a model, and the model with other values."""
+    """A parameter that a user may free: its values in a model, and the model with other values."""
 
     unit: str
     get: Callable[[Model], Sequence[float]]
     put: Callable[[Model, Sequence[float]], Model]
     positive: bool = True
-    scale: float = 0.1  # a usual change: of the logarithm, or of the value if that may be negative
-    room: tuple[float, float] = (-np.inf, np.inf)  # within which values make sense, and a search stays
+    scale: float = 0.1  # typical change: of the logarithm, or of the value if it may be negative
+    room: tuple[float, float] = (-np.inf, np.inf)  # bounds of sensible values, and of the search
 
 
 def _of_sections(name: str, unit: str) -> Key:
@@ -143,7 +143,7 @@ class FreeParameters:
 
     @property
     def names(self) -> list[str]:
-        """Of all numbers; those of a key that has several are counted from 1."""
+        """Names of all numbers; those of a key with several numbers are counted from 1."""
         counted = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
         return [name if count == 1 else f"{name}.{i + 1}" for name, count in counted for i in range(count)]
 
@@ -184,7 +184,7 @@ class FreeParameters:
         """The model with the values of a vector.
 
         Raises:
-            InputError: if there can be no such finger.
+            InputError: if such a finger is impossible.
         """
         model, rest = self.model, self.values(x).tolist()
         for key in self.keys.values():
@@ -202,7 +202,7 @@ def free_parameters(finger: Finger, names: Sequence[str], pressures: Sequence[fl
         pressures: of the recordings, Pa; empty: there are none.
 
     Raises:
-        InputError: if there is no such key, it is given twice, or the finger has nothing of the kind.
+        InputError: if there is no such key, it is given twice, or the finger does not have it.
     """
     known, model = dict(KEYS), Model(finger)
     if pressures:
@@ -215,6 +215,6 @@ def free_parameters(finger: Finger, names: Sequence[str], pressures: Sequence[fl
             raise InputError("identify", "--free", name, "appears more than once")
         values = known[name].get(model)
         if not len(values) or (known[name].positive and not min(values) > 0):
-            expected = "the finger file has none to begin from; give it a first guess there"
+            expected = "the finger file has no first guess for it; add one there"
             raise InputError("identify", "--free", name, expected)
     return FreeParameters(model, {name: known[name] for name in names})

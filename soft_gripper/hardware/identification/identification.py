@@ -1,4 +1,4 @@
-"""Recordings of hardware -> the parameters of a finger, what they are known by, and what they predict."""
+"""Recordings of hardware -> the parameters of a finger, their confidence, and their predictions."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -42,17 +42,17 @@ def identify(
     seed: int = 0,
     report: Report = lambda error: None,
 ) -> Identified:
-    """Fits keys of a finger to recordings and tests what comes of it on others.
+    """Fits keys of a finger to recordings and tests the result on others.
 
     Args:
         finger: where the fit begins.
         names: of the keys that are free, see `free_parameters`.
         fitted: recordings to fit to.
-        tested: recordings of which nothing but the times of their events is fitted.
+        tested: held-out recordings, of which only the times of their events are fitted.
         executor: runs the simulations.
-        starts: of how many fits the best is taken; the first begins with the finger, the others at random about it.
-        seed: of where those begin.
-        report: called with the root mean square that every step has reached, in parts of the largest displacement.
+        starts: number of fits, of which the best is kept; the first begins with the finger, the others near it.
+        seed: of the random starts.
+        report: called with the root mean square that every step has reached, relative to the largest displacement.
 
     Raises:
         InputError: if a key cannot be fitted, or no fit converges.

@@ -1,4 +1,7 @@
-"""Poses of rigid bodies in a recording."""
+"""Poses of rigid bodies in a recording.
+
+Headings have no sign: motion capture now and then takes a body with symmetric markers to be turned by half a turn.
+"""
 
 from dataclasses import dataclass
 
@@ -8,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.hardware.recordings.markers import check_size
-from soft_gripper.hardware.recordings.schema import RecordingConfig
+from soft_gripper.hardware.recordings.schema import LENGTH, RecordingConfig
 from soft_gripper.hardware.recordings.table import Table
-from soft_gripper.hardware.recordings.units import LENGTH
 
 _NORM = 0.01  # by which that of a quaternion may differ from 1
 

@@ -4,11 +4,11 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from soft_gripper.files.document import require
-from soft_gripper.hardware.recordings.description_file import load_description
+from soft_gripper.errors import InputError
+from soft_gripper.files.document import given, require
 from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
 from soft_gripper.hardware.recordings.read_recording import read_recording
-from soft_gripper.hardware.recordings.schema import RecordingConfig
+from soft_gripper.hardware.recordings.schema import RecordingConfig, load_description
 
 DATA_FOLDER = "SOFT_GRIPPER_DATA"  # environment variable
 
@@ -49,8 +49,8 @@ def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
         places += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
     found = next((place for place in places if os.path.isfile(place)), None)
     below = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
-    require(found is not None, "recording", "FILE", file, f"there is no such file here, {below}")
-    assert found is not None
+    if found is None:
+        raise InputError("recording", "FILE", file, f"there is no such file here, {below}")
     return found
 
 
@@ -60,6 +60,4 @@ def _description(path: Path, described_as: str | None) -> RecordingConfig:
     places = path.with_suffix(".yaml"), path.with_name("recording.yaml")
     found = next((place for place in places if os.path.isfile(place)), None)
     expected = f"what does it hold? Give --as NAME, or put {places[0].name} or {places[1].name} beside it"
-    require(found is not None, path, "description", None, expected)
-    assert found is not None
-    return load_description(found)
+    return load_description(given(found, path, "description", expected))

@@ -8,9 +8,8 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
-from soft_gripper.hardware.recordings.schema import RecordingConfig
+from soft_gripper.hardware.recordings.schema import LENGTH, RecordingConfig
 from soft_gripper.hardware.recordings.table import Table
-from soft_gripper.hardware.recordings.units import LENGTH
 
 _FURTHEST = 5.0  # lengths of the finger between its bodies, at most
 _NEAREST = 0.1  # and at least, or its markers are together

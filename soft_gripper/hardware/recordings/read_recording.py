@@ -9,13 +9,19 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import require
+from soft_gripper.files.document import given, require
 from soft_gripper.hardware.recordings.body_poses import BodyPose, poses_of
 from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
 from soft_gripper.hardware.recordings.markers import markers_of
-from soft_gripper.hardware.recordings.schema import LoadNameConfig, PressureNameConfig, RecordingConfig
+from soft_gripper.hardware.recordings.schema import (
+    LENGTH,
+    PRESSURE,
+    TIME,
+    LoadNameConfig,
+    PressureNameConfig,
+    RecordingConfig,
+)
 from soft_gripper.hardware.recordings.table import Table, read_c3d, read_text
-from soft_gripper.hardware.recordings.units import LENGTH, PRESSURE, TIME, factor
 
 _MOST_PRESSURE = 1e7  # Pa, that a soft body bears
 _LEAST_PRESSURE = 10.0  # Pa, that anything is driven with
@@ -30,7 +36,7 @@ def pressures_of(table: Table, config: RecordingConfig) -> Array | None:
     if config.pressures is None:
         return None
     described = config.pressures
-    unit = factor(table.path, "pressures", described.unit, PRESSURE, described.scale)
+    unit = described.scale or PRESSURE[described.unit]
     pressures = table.columns("pressures.columns", described.columns) * unit
     most = float(np.nanmax(np.abs(pressures), initial=0.0))
     fine = most == 0 or _LEAST_PRESSURE < most < _MOST_PRESSURE
@@ -47,7 +53,7 @@ def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     if config.lengths is None:
         return {}
     described = config.lengths
-    unit = factor(table.path, "lengths", described.unit, LENGTH, described.scale)
+    unit = described.scale or LENGTH[described.unit]
     columns = [wire.column for wire in described.wires.values()]
     lengths = table.columns("lengths.wires", columns) * unit
     most = float(np.nanmax(np.abs(lengths), initial=0.0))
@@ -233,6 +239,5 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
 def _table(path: Path, config: RecordingConfig) -> Table:
     if path.suffix.lower() != ".c3d":
         return read_text(path, config.header)
-    require(config.markers is not None, path, "markers", None, "a C3D file holds markers: describe them")
-    assert config.markers is not None
-    return read_c3d(path, config.time, config.markers.columns, LENGTH[config.markers.unit])
+    markers = given(config.markers, path, "markers", "a C3D file holds markers: describe them")
+    return read_c3d(path, config.time, markers.columns, LENGTH[markers.unit])

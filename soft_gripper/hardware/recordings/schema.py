@@ -1,9 +1,23 @@
-"""The whole schema of the description of a hardware recording, on one page. Columns are given by their names.
+"""The description of a hardware recording: its whole schema, and how it is read. Columns are given by their names.
 
 A field that may be left out, and then means that there is no such thing, is None.
 """
 
+import os
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from operator import mul
+from pathlib import Path
+
+from soft_gripper.files.document import load_config, require
+from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.models import DIRECTORY
+from soft_gripper.quantity import Misfit, quantity
+
+LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # m
+PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168}  # Pa, NIST SP 811
+TIME = {"s": 1.0, "ms": 1e-3}  # s
 
 
 @dataclass
@@ -19,10 +33,15 @@ class SourceConfig:
 class FrameConfig:
     """The finger's frame B in the axes of the recording."""
 
-    # m, of the base of the finger; None: where the body "base" is in the mean over the reference
-    origin: list[float] | None = None
-    z: list[float] = field(default_factory=lambda: [0.0, 0.0, 1.0])  # along the straight finger; any length
-    x: list[float] = field(default_factory=lambda: [1.0, 0.0, 0.0])  # toward the inner side; made normal to z
+    # Of the base of the finger; None: where the body "base" is in the mean over the reference
+    origin: list[float] | None = quantity(None, "m", length=3)
+    z: list[float] = quantity([0.0, 0.0, 1.0], length=3)  # along the straight finger; any length
+    x: list[float] = quantity([1.0, 0.0, 0.0], length=3)  # toward the inner side; made normal to z
+
+    def misfits(self) -> Iterator[Misfit]:
+        zx, zz, xx = (sum(map(mul, u, v)) for u, v in ((self.z, self.x), (self.z, self.z), (self.x, self.x)))
+        if not zx**2 < 0.99 * zz * xx:
+            yield "x", self.x, "must be a direction across z; neither may be zero"
 
 
 @dataclass
@@ -30,17 +49,21 @@ class MarkersConfig:
     """Markers and the bodies they are glued to. A C3D file names its points as the markers, and says its unit."""
 
     columns: str = "{marker}_{axis}"  # of a table, with x, y and z for the axis
-    unit: str = "m"  # of those columns: m, cm or mm
+    unit: str = quantity("m", known=tuple(LENGTH))  # of those columns
     bodies: dict[str, list[str]] = field(default_factory=dict)  # markers by rigid body: "base", "tip"; empty: none
+
+    def misfits(self) -> Iterator[Misfit]:
+        if "{marker}" not in self.columns or "{axis}" not in self.columns:
+            yield "columns", self.columns, "must have {marker} and {axis}"
 
 
 @dataclass
 class PoseConfig:
     """The pose of a rigid body, as motion capture reports it."""
 
-    position: list[str] = field(default_factory=list)  # columns of x, y, z
-    quaternion: list[str] = field(default_factory=list)  # columns of w, x, y, z, in this order
-    unit: str = "m"  # of the position
+    position: list[str] = quantity([], length=3)  # columns of x, y, z
+    quaternion: list[str] = quantity([], length=4)  # columns of w, x, y, z, in this order
+    unit: str = quantity("m", known=tuple(LENGTH))  # of the position
 
 
 @dataclass
@@ -48,9 +71,14 @@ class PressuresConfig:
     """Measured pressures, one column a chamber."""
 
     columns: list[str] = field(default_factory=list)
-    sections: list[int] | None = None  # that each chamber is in, counted from the base; None: not said
-    unit: str = "Pa"  # Pa, hPa, mbar, kPa, bar, psi or V
-    scale: float | None = None  # Pa per V, where the unit is V
+    sections: list[int] | None = quantity(None, least=1)  # that each chamber is in, from the base; None: not said
+    unit: str = quantity("Pa", known=(*PRESSURE, "V"))
+    scale: float | None = quantity(None, "Pa/V", above=0)  # where the unit is V
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from _scale_misfits(self.unit, self.scale)
+        if self.sections is not None and len(self.sections) != len(self.columns):
+            yield "sections", self.sections, f"must be one for each of the {len(self.columns)} columns"
 
 
 @dataclass
@@ -58,8 +86,8 @@ class WireConfig:
     """A length sensor along one side of the finger, from its base to the end of a section."""
 
     column: str = ""
-    side: str = "inner"  # or "outer"
-    section: int = 1  # at whose end it is fixed, counted from the base
+    side: str = quantity("inner", known=("inner", "outer"))
+    section: int = quantity(1, least=1)  # at whose end it is fixed, counted from the base
 
 
 @dataclass
@@ -67,9 +95,12 @@ class LengthsConfig:
     """Length sensors, each with a constant offset that may be unknown."""
 
     wires: dict[str, WireConfig] = field(default_factory=dict)
-    unit: str = "m"  # m, cm, mm or V
-    scale: float | None = None  # m per V, where the unit is V
-    spacing: float = 0.0  # m, between the inner and the outer side
+    unit: str = quantity("m", known=(*LENGTH, "V"))
+    scale: float | None = quantity(None, "m/V", above=0)  # where the unit is V
+    spacing: float = quantity(0.0, "m", above=0)  # between the inner and the outer side
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from _scale_misfits(self.unit, self.scale)
 
 
 @dataclass
@@ -77,7 +108,10 @@ class PressureNameConfig:
     """A way to read the commanded pressure from a file's name."""
 
     pattern: str = ""  # regular expression whose one group is the number
-    unit: str = "kPa"
+    unit: str = quantity("kPa", known=tuple(PRESSURE))
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from _pattern_misfits(self.pattern)
 
 
 @dataclass
@@ -85,7 +119,25 @@ class LoadNameConfig:
     """How a load that hangs on the tip is read from a file's name; a name without it has none."""
 
     pattern: str = ""  # regular expression whose one group is the number, g
-    masses: dict[str, float] = field(default_factory=dict)  # kg, true masses by that number, where it is not exact
+    masses: dict[str, float] = quantity({}, "kg", above=0)  # true masses by that number, where it is not exact
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from _pattern_misfits(self.pattern)
+
+
+def _pattern_misfits(pattern: str) -> Iterator[Misfit]:
+    try:
+        groups = re.compile(pattern).groups
+    except re.error as error:
+        yield "pattern", pattern, f"is not a regular expression: {error}"
+        return
+    if groups != 1:
+        yield "pattern", pattern, "needs one group, the number: such as (\\d+)"
+
+
+def _scale_misfits(unit: str, scale: float | None) -> Iterator[Misfit]:
+    if (unit == "V") != (scale is not None):
+        yield "scale", scale, "must be given if the unit is V, and only then"
 
 
 @dataclass
@@ -96,18 +148,53 @@ class RecordingConfig:
     source: SourceConfig | None = None
     header: list[str] | None = None  # names of the columns; None: the first row of the file has them
     time: str = "time"  # column
-    time_unit: str = "s"  # or ms
-    length: float = 0.1  # m, of the straight finger, roughly: what decides whether units can be right
+    time_unit: str = quantity("s", known=tuple(TIME))
+    length: float = quantity(
+        0.1, "m", above=0
+    )  # of the straight finger, roughly: what decides whether units can be right
     finger: str | None = None  # URDF with the finger that stands for it: package:// URI, or path beside this file
     markers: MarkersConfig | None = None
     poses: dict[str, PoseConfig] = field(default_factory=dict)  # by rigid body: "base", "tip", ...
     pressures: PressuresConfig | None = None
     lengths: LengthsConfig | None = None
     frame: FrameConfig = field(default_factory=FrameConfig)
-    gravity: list[float] | None = None  # m/s^2, in the axes of the recording; None: unknown
-    reference: float = 0.3  # s from the beginning, in which the finger is straight or held
-    event: str | None = None  # "release": a hand lets go; "step": a valve opens and closes; both at unknown times
+    gravity: list[float] | None = quantity(None, "m/s^2", length=3)  # in the axes of the recording; None: unknown
+    reference: float = quantity(0.3, "s", above=0)  # from the beginning, in which the finger is straight or held
+    # "release": a hand lets go; "step": a valve opens and closes; both at unknown times
+    event: str | None = quantity(None, known=("release", "step"))
     commanded_pressure: list[PressureNameConfig] = field(default_factory=list)  # the first that fits
     load: LoadNameConfig | None = None
-    load_place: list[float] | None = None  # m, x and z of the load from the tip in the tip's frame; None: unknown
+    # x and z of the load from the tip in the tip's frame; None: unknown
+    load_place: list[float] | None = quantity(None, "m", length=2)
     unknown: list[str] = field(default_factory=list)  # what else the recording does not say, in words
+
+    def misfits(self) -> Iterator[Misfit]:
+        header = self.header or []
+        if twice := sorted({name for name in header if header.count(name) > 1}):
+            yield "header", twice, "every column needs a name of its own"
+
+
+SHIPPED = DIRECTORY / "recordings"
+
+
+def description_names() -> list[str]:
+    """Names of the shipped descriptions."""
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+
+
+def load_description(name_or_path: str | Path) -> RecordingConfig:
+    """Reads a shipped description by its name, such as "clamped_beam", or any by its path.
+
+    Raises:
+        InputError: naming file, field and value, if anything is wrong.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        path = SHIPPED / f"{name_or_path}.yaml"
+        known = ", ".join(description_names())
+        shipped = str(name_or_path) in description_names()
+        require(shipped, "recording", "--as", str(name_or_path), f"not shipped; known: {known}; or give a path")
+    config = load_config(path, read_yaml(path), RecordingConfig)
+    if config.finger is not None and not config.finger.startswith("package://"):
+        config.finger = os.path.realpath(path.parent / config.finger)
+    return config

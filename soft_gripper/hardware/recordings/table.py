@@ -22,7 +22,7 @@ from soft_gripper.errors import InputError, first_line
 from soft_gripper.files import text as reading
 from soft_gripper.files.document import require
 from soft_gripper.files.text import check_regular
-from soft_gripper.hardware.recordings.units import LENGTH
+from soft_gripper.hardware.recordings.schema import LENGTH
 
 _LARGEST = 1e20  # of a number: a clock that counts nanoseconds since 1970 fits in
 
@@ -52,7 +52,7 @@ class Table:
         """Columns by their names, (T, len(names)).
 
         Raises:
-            InputError: naming the file, the field that asks for a column, and the nearest column there is.
+            InputError: naming the file, the field that requires a column, and the nearest existing column.
         """
         for name in names:
             if name not in self.names:
@@ -78,12 +78,12 @@ def read_text(path: Path, header: list[str] | None) -> Table:
     """
     lines = reading.read_text(path).splitlines()
     begin = 0 if header else 1
-    require(len(lines) > begin, path, "file", path.name, "is empty: it holds no samples")
+    require(len(lines) > begin, path, "file", path.name, "is empty: it has no samples")
     names = tuple(header or (cell.strip() for cell in lines[0].split(",")))
     parsed = [_numbers(line, len(names)) for line in lines[begin:]]
     good = [i for i, row in enumerate(parsed) if row is not None]
     bad = [i for i, row in enumerate(parsed) if row is None and lines[begin + i].strip()]
-    expected = f"no row parses: each is to hold {len(names)} numbers between commas"
+    expected = f"no row parses: each has to contain {len(names)} numbers, separated by commas"
     require(len(good) > 0, path, "file", path.name, expected)
     values = np.array([parsed[i] for i in good])
     return Table(path, names, values, np.array(good) + begin + 1, tuple(i + begin + 1 for i in bad))
@@ -118,9 +118,9 @@ def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
 
     Args:
         path: of the file.
-        time: what its column of time, s, is to be called; it begins at 0.
-        columns: what those of a point are to be called, with {marker} for its label and {axis} for x, y, z.
-        unit: m, of what those columns are to hold.
+        time: name of the column of time, s, which begins at 0.
+        columns: pattern of the names of a point's columns, with {marker} for its label and {axis} for x, y, z.
+        unit: of those columns, m.
 
     Raises:
         InputError: if ezc3d is missing, or the file cannot be read or holds no points.
@@ -128,7 +128,7 @@ def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
     data = _read(path)
     points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
     labels = [str(label).strip().rpartition(":")[2] for label in data["LABELS"]][: points.shape[1]]
-    require(points.size > 0 and len(labels) > 0, path, "file", path.name, "is empty: it holds no points")
+    require(points.size > 0 and len(labels) > 0, path, "file", path.name, "is empty: it has no points")
     require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and {_MOST_RATE:g} Hz at most")
     own = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
     require(own in LENGTH, path, "POINT:UNITS", own, f"one of {', '.join(LENGTH)}")
@@ -139,15 +139,15 @@ def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """The points, (3, markers, frames), and what is said of them."""
+    """The points, (3, markers, frames), and their attributes."""
     check_regular(path)
     if importlib.util.find_spec("ezc3d") is None:  # an optional extra: needed for these files alone
-        raise InputError(path, "file", path.name, "C3D takes ezc3d: pip install 'soft-gripper[c3d]'")
+        raise InputError(path, "file", path.name, "C3D files require ezc3d: pip install 'soft-gripper[c3d]'")
     command = [sys.executable, "-c", _READS, str(path.resolve())]
     try:
         ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_PATIENCE, check=True)
     except subprocess.TimeoutExpired:
-        raise InputError(path, "file", path.name, f"is damaged: it is not read within {_PATIENCE:g} s") from None
+        raise InputError(path, "file", path.name, f"is damaged: it could not be read within {_PATIENCE:g} s") from None
     except subprocess.CalledProcessError as error:
         expected = f"is damaged: ezc3d ended with code {error.returncode}"
         raise InputError(path, "file", path.name, expected) from None

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.files.document import require
+from soft_gripper.files.document import given, require
 from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
 
 PERIOD = 0.02  # s, between samples; rows are held
@@ -30,25 +30,23 @@ class ArmRecording:
 
 def arm_recording(recording: HardwareRecording) -> ArmRecording:
     """Raises InputError if the recording has not two wires and a body for every section, or no pressures."""
-    where, described = recording.name, recording.config.lengths
-    require(described is not None, where, "lengths", None, "an arm is estimated from length sensors: describe them")
-    require(recording.pressures is not None, where, "pressures", None, "describe the chambers' pressures")
-    assert described is not None
-    assert recording.pressures is not None
+    where, expected = recording.name, "an arm is estimated from length sensors: describe them"
+    described = given(recording.config.lengths, where, "lengths", expected)
+    measured = given(recording.pressures, where, "pressures", "describe the chambers' pressures")
     wires = {(wire.side, wire.section): recording.lengths[name] for name, wire in described.wires.items()}
     sections = range(1, max(section for _, section in wires) + 1)
-    expected = "two wires must end with every section, on the inner and on the outer side"
+    expected = "give two wires that end at each section, on the inner and on the outer side"
     complete = set(wires) == {(side, section) for side in ("inner", "outer") for section in sections}
     require(complete, where, "lengths.wires", list(described.wires), expected)
     moved = {name: pose for name, pose in recording.poses.items() if name != "base"}
     bodies = sorted(moved, key=lambda name: float(np.nanmedian(moved[name].p[:, 2])))
-    expected = f"give a body for the end of each of the {len(sections)} sections, beside 'base'"
+    expected = f"give a body for the end of each of the {len(sections)} sections, besides 'base'"
     require(len(bodies) == len(sections), where, "poses", bodies, expected)
     pressures = recording.config.pressures
     in_sections = (pressures.sections if pressures else None) or []
-    fits = len(in_sections) == recording.pressures.shape[1] and set(in_sections) <= set(sections)
-    require(fits, where, "pressures.sections", in_sections, f"say in which of the {len(sections)} each chamber is")
-    read = np.isfinite(np.column_stack([*wires.values(), recording.pressures])).all(axis=1)
+    fits = len(in_sections) == measured.shape[1] and set(in_sections) <= set(sections)
+    require(fits, where, "pressures.sections", in_sections, f"give the section of each chamber, of {len(sections)}")
+    read = np.isfinite(np.column_stack([*wires.values(), measured])).all(axis=1)
     require(bool(read.any()), where, "lengths, pressures", None, "no row has all of them")
     seconds = recording.time[read] - recording.time[read][0]
     expected = f"lasts longer than {MOST_TIME:g} s, of which {MOST_TIME / PERIOD:g} samples would be made: cut it"
@@ -61,7 +59,7 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
         time=time,
         inner=np.column_stack([wires["inner", section] for section in sections])[rows],
         outer=np.column_stack([wires["outer", section] for section in sections])[rows],
-        pressures=recording.pressures[rows],
+        pressures=measured[rows],
         chamber_sections=tuple(section - 1 for section in in_sections),
         bodies=tuple(bodies),
         positions=np.column_stack([_planar(moved[name].p) for name in bodies])[rows],
@@ -77,7 +75,7 @@ def _planar(p: Array) -> Planar:
 def _heading(R: Array) -> Array:
     """Direction of a body's z axis in the bending plane, rad, less multiples of pi.
 
-    Motion capture takes a body with symmetric markers for turned by half a turn, now and then: an axis has no sign.
+    Motion capture sometimes takes a body with symmetric markers to be turned by half a turn: an axis has no sign.
     """
     heading: Array = np.arctan2(R[:, 0, 2], R[:, 2, 2])
     seen = np.isfinite(heading)

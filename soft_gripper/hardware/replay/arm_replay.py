@@ -12,7 +12,7 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording, read_logs
 from soft_gripper.diagrams.recording.signal_logs import add_logs
-from soft_gripper.diagrams.wiring.choices import find_estimator, make_block
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, connect_known, vector_outputs
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
 from soft_gripper.estimators.finger_shape import ANGLES
@@ -25,7 +25,7 @@ from soft_gripper.signals import XZ, describe
 
 
 class LogSource(LeafSystem):
-    """Puts out what was recorded.
+    """Outputs recorded samples.
 
     ::
 
@@ -33,7 +33,7 @@ class LogSource(LeafSystem):
         | LogSource | ---> {signal}  (entries of the signal)
         +-----------+
 
-    Sampled in discrete state every period, from time 0, as a sensor is; after the last sample it stays.
+    Sampled in discrete state every period, from time 0, like a sensor; the last sample is held.
     """
 
     def __init__(self, signal: str, samples: Array, period: float, unit: str, **axes: Sequence[Any]):
@@ -62,7 +62,7 @@ class WireStrain(LeafSystem):
         wire_lengths (2 x S) m  | WireStrain |
           [inner; outer] -----> +------------+ ---> section_lengths  (S) m
 
-    Estimators bend a finger of constant length; how it lengthens goes past them, to StretchedArm. Stateless.
+    Estimators bend a finger of constant length; the lengths bypass them, to StretchedArm. Stateless.
     """
 
     def __init__(self, calibration: WireCalibration, finger: Finger, sections: int):
@@ -90,7 +90,7 @@ class WireStrain(LeafSystem):
 
 @dataclass(frozen=True)
 class BelievedArm:
-    """An arm of S sections, C chambers and N joints, as its estimators believe it to be."""
+    """The nominal model of an arm of S sections, C chambers and N joints."""
 
     finger: Finger  # with creep
     gains: Array  # (N, C) N m/Pa, torque per pressure
@@ -126,7 +126,7 @@ class ArmEstimation(Diagram):
     """
 
     def __init__(self, arm: BelievedArm, estimator: str, sections: int, bodies: Sequence[str], period: float):
-        """An estimator by its name with so many sensors a side.
+        """An estimator by its name, with the number of sensors per side.
 
         Raises:
             InputError: if there is none of that name.
@@ -158,12 +158,12 @@ class ArmEstimation(Diagram):
 def replay(
     arm: BelievedArm, readings: Readings, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
 ) -> Recording:
-    """Feeds estimators with what was recorded.
+    """Feeds recorded readings to estimators.
 
     Args:
-        arm: as it is believed to be.
+        arm: its nominal model.
         readings: of one recording.
-        estimators: name of an estimator and its sensors a side, by what the row is called.
+        estimators: name of an estimator and its sensors per side, by the name of the row.
         about: attributes of the result.
 
     Returns:

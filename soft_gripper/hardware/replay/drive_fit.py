@@ -1,8 +1,11 @@
-"""What is fitted of an arm's drive: torque per pressure of every chamber, and creep.
+"""The fitted drive of an arm: torque per pressure of every chamber, and creep.
 
 With the bends of training recordings known, the balance  k q = G p + u_0 + w(q) + memory  is linear in the gains G and
 in the torque u_0 without pressure; creep of a given share and time filters both sides alike. So the gains follow by
-least squares for every creep on a grid, and the creep is the one that leaves the least.
+least squares for every creep on a grid, and the creep with the smallest residual is chosen.
+
+Geometry is fitted with arcs, and the drive with the resulting bends, on other recordings than the one that is
+estimated: estimators then differ only in how they share bends between joints.
 """
 
 from collections.abc import Sequence

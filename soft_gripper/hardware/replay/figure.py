@@ -1,4 +1,4 @@
-"""Replays as a figure: the tip over time, its error, and the arm where it is bent most."""
+"""Replays as a figure: the tip over time, its error, and the arm at its largest bend."""
 
 from collections.abc import Sequence
 
@@ -79,4 +79,4 @@ def _draw_shape(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
 
 def _label(row: str) -> str:
     name, count = row.split()
-    return f"{name}, {count} a side"
+    return f"{name}, {count} per side"

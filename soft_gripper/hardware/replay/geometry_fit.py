@@ -1,7 +1,10 @@
-"""What is fitted of an arm's geometry: wire offsets, rigid parts, tilt and the delay of the wires.
+"""The fitted geometry of an arm: wire offsets, rigid parts, tilt and the delay of the wires.
 
-The most probable numbers, given what is known of them beforehand (`_WIDTHS`) and where motion capture saw the bodies.
-An error of the model lasts: the samples of a recording count as few (_INDEPENDENT) that are independent.
+The most probable values, given their prior widths (`_WIDTHS`) and the positions of the bodies in motion capture. Errors
+of the model are correlated in time, so the samples of a recording count as a few independent ones (_INDEPENDENT).
+
+Without these widths, offsets, tilt and rigid lengths of the fitted recordings compensate for each other, and the
+held-out recording is estimated worse.
 """
 
 from collections.abc import Sequence
@@ -36,7 +39,7 @@ _BASE, _TILT, _DELAY = 0.005, 0.03, 0.15  # m, rad, s
 
 @dataclass(frozen=True)
 class ArmGeometry:
-    """How wire lengths become places of bodies."""
+    """How positions of bodies follow from wire lengths."""
 
     wires: WireCalibration
     parts: RigidParts

@@ -1,4 +1,4 @@
-"""Estimators on recordings of one arm: each is estimated with what the others, or chosen ones, were fitted to."""
+"""Estimators on recordings of one arm: each is estimated with a model fitted to the others, or to chosen ones."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -19,7 +20,7 @@ from soft_gripper.hardware.replay.arm_replay import BelievedArm, Readings, repla
 from soft_gripper.hardware.replay.drive_fit import fit_drive
 from soft_gripper.hardware.replay.geometry_fit import fit_geometry, measured
 
-Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors a side, by what the row is called
+Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
 _LOAD_SHARE = 3.0  # torque of a load over that of the angles that a drive leaves unexplained
 
 
@@ -42,39 +43,38 @@ class Replayed:
 
 
 def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
-    """Estimators, None for all, with one sensor a side over the whole arm, and with one for each section.
+    """Estimators, None for all, with one sensor per side over the whole arm, and with one for each section.
 
     Raises:
         InputError: if there is none of that name.
     """
     chosen = list(names or SHAPE_FUNCTIONS)
     for name in chosen:
-        known = ", ".join(SHAPE_FUNCTIONS)
-        require(name in SHAPE_FUNCTIONS, "replay", "--estimator", name, f"known: {known}")
+        find_estimator(name, field="--estimator")
     return {f"{name} {count}": (name, count) for count in sorted({1, sections}) for name in chosen}
 
 
 def replay_recordings(
     reported: Sequence[ArmRecording], fitted: Sequence[ArmRecording] | None, rows: Rows, finger: Finger, gravity: Array
 ) -> list[Replayed]:
-    """Estimates recordings; nothing of a recording is ever in what its estimates were fitted to.
+    """Estimates recordings; a recording is never part of the data that its own estimates were fitted to.
 
     Args:
         reported: what is estimated.
         fitted: what is fitted to; None: for each recording, all others.
         rows: the estimators.
-        finger: that stands for the arm.
+        finger: that represents the arm.
         gravity: in B, (3,) m/s^2.
 
     Raises:
-        InputError: if there is nothing to fit to, or a recording would be in both.
+        InputError: if there are no recordings to fit to, or one would be in both.
     """
     twice = sorted({r.name for r in reported} & {r.name for r in fitted or ()})
-    require(not twice, "replay", "--fit", twice, "a recording cannot be fitted to and reported")
+    require(not twice, "replay", "--fit", twice, "a recording cannot be both fitted and reported")
     if fitted is None and len(reported) < 2:
         names = [recording.name for recording in reported]
         raise InputError(
-            "replay", "FILE", names, "each is estimated by a fit to the others: give two at least, or --fit"
+            "replay", "FILE", names, "each is estimated by a fit to the others: give at least two, or --fit"
         )
     found = None if fitted is None else fit_arm(fitted, finger, gravity)
     replayed = []
@@ -93,7 +93,7 @@ def replay_recordings(
 
 
 def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
-    """What estimators believe of an arm, by recordings of it."""
+    """The nominal model of an arm, fitted to recordings of it."""
     geometry = fit_geometry(recordings, finger)
     drive = fit_drive(recordings, geometry, finger, gravity)
     load = _LOAD_SHARE * drive.angle_std * finger.stiffness[0] / finger.pressure_gain[0]
@@ -127,7 +127,7 @@ class ReplayRow:
     """Errors of one estimator over a recording, or over all samples of all of them."""
 
     estimator: str
-    sections: int  # sensors a side
+    sections: int  # sensors per side
     recording: str
     body: str
     mean_mm: float

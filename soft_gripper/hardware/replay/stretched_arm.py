@@ -1,4 +1,4 @@
-"""Where the bodies of an arm are whose sections bend and lengthen, with rigid parts between them.
+"""The positions of the bodies of an arm whose sections bend and lengthen, with rigid parts between them.
 
 The joints of a section share its length; behind every section lies a rigid part, and to its end a body is fixed. In
 planar vectors z + i x (see `kinematics`), with h_s the heading at the end of section s,
@@ -9,6 +9,9 @@ planar vectors z + i x (see `kinematics`), with h_s the heading at the end of se
 where chain_s is the end of section s along the stretched chain.
 
 Leading axes are free; S sections, N joints.
+
+How an arm lengthens bypasses its estimators, from the wires to `StretchedArm`: a finger in bending is inextensible,
+and its joint angles do not depend on length.
 """
 
 from collections.abc import Sequence
@@ -60,7 +63,7 @@ def stretched_arm(
 
 
 class StretchedArm(LeafSystem):
-    """The places of joints and bodies of an arm that lengthens, and how far the bodies are from where they were seen.
+    """The positions of joints and bodies of an arm that lengthens, and the errors of the bodies.
 
     ::
 

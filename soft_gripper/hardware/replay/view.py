@@ -1,4 +1,4 @@
-"""Replays in Meshcat: the measured bodies beside the estimated arms, recording after recording."""
+"""Replays in Meshcat: the measured bodies and the estimated arms, recording after recording."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,21 +1,19 @@
 """load_environment: YAML -> what an environment is made of, checked."""
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydrake.common.yaml import yaml_dump, yaml_load_typed
-
 from soft_gripper.errors import InputError
-from soft_gripper.files.document import check_document
+from soft_gripper.files.document import load_config
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import read_yaml
-from soft_gripper.learning.schema.config import EnvironmentConfig
-from soft_gripper.learning.schema.environment_checks import check_environment
+from soft_gripper.learning.schema.config import EnvironmentConfig, VariationConfig
+from soft_gripper.quantity import Misfit
 from soft_gripper.scenario.drake_values import without_numpy
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario import FingerChanges, Scenario
 from soft_gripper.scenario.scenario_file import change_document, changed_scenario
 
 SHIPPED = Path(__file__).parents[1] / "environments"
@@ -56,7 +54,8 @@ def load_environment(name_or_path: str, changes: Mapping[str, Any] | None = None
         scenario = str(path.parent / scenario)
     commands = [config.action.grip, *(["joints"] if config.action.joints else [])]
     environment = Environment(config, changed_scenario(scenario, {"external": commands} | of_scenario))
-    check_environment(path, environment.config, environment.scenario)
+    for field, value, expected in _misfits(config, environment.scenario):
+        raise InputError(path, field, value, expected)
     return environment
 
 
@@ -77,9 +76,28 @@ def _read(path: Path, changes: Mapping[str, Any]) -> EnvironmentConfig:
             change_document(document, key, copy.deepcopy(without_numpy(value)))
         except LookupError as error:
             raise InputError("change", "key", key, str(error.args[0])) from None
-    check_document(path, document, EnvironmentConfig)
-    try:
-        found: EnvironmentConfig = yaml_load_typed(schema=EnvironmentConfig, data=yaml_dump(document))
-    except (RuntimeError, ValueError, TypeError) as error:
-        raise InputError(path, "environment", path.stem, " ".join(str(error).split())) from None
-    return found
+    return load_config(path, document, EnvironmentConfig)
+
+
+def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:
+    """What of an environment does not go with its scenario; names of signals are checked when it is built."""
+    period, names = scenario.sensor.period, [model.name for model in scenario.models]
+    if config.time_step < period:
+        yield "time_step", config.time_step, f"must be at least the sensors' period, {period:g} s"
+    variation, share = config.variation, config.variation.youngs_modulus
+    if share > 0 and variation.gripper not in names:
+        yield "variation.gripper", variation.gripper, f"must be one of the models: {', '.join(names)}"
+    if share > 0 and variation.grippers > 1 and any(f.youngs_modulus for f in _finger_changes(variation, scenario)):
+        yield "variation.youngs_modulus", share, "must be 0, since the scenario gives the fingers another"
+    free = [model.name for model in scenario.models if model.free]
+    for name, task in (("grasp", config.grasp), ("pick_place", config.pick_place)):
+        if task is not None and task.object not in free:
+            yield f"{name}.object", task.object, f"must be one of the free models: {', '.join(free)}"
+
+
+def _finger_changes(variation: VariationConfig, scenario: Scenario) -> Iterator[FingerChanges]:
+    """What the scenario changes of the fingers that differ, and what is believed of them."""
+    yield scenario.believed
+    for model in scenario.models:
+        if model.name == variation.gripper:
+            yield from model.fingers.values()

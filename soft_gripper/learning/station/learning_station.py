@@ -2,23 +2,31 @@
 
 from dataclasses import dataclass
 
-from pydrake.geometry import Meshcat, Role
+import numpy as np
+from pydrake.geometry import DepthRange, DepthRenderCamera, Meshcat, Role
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.sensors import RgbdSensor
 
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import arm_joints, first_body
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.diagrams.station_parts import StationParts
 from soft_gripper.diagrams.view.viewpoint import box_corners
 from soft_gripper.learning.schema.config import EnvironmentConfig
 from soft_gripper.learning.station.actions import add_action
-from soft_gripper.learning.station.camera import add_camera
 from soft_gripper.learning.station.observation import add_observation
 from soft_gripper.learning.station.peak_force import PeakForce, add_peak_force
 from soft_gripper.learning.station.tip_target import TipTarget, add_tip_target
+from soft_gripper.pictures.camera import DIRECTION, framing_camera
+from soft_gripper.pictures.rendering import make_renderer
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.signals import describe
+
+HEIGHT, WIDTH = 360, 480  # pixels of a picture
+_RENDERER = "learning"
+_LIFTED = np.array([0.0, 0.0, 0.1])  # m, by which what moves may rise
 
 
 @dataclass(frozen=True)
@@ -70,7 +78,7 @@ def make_learning_station(
     observation = add_observation(builder, config.observation, parts.signals | of_task)
     builder.ExportOutput(observation, "observation")
     if picture:
-        builder.ExportOutput(add_camera(builder, parts), "picture")
+        builder.ExportOutput(_add_camera(builder, parts), "picture")
     diagram = builder.Build()
     parts.check(diagram)
     handled, seen = config.grasp or config.pick_place, picture or meshcat is not None
@@ -99,3 +107,24 @@ def _height(parts: StationParts, body: RigidBody) -> float:
     plant, context = parts.plant, parts.plant.CreateDefaultContext()
     corners = box_corners(plant, parts.scene_graph, context, [body.model_instance()], Role.kProximity)
     return float(body.EvalPoseInWorld(context).translation()[2] - corners[:, 2].min())
+
+
+def _add_camera(builder: DiagramBuilder, station: StationParts) -> OutputPort:
+    """Adds `camera`, which sees the fingers and what they handle; returns its picture."""
+    station.scene_graph.AddRenderer(_RENDERER, make_renderer())
+    camera = framing_camera(_seen(station), HEIGHT, WIDTH, DIRECTION)
+    color = camera.render_camera(_RENDERER, 1)
+    depth = DepthRenderCamera(color.core(), DepthRange(0.05, 5.0))  # RgbdSensor wants one, which nothing asks for
+    sensor = RgbdSensor(station.scene_graph.world_frame_id(), camera.X_WC, color, depth)
+    builder.AddNamedSystem("camera", sensor)
+    builder.Connect(station.scene_graph.get_query_output_port(), sensor.query_object_input_port())
+    return sensor.color_image_output_port()
+
+
+def _seen(station: StationParts) -> Array:
+    """Corners of what is to be in the picture, (M, 3) m: fingers and free objects, where they begin and lifted."""
+    plant, context = station.plant, station.plant.CreateDefaultContext()
+    models = {finger.model for finger in station.fingers}
+    models |= {plant.GetModelInstanceByName(model.name) for model in station.scenario.models if model.free}
+    corners = box_corners(plant, station.scene_graph, context, models, Role.kPerception)
+    return np.concatenate([corners, corners + _LIFTED])

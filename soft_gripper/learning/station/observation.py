@@ -1,4 +1,7 @@
-"""Observation: signals of the estimation -> what an agent observes."""
+"""Observation: signals of the estimation -> what an agent observes.
+
+Only estimates are observed: `OBSERVABLE` lists what an agent may know, so that a file cannot request the truth.
+"""
 
 from collections.abc import Mapping, Sequence
 

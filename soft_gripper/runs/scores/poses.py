@@ -1,7 +1,7 @@
 """Pose errors of a run: as its estimator made them, or for several numbers of sensor sections from ONE simulation."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.belief import describe_belief
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
 from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.readings import read_again
-from soft_gripper.runs.scores.steps import true_chain
+from soft_gripper.scenario.belief import describe_belief
 from soft_gripper.scenario.scenario import Scenario
-from soft_gripper.truth.poses import fingertip_error, pose_error
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, fingertip_error, pose_error
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,16 @@ class HeldStep:
 
 
 Row = TypeVar("Row", bound=HeldStep)
+
+
+def held_steps(
+    name: str, station: Station, finger: PlantFinger, estimator: str | None = None, sections: int | None = None
+) -> list[HeldStep]:
+    """The held steps of a finger; without an estimator and a number of sections, those of the scenario."""
+    scenario = station.scenario
+    of = name, finger.name, estimator or station.parts.estimator, describe_belief(scenario.believed)
+    pressures = pressure_steps(scenario.pressure, finger.name) / 1e3
+    return [HeldStep(*of, sections or scenario.sensor.sections, float(pressure)) for pressure in pressures]
 
 
 def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:
@@ -88,8 +98,8 @@ def pose_table(
         for finger in station.fingers:
             for count in sections:
                 again = read_again(station, recording, finger, count)
-                errors = _errors(recording, finger, again.shape(estimator))
-                rows += _rows(name, station, recording, finger, estimator, count, *errors)
+                steps = held_steps(name, station, finger, estimator, count)
+                rows += _rows(steps, station, recording, finger, *_errors(recording, finger, again.shape(estimator)))
     return rows
 
 
@@ -103,34 +113,24 @@ def recorded_pose_table(name: str, station: Station, recording: Recording) -> li
     rows: list[PoseRow] = []
     for finger in station.fingers:
         errors = (recording[f"{finger.name}.{error}"].values for error in ("pose_error", "fingertip_error"))
-        rows += _rows(
-            name, station, recording, finger, station.parts.estimator, station.scenario.sensor.sections, *errors
-        )
+        rows += _rows(held_steps(name, station, finger), station, recording, finger, *errors)
     return rows
 
 
 def _rows(
-    name: str,
-    station: Station,
-    recording: Recording,
-    finger: PlantFinger,
-    estimator: str,
-    sections: int,
-    pose: Array,
-    tip: Array,
+    steps: Sequence[HeldStep], station: Station, recording: Recording, finger: PlantFinger, pose: Array, tip: Array
 ) -> Iterator[PoseRow]:
     """The rows of one finger from its errors at every sample, m, (T)."""
     scenario = station.scenario
     q = held_samples(scenario, recording, f"{finger.name}.sampled_joint_angles")
     bend = np.degrees(q.sum(axis=-1).mean(axis=-1))
-    pressure = pressure_steps(scenario.pressure, finger.name) / 1e3
     errors = (1e3 * held_samples(scenario, recording, error).mean(axis=-1) for error in (pose, tip))
-    belief = describe_belief(scenario.believed)
-    for step in zip(pressure, bend, *errors, strict=True):
-        yield PoseRow(name, finger.name, estimator, belief, sections, *map(float, step))
+    for step, *values in zip(steps, bend, *errors, strict=True):
+        yield PoseRow(*astuple(step), *map(float, values))
 
 
 def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:
     """Pose and fingertip error at every sample, m, (T)."""
-    truth, points = true_chain(recording, finger), shape.points(finger.finger)
-    return pose_error(truth.joints, points[..., :-1]), fingertip_error(truth.tip, points[..., -1])
+    joints, tip = (recording[f"{finger.name}.{name}"].values for name in (TRUE_JOINTS, TRUE_TIP))
+    points = in_space(shape.points(finger.finger))
+    return pose_error(joints, points[..., :-1, :]), fingertip_error(tip, points[..., -1, :])

@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.belief import believed_layout
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
-from soft_gripper.scenario.sensor_presets import uncertainty
+from soft_gripper.runs.estimator_functions import estimator_function
+from soft_gripper.scenario.belief import read_belief
+from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 
 
@@ -54,7 +53,7 @@ class ReadAgain:
         return recorded_driving(function, self.layout.finger, *samples, self.period)
 
     def _function(self, estimator: str) -> ShapeFunction:
-        return SHAPE_FUNCTIONS[estimator](self.layout, self.uncertainty, self.period)
+        return estimator_function(estimator, self.layout, self.uncertainty, self.period)
 
 
 def read_again(
@@ -73,7 +72,7 @@ def read_again(
     """
     scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
     simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections, borders)
-    believed = believed_layout(finger.finger, scenario.sensor, scenario.believed)
+    believed = read_belief(scenario.believed).layout(finger.finger, scenario.sensor)
     readings = simulated.read(q)
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
     gravity = planar_gravity(X_WB, _gravity(station))

@@ -10,10 +10,9 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.fingers.kinematics import Chain, as_points, forward_kinematics
-from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.gripper_opening import Gripper
 from soft_gripper.pictures.style import STYLE
+from soft_gripper.truth.poses import TRUE_TIP
 
 
 def step_figure(recordings: Mapping[str, Recording]) -> Figure:
@@ -31,13 +30,6 @@ def step_figure(recordings: Mapping[str, Recording]) -> Figure:
         distance.legend(frameon=False, ncols=4, columnspacing=1.2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
         pressure.set(ylabel="pressure [kPa]", xlabel="time [s]")
     return figure
-
-
-def true_chain(recording: Recording, finger: PlantFinger) -> Chain:
-    """The chain in B at every sample, with axes (T, ...), by its joint angles and, if it does, its shear."""
-    q = recording[f"{finger.name}.sampled_joint_angles"].values
-    shear = recording[f"{finger.name}.sampled_shear"].values if finger.finger.shear_factor > 0 else None
-    return forward_kinematics(q, finger.finger.segment_length, shear)
 
 
 BAND = 0.02  # of the step, within which the opening has settled
@@ -93,5 +85,5 @@ def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[flo
 
 def true_opening(station: Station, recording: Recording) -> Array:
     """True opening of the gripper at every sample, m."""
-    tips = np.stack([as_points(true_chain(recording, finger).tip) for finger in station.fingers], axis=1)
+    tips = np.stack([recording[f"{finger.name}.{TRUE_TIP}"].values for finger in station.fingers], axis=1)
     return Gripper.of_bases([finger.X_WB for finger in station.fingers]).opening(tips)

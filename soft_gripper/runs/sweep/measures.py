@@ -1,16 +1,30 @@
-"""What a sweep measures of a run, by the kind of its scenario."""
+"""What a sweep measures of a run, by the kind of its scenario, and measures of the user's own.
 
+A measure of your own is a function of a station and what was recorded of it. Its one value, a number, a truth value or
+a word, goes into a column that is called as the function is:
+
+    def peak_bend_deg(station: Station, recording: Recording) -> float
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from numbers import Real
+from typing import Any
 
 import numpy as np
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError, described
+from soft_gripper.files.csv_table import columns
 from soft_gripper.runs.scores.phases import outcome
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.steps import step_table
 from soft_gripper.runs.trials.trial import Judged, judged
+from soft_gripper.scenario.own_functions import find_function
 from soft_gripper.scenario.scenario import Scenario
+
+OPTION = "--measure"
 
 
 @dataclass(frozen=True)
@@ -45,33 +59,67 @@ class Task:
     duration_s: float
 
 
-@dataclass(frozen=True)
-class JudgedTask(Judged, Task):
-    """A task that holds an object and looks for contact: what became of it in truth, too."""
+def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
+    """What is measured of a scenario: dataclasses whose fields follow each other; what two have, the second measures.
 
-
-Measures = OpenLoop | ClosedLoop | Task
-
-
-def kind_of(scenario: Scenario) -> type[Measures]:
-    """What is measured of a scenario."""
+    Of a task that holds an object and looks for contact, what became of it in truth is measured too.
+    """
     if scenario.task is not None:
         looks = scenario.estimator.contact_threshold is not None
-        return JudgedTask if looks and any(phase.holds for phase in scenario.task.phases) else Task
-    return OpenLoop if scenario.control.set_points is None else ClosedLoop
+        return (Task, Judged) if looks and any(phase.holds for phase in scenario.task.phases) else (Task,)
+    return (OpenLoop,) if scenario.control.set_points is None else (ClosedLoop,)
 
 
-def measure(station: Station, recording: Recording) -> Measures:
-    """What is measured of a run."""
-    kind = kind_of(station.scenario)
-    if kind is OpenLoop:
-        return _open_loop(station, recording)
-    if kind is ClosedLoop:
-        return _closed_loop(station, recording)
-    end = outcome(recording).words
-    if kind is Task:
-        return Task(end, float(recording["time"].values[-1]))
-    return JudgedTask(end, **asdict(judged(station, recording)))
+def names_of(kind: Sequence[type[Any]], own: Sequence[str]) -> list[str]:
+    """The names of the measures of a kind of scenario, and then those of the user's own, each as "module:function".
+
+    Raises:
+        InputError: if one of these cannot be imported.
+    """
+    for name in own:
+        find_function(OPTION, name)
+    return [*dict.fromkeys(name for part in kind for name in columns(part)), *map(column_of, own)]
+
+
+def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> dict[str, Any]:
+    """What is measured of a run, by the names of the measures.
+
+    Raises:
+        InputError: if a measure of the user's fails, or returns anything but one value.
+    """
+    of_kind: dict[type[Any], Callable[[Station, Recording], Any]] = {
+        OpenLoop: _open_loop,
+        ClosedLoop: _closed_loop,
+        Task: _task,
+        Judged: judged,
+    }
+    found: dict[str, Any] = {}
+    for kind in kind_of(station.scenario):
+        found |= asdict(of_kind[kind](station, recording))
+    return found | {column_of(name): _own_measure(name, station, recording) for name in own}
+
+
+def column_of(name: str) -> str:
+    """The column of a measure of the user's own, "module:function"."""
+    return name.rpartition(":")[2]
+
+
+def _own_measure(name: str, station: Station, recording: Recording) -> Any:
+    function = find_function(OPTION, name)
+    try:
+        found = function(station, recording)
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:  # whatever a user's function may raise
+        raise InputError("sweep", OPTION, name, f"failed: {described(error)}") from error
+    value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found
+    if not isinstance(value, Real | str):
+        raise InputError("sweep", OPTION, name, f"returned a {type(found).__name__}; return a number or a word")
+    return value
+
+
+def _task(station: Station, recording: Recording) -> Task:
+    return Task(outcome(recording).words, float(recording["time"].values[-1]))
 
 
 def _open_loop(station: Station, recording: Recording) -> OpenLoop:

@@ -9,14 +9,14 @@ from scipy.io import netcdf_file
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.sensors import sensor_layout
 from soft_gripper.estimators.arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.estimators.plane import bending_plane, pose_entries, to_world
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import extension_ratios
 from soft_gripper.truth.poses import fingertip_error, pose_error
 
@@ -100,8 +100,10 @@ def expected_signals(station, recording, finger):
         "joint_positions": as_points(joints),
         "joint_positions_world": to_world(joints, plane),
         "tip_pose": np.column_stack([as_points(tip), arcs.tip_heading]),
-        "pose_error": pose_error(truth.joints, joints),
-        "fingertip_error": fingertip_error(truth.tip, tip),
+        "true_joint_positions": in_space(truth.joints),
+        "true_tip_position": in_space(truth.tip),
+        "pose_error": pose_error(in_space(truth.joints), in_space(joints)),
+        "fingertip_error": fingertip_error(in_space(truth.tip), in_space(tip)),
         "free_bending_angles": free_bending_angles(finger.finger, held_pressure),
         "sampled_pressure": held_pressure,
         "driving_torque": driving,

@@ -18,7 +18,7 @@ from soft_gripper.diagrams.view.estimate_visualizer import ARCS, BAND, CONTACT, 
 from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW
 from soft_gripper.diagrams.view.replay import write_replay
 from soft_gripper.diagrams.view.viewpoint import upright_view
-from soft_gripper.play.open_scenario import open_scenario
+from soft_gripper.play.session import open_scenario
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -72,6 +72,7 @@ def scene(pixels: Pixels) -> Pixels:
     return pixels[CONTROLS:LEGEND]
 
 
+@pytest.mark.slow
 def test_the_page_draws(driver: Any, look: Look) -> None:
     canvas = driver.find_element("css selector", "#meshcat-pane canvas")
     assert canvas.size["width"] > 500

@@ -9,11 +9,12 @@ from pydrake.systems.primitives import ConstantVectorSource
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.diagrams.wiring.sensors import FingerSensors, sensor_layout
+from soft_gripper.diagrams.wiring.sensors import FingerSensors
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.scenario.scenario import SensorConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
 
@@ -78,7 +79,9 @@ def test_a_sensor_of_the_users_takes_the_place_of_ours(options):
 
 
 def test_inputs_and_outputs_of_the_sub_diagram(shipped_finger):
-    sensors = FingerSensors(WarmSensor(sensor_layout(shipped_finger, SensorConfig(sections=2)), 0.01), 0.01)
+    sensors = FingerSensors(
+        WarmSensor(layout := sensor_layout(shipped_finger, SensorConfig(sections=2)), 0.01), layout, SensorConfig()
+    )
     assert {sensors.get_input_port(i).get_name() for i in range(2)} == {"joint_angles", "pressure"}
     assert {name: port.size() for name, port in vector_outputs(sensors).items()} == {
         "strain": 4,

@@ -27,8 +27,9 @@ def test_reasons_are_counted() -> None:
 def test_contacts_of_processes_are_those_of_one_alone() -> None:
     reported: list[int] = []
     with open_executor(1) as executor:
-        contacts = run_contacts(2, 5, executor, lambda contact: reported.append(contact.number))
-    assert sorted(reported) == [contact.number for contact in contacts] == [0, 1]
+        contacts = run_contacts(2, 5, executor, lambda: reported.append(1))
+    assert len(reported) == 2
+    assert [contact.number for contact in contacts] == [0, 1]
     alone = run_contact(5, 1, 0.3)
     assert contacts[1].drawn == alone.drawn
     np.testing.assert_array_equal(contacts[1].found.q, alone.found.q)

@@ -76,7 +76,7 @@ def test_none_may_be_a_tenth_of_a_millimetre_worse_than_arcs_at_a_step() -> None
     assert failing(changed("pose_error_mm", 0.09, **where)) == []
     worse = changed("pose_error_mm", 0.11, **where)
     assert failing(worse) == [len(BARS)]
-    assert estimator_claims(worse)[-1].number == "0.110 mm worse: spline, 3 a side, box_grasp at 2 kPa"
+    assert estimator_claims(worse)[-1].number == "0.110 mm worse: spline, 3 per side, box_grasp at 2 kPa"
 
 
 @pytest.mark.parametrize("column", ["pose_error_mm", "tip_error_mm"])

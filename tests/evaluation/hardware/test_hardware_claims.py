@@ -76,3 +76,10 @@ def test_each_of_the_arm_fails_beyond(row, change):
     table = [replace(of, **change) if i == row else of for i, of in enumerate(ARM)]
     (failed,) = failing(arm=table)
     assert failed.startswith("arm:")
+
+
+def test_claims_of_the_arm_are_those_of_its_last_body():
+    """The table goes from the base to the tip."""
+    middle = [replace(row, body="middle", mean_mm=99.0, percentile_95_mm=99.0) for row in ARM]
+    assert failing(arm=[*middle, *ARM]) == []
+    assert len(failing(arm=[*ARM, *middle])) == 3

@@ -83,7 +83,7 @@ def test_contact_figure_names_the_error_the_pressure_and_the_sensors(error: str,
     assert {axes.get_xlabel() for axes in figure.axes} == {"pressure [kPa]"}
     legend = figure.axes[0].get_legend()
     assert legend is not None
-    assert legend.get_title().get_text() == "sensors a side"
+    assert legend.get_title().get_text() == "sensors per side"
     for handle, text, line in zip(legend.get_lines(), legend.get_texts(), lines(figure.axes[0]), strict=True):
         assert text.get_text() == line.get_label()
         assert (handle.get_color(), handle.get_marker()) == (line.get_color(), line.get_marker())

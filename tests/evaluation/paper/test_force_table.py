@@ -25,7 +25,7 @@ def column(rows, name, *shape):
 
 @pytest.fixture(scope="module")
 def obstructed():
-    """The obstructed finger, the first of two, with four sensors a side, and its recording."""
+    """The obstructed finger, the first of two, with four sensors per side, and its recording."""
     return recorded("obstructed_inside")
 
 

@@ -10,6 +10,7 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.runs.scores.poses import PoseRow, held_samples, of_estimator, pose_table, recorded_pose_table
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -24,7 +25,7 @@ def short_station(sections: int) -> Station:
 
 @pytest.fixture(scope="module")
 def station() -> Station:
-    """Free bending in two short steps, sensed by four sensors a side."""
+    """Free bending in two short steps, sensed by four sensors per side."""
     return short_station(4)
 
 
@@ -36,7 +37,7 @@ def recording(station: Station) -> Recording:
 
 @pytest.fixture
 def bent(station: Station) -> Bent:
-    """Rows of one sensor a side, from a recording that holds the bend angles of its samples in turn."""
+    """Rows of one sensor per side, from a recording that holds the bend angles of its samples in turn."""
 
     def table(degrees: list[float]) -> list[PoseRow]:
         samples = round(station.scenario.duration / station.scenario.sensor.period) + 1
@@ -46,6 +47,10 @@ def bent(station: Station) -> Bent:
         for finger in station.fingers:
             q = np.outer(angles, np.full(finger.finger.segments, 1 / finger.finger.segments))
             variables[f"{finger.name}.sampled_joint_angles"] = (["time", f"{finger.name}.joint"], q)
+            chain = forward_kinematics(q, finger.finger.segment_length)
+            joints, tip = in_space(chain.joints), in_space(chain.tip)
+            variables[f"{finger.name}.true_joint_positions"] = (["time", f"{finger.name}.joint", "xyz"], joints)
+            variables[f"{finger.name}.true_tip_position"] = (["time", "xyz"], tip)
             variables[f"{finger.name}.sampled_pressure"] = (["time"], np.zeros(samples))
             variables[f"{finger.name}.X_WB"] = (["time", "row", "column"], np.tile(np.eye(3, 4), (samples, 1, 1)))
         return pose_table("bent", station, Recording(xr.Dataset(variables, {"time": time})), [1])

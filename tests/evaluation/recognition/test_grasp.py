@@ -14,7 +14,7 @@ from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.recognition import (
+from soft_gripper.evaluation.random_grasps import (
     SHAPES,
     draw,
     free_model,
@@ -23,8 +23,8 @@ from soft_gripper.evaluation.recognition import (
     run_grasp,
     with_object,
 )
-from soft_gripper.recognition.model import ShapeModel
 from soft_gripper.recognition.recognizer import ShapeRecognizer
+from soft_gripper.recognition.shape_model import ShapeModel
 from soft_gripper.runs.trials.variation import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -80,11 +80,10 @@ def test_one_free_model_is_asked_for(scenario):
             with_object(replace(scenario, models=models), "box", DRAWN)
 
 
-def test_a_grasp_that_cannot_be_simulated_has_a_cause(monkeypatch):
-    monkeypatch.setattr("soft_gripper.evaluation.recognition.draw", lambda *_: replace(DRAWN, x_mm=40.0))
-    grasp = run_grasp("probing_grasp", 1, "test", 0, "box")
-    assert not grasp.probes
-    assert "begins inside" in grasp.cause
+def test_a_grasp_that_begins_inside_a_finger_is_refused(monkeypatch):
+    monkeypatch.setattr("soft_gripper.evaluation.random_grasps.draw", lambda *_: replace(DRAWN, x_mm=40.0))
+    with pytest.raises(InputError, match="begins inside"):
+        run_grasp("probing_grasp", 1, "test", 0, "box")
 
 
 @pytest.mark.parametrize("changes", [(), ("sensor.errors={hysteresis: 0.05, quantization: 0.001}",)])
@@ -108,8 +107,8 @@ def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step(changes):
 def test_every_grasp_has_sensors_of_its_own(monkeypatch):
     """One object, so that grasps differ by their sensors alone."""
     noisy = load_scenario("probing_grasp", ["sensor.errors.preset=realistic"])
-    monkeypatch.setattr("soft_gripper.evaluation.recognition.load_scenario", lambda file: noisy)
-    monkeypatch.setattr("soft_gripper.evaluation.recognition.draw", lambda *_: DRAWN)
+    monkeypatch.setattr("soft_gripper.evaluation.random_grasps.load_scenario", lambda file: noisy)
+    monkeypatch.setattr("soft_gripper.evaluation.random_grasps.draw", lambda *_: DRAWN)
     one, again, other = (run_grasp("noisy", 1, "test", number, "box").probes[4].angles for number in (0, 0, 1))
     np.testing.assert_array_equal(again, one)
     assert 1e-4 < np.abs(other - one).max() < 0.1

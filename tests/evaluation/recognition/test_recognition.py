@@ -9,8 +9,8 @@ from here_executor import HereExecutor
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError, WorkerDiedError
-from soft_gripper.evaluation import recognition
-from soft_gripper.evaluation.recognition import (
+from soft_gripper.evaluation import random_grasps
+from soft_gripper.evaluation.random_grasps import (
     SECTIONS,
     SHAPES,
     Grasp,
@@ -27,7 +27,7 @@ from soft_gripper.evaluation.recognition import (
     train,
     with_object,
 )
-from soft_gripper.recognition.model_file import load_shape_model
+from soft_gripper.recognition.shape_model import load_shape_model
 from soft_gripper.runs.trials.variation import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -39,7 +39,7 @@ def simulated(file, seed, set, number, shape):
     """In the place of a grasp that runs: probes that differ by shape and scatter a little."""
     drawn = draw(seed, set, number, shape)
     if (set, number, shape) == FAILED:
-        return Grasp(set, number, shape, drawn, {}, "began inside")
+        raise InputError("grasp", "contact", 1, "began inside")
     rng = np.random.default_rng([seed, len(set), number, *shape.encode()])
     center = np.random.default_rng([*shape.encode()]).normal(size=(2, 3, 2, 12))
     probes = {n: Probe(*(center + 0.1 * rng.normal(size=center.shape))) for n in SECTIONS}
@@ -53,13 +53,13 @@ def grasps(monkeypatch):
 
     def run(*call):
         if call == dead:
-            raise WorkerDiedError
+            raise WorkerDiedError("its process died")
         return simulated(*call)
 
-    monkeypatch.setattr(recognition, "run_grasp", run)
+    monkeypatch.setattr(random_grasps, "run_grasp", run)
     reported = []
-    found = run_grasps("probing_grasp", NUMBERS, 1, HereExecutor(), reported.append)
-    assert sorted(map(id, reported)) == sorted(map(id, found))
+    found = run_grasps("probing_grasp", NUMBERS, 1, HereExecutor(), lambda: reported.append(1))
+    assert len(reported) == len(found)
     return found
 
 
@@ -67,7 +67,7 @@ def test_grasps_come_in_order_and_those_that_were_lost_have_a_cause(grasps):
     expected = [(set, i, shape) for set, number in NUMBERS.items() for i in range(number) for shape in SHAPES]
     assert [(grasp.set, grasp.number, grasp.shape) for grasp in grasps] == expected
     causes = {(grasp.set, grasp.number, grasp.shape): grasp.cause for grasp in grasps if grasp.cause}
-    assert causes == {("train", 3, "sphere"): "its process died", FAILED: "began inside"}
+    assert causes == {("train", 3, "sphere"): "its process died", FAILED: "grasp: contact = 1: began inside"}
 
 
 def test_a_grasp_that_failed_counts_as_not_recognized(grasps):
@@ -78,7 +78,7 @@ def test_a_grasp_that_failed_counts_as_not_recognized(grasps):
         expected = np.diag([5, 5, 4, 5])
         np.testing.assert_array_equal(confusion(rows, sections), expected)
     (failed,) = (row for row in rows if (row.set, row.grasp, row.shape) == FAILED)
-    assert (failed.recognized_2, failed.recognized_4, failed.cause) == ("", "", "began inside")
+    assert (failed.recognized_2, failed.recognized_4, failed.cause) == ("", "", "grasp: contact = 1: began inside")
 
 
 def test_rows_of_the_confusion_are_what_is_held_and_columns_what_is_recognized():
@@ -111,7 +111,7 @@ def test_models_are_trained_with_the_training_grasps_alone(grasps):
 )
 def test_errors_of_sensors_that_cannot_be_made_again_are_refused(monkeypatch, change, field):
     changed = load_scenario("probing_grasp", [change])
-    monkeypatch.setattr(recognition, "load_scenario", lambda file: changed)
+    monkeypatch.setattr(random_grasps, "load_scenario", lambda file: changed)
     if not field:
         check_scenario_for_recognition("mine")
         return
@@ -123,15 +123,6 @@ def test_errors_of_sensors_that_cannot_be_made_again_are_refused(monkeypatch, ch
 def test_a_shape_without_a_grasp_is_reported(grasps):
     with pytest.raises(InputError, match="its process died"):
         train("probing_grasp", [grasp for grasp in grasps if grasp.shape != "sphere" or grasp.cause], 4)
-
-
-def test_an_error_that_is_no_grasps_is_raised(monkeypatch):
-    def fail(*_):
-        raise ArithmeticError("a mistake of ours")
-
-    monkeypatch.setattr(recognition, "run_grasp", fail)
-    with pytest.raises(ArithmeticError, match="of ours"):
-        run_grasps("probing_grasp", NUMBERS, 1, HereExecutor(), print)
 
 
 def test_the_figure_shows_every_count_and_the_share_that_is_right():

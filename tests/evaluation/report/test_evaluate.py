@@ -248,6 +248,7 @@ def children(process: int) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_is_named_and_its_scenario_run_again(tmp_path):
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen([*COMMAND, "--out", tmp_path, "--jobs", "1"], start_new_session=True, **pipes) as process:

@@ -13,7 +13,7 @@ from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.differences import Difference
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.evaluation.report.evaluate import CAPTIONS
-from soft_gripper.evaluation.report.report import TEMPLATE, Evaluation, write_report
+from soft_gripper.evaluation.report.page import TEMPLATE, Evaluation, write_report
 from soft_gripper.runs.scores.phases import PhaseRow
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -59,7 +59,7 @@ def test_names_and_descriptions_are_text_and_no_html(tmp_path: Path, monkeypatch
     """Whatever a scenario calls itself: it runs no script and loads no picture of a stranger's."""
     hostile = "\"'><script>alert(1)</script><img src=x onerror=alert(2)>&"
     scenario = replace(load_scenario("free_bending"), description=hostile)
-    monkeypatch.setattr("soft_gripper.evaluation.report.report.load_scenario", lambda name: scenario)
+    monkeypatch.setattr("soft_gripper.evaluation.report.page.load_scenario", lambda name: scenario)
     scripts = page_of(tmp_path, [HOLDS]).count("<script")
     name = hostile.replace("/", "-")  # which no folder's name has
     (tmp_path / "free_bending").rename(tmp_path / name)

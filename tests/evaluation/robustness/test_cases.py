@@ -2,8 +2,8 @@
 
 import pytest
 
-from soft_gripper.diagrams.wiring.belief import believed_finger
 from soft_gripper.evaluation.robustness.table import BELIEFS, Belief, errors_at
+from soft_gripper.scenario.belief import read_belief
 from soft_gripper.sensors.strain_errors import StrainErrors
 
 
@@ -32,7 +32,7 @@ def test_beliefs_have_names() -> None:
 
 
 def test_a_belief_is_wrong_by_its_size(shipped_finger) -> None:
-    believed = believed_finger(shipped_finger, Belief(-0.1).config)
+    believed = read_belief(Belief(-0.1).config).finger(shipped_finger)
     assert believed.base.youngs_modulus == pytest.approx(0.9 * shipped_finger.base.youngs_modulus)
-    assert believed_finger(shipped_finger, Belief(pressure=0.01).config) == shipped_finger
+    assert read_belief(Belief(pressure=0.01).config).finger(shipped_finger) == shipped_finger
     assert Belief(0.03, -0.04).size == pytest.approx(0.05)

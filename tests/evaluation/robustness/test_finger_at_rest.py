@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.robustness.plants import EVERY, points_along, touched_fingers
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.evaluation.robustness.plants import EVERY, touched_fingers
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.truth.poses import corners, points_along
 
 
 def test_samples_are_those_of_the_held_steps(held) -> None:
@@ -24,7 +25,7 @@ def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
     finger = held.simulated
     q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values[held.samples + 1]
     tips = forward_kinematics(q, finger.segment_length).tip
-    np.testing.assert_allclose(held.points(np.array([finger.length]))[:, 0], tips, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(held.points(np.array([finger.length]))[:, 0], in_space(tips), rtol=0, atol=1e-15)
 
 
 def test_without_errors_all_seeds_read_the_truth(held) -> None:
@@ -49,9 +50,12 @@ def test_points_of_a_chain_are_its_joints_and_its_tip(shipped_finger, bent) -> N
     q = bent(4, 12)
     chain = forward_kinematics(q, shipped_finger.segment_length)
     s = np.append(shipped_finger.joint_arc_lengths, shipped_finger.length)
-    points = points_along(shipped_finger, q, s)
-    np.testing.assert_allclose(points[:, :-1], chain.joints, atol=1e-15)
-    np.testing.assert_allclose(points[:, -1], chain.tip, atol=1e-15)
+    ends = corners(in_space(chain.joints), in_space(chain.tip))
+    np.testing.assert_allclose(points_along(shipped_finger, ends, s), in_space(chain.points), atol=1e-15)
+    between = 0.3 * s + 0.02
+    np.testing.assert_allclose(
+        points_along(shipped_finger, ends, between), in_space(chain.at(between).points), atol=1e-15
+    )
 
 
 def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:
@@ -61,7 +65,8 @@ def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:
     errors = []
     for segments in (12, 24, 48):
         finger = replace(shipped_finger, segments=segments)
-        errors.append(np.abs(points_along(finger, np.full(segments, bend / segments), s) - arc).max())
+        chain = forward_kinematics(np.full(segments, bend / segments), finger.segment_length)
+        errors.append(np.abs(chain.at(s).points - arc).max())
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
     assert errors[1] / errors[2] == pytest.approx(4, rel=0.25)
 

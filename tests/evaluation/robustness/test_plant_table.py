@@ -3,17 +3,11 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.robustness import plant_table as module
 from soft_gripper.evaluation.robustness.plant_table import plant_table, shipped_finger
 from soft_gripper.evaluation.robustness.plants import FINE, RUBBER
 from soft_gripper.evaluation.robustness.sample_errors import Errors
 from soft_gripper.fingers.statics import softened
-
-
-@pytest.fixture(autouse=True)
-def one_estimator(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "SHAPE_FUNCTIONS", {"gaussian": SHAPE_FUNCTIONS["gaussian"]})
 
 
 def test_believed_fingers_are_the_shipped_ones() -> None:
@@ -24,14 +18,14 @@ def test_believed_fingers_are_the_shipped_ones() -> None:
 
 
 def test_a_finger_that_is_known_errs_by_no_more_than_its_chain(held) -> None:
-    rows = plant_table(FINE, "free_bending", [held], 20)
+    rows = plant_table(FINE, "free_bending", [held], 20, ["gaussian"])
     assert [row.sections for row in rows] == [1, 2, 3, 4]
     assert all(row.mean_mm < 0.2 for row in rows)
     assert {(row.plant, row.scenario, row.estimator) for row in rows} == {("24 segments", "free_bending", "gaussian")}
 
 
 def test_rubber_is_read_by_sensors_with_errors(held) -> None:
-    known, rubber = (plant_table(plant, "free_bending", [held], 3)[3] for plant in (FINE, RUBBER))
+    known, rubber = (plant_table(plant, "free_bending", [held], 3, ["gaussian"])[3] for plant in (FINE, RUBBER))
     assert rubber.mean_mm > 2 * known.mean_mm
     assert rubber.tip_mm > 2 * known.tip_mm
     assert 0 < rubber.coverage <= 1
@@ -41,7 +35,7 @@ def test_numbers_of_a_row_are_those_of_all_fingers_together(held, monkeypatch) -
     """Of two fingers alike: mean, 95th percentile and worst of the pose, and the mean of the tip, in mm."""
     errors = Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), 1e-3 * np.array([2, 2, 2, 2, 12.0]), np.array([True, False]))
     monkeypatch.setattr(module, "estimated", lambda *_: errors)
-    row = plant_table(FINE, "free_bending", [held, held], 1)[0]
+    row = plant_table(FINE, "free_bending", [held, held], 1, ["gaussian"])[0]
     found = row.mean_mm, row.p95_mm, row.worst_mm, row.tip_mm, row.coverage
     assert found == pytest.approx((2.0, 10.0, 10.0, 4.0, 0.5))
 
@@ -49,7 +43,7 @@ def test_numbers_of_a_row_are_those_of_all_fingers_together(held, monkeypatch) -
 def test_of_rubber_the_modulus_is_known_to_a_tenth(held, monkeypatch) -> None:
     given = []
     monkeypatch.setattr(module, "estimated", lambda *args: given.append(args[2]) or Errors(*np.zeros((3, 1))))
-    plant_table(RUBBER, "free_bending", [held], 2)
+    plant_table(RUBBER, "free_bending", [held], 2, ["gaussian"])
     np.testing.assert_allclose([uncertainty.bend_per_pressure for uncertainty in given], np.hypot(0.1, 0.005))
 
 
@@ -60,5 +54,5 @@ def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simul
     monkeypatch.setattr(module, "shipped_finger", lambda *_: shipped)
     for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
         believed.clear()
-        plant_table(plant, "free_bending", [held], 1)
+        plant_table(plant, "free_bending", [held], 1, ["gaussian"])
         assert set(believed) == {finger}

@@ -69,7 +69,7 @@ def test_plants_that_are_known_keep_the_bars_of_the_shipped_finger_half_as_high_
     worse = changed(PLANT_ROWS, {"mean_mm": 0.8}, plant="tapered", scenario="irregular_grasp", sections=2)
     (broken,) = failing(ROWS, worse)
     text = robustness_claims(ROWS, worse)[broken].text
-    assert text.startswith("tapered: gaussian, 2 sensors a side: within 0.75 mm")
+    assert text.startswith("tapered: gaussian, 2 sensors per side: within 0.75 mm")
     rubber = changed(PLANT_ROWS, {"mean_mm": 99.0}, plant="rubber")
     assert failing(ROWS, rubber) == []
 
@@ -84,3 +84,17 @@ def test_nan_of_a_plant_fails(column, sections) -> None:
 
 def test_realistic_rows_are_those_of_the_preset() -> None:
     assert {(row.noise, row.estimator, row.sections) for row in realistic(ROWS, "arcs", 3)} == {(1.0, "arcs", 3)}
+
+
+@pytest.mark.parametrize("column", ["worst_mm", "tip_mm"])
+@pytest.mark.parametrize(("error", "breaks"), [(1.45, 0), (1.55, 1)])
+def test_no_step_errs_by_more_than_1_5_mm_with_two_sensors_and_no_tip(column, error, breaks) -> None:
+    """Half as much again as 1 mm at every step, and as twice the mean of 0.5 mm at the tip."""
+    changes = changed(PLANT_ROWS, {column: error}, plant="tapered", scenario="irregular_grasp", sections=2)
+    assert len(failing(ROWS, changes)) == breaks
+
+
+def test_the_worst_scenario_and_belief_are_named() -> None:
+    where = {"estimator": "arcs", "sections": 4, "noise": 1.0, "scenario": "box_grasp", "belief": "E +10 %, p -1 %"}
+    claim = robustness_claims(changed(ROWS, {"mean_mm": 0.7}, **where), PLANT_ROWS)[1]
+    assert claim.number.endswith("worst: box_grasp, E +10 %, p -1 %")

@@ -3,22 +3,16 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.robustness import table as module
 from soft_gripper.evaluation.robustness.sample_errors import estimated
 from soft_gripper.evaluation.robustness.table import Belief, robustness_table
 
+NAMES = ("arcs", "gaussian")
 BELIEFS = (Belief(), Belief(-0.1, 0.01))
 
 
-@pytest.fixture(autouse=True)
-def two_estimators(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are enough, and quick."""
-    monkeypatch.setattr(module, "SHAPE_FUNCTIONS", {name: SHAPE_FUNCTIONS[name] for name in ("arcs", "gaussian")})
-
-
 def test_a_row_for_every_belief_number_of_sensors_and_estimator(held) -> None:
-    rows = robustness_table("free", [held], 0.0, 5, BELIEFS)
+    rows = robustness_table("free", [held], 0.0, 5, NAMES, BELIEFS)
     expected = [(b.name, n, name) for b in BELIEFS for n in (1, 2, 3, 4) for name in ("arcs", "gaussian")]
     assert [(row.belief, row.sections, row.estimator) for row in rows] == expected
     assert {(row.scenario, row.noise, row.seeds) for row in rows} == {("free", 0.0, 5)}
@@ -30,7 +24,7 @@ def test_worse_sensors_and_beliefs_cost_accuracy(held) -> None:
     def error(noise: float, belief: Belief) -> float:
         (row,) = (
             row
-            for row in robustness_table("free", [held], noise, 3, [belief])
+            for row in robustness_table("free", [held], noise, 3, NAMES, [belief])
             if (row.estimator, row.sections) == ("gaussian", 1)
         )
         return row.mean_mm
@@ -42,7 +36,7 @@ def test_worse_sensors_and_beliefs_cost_accuracy(held) -> None:
 
 def row_of(held, belief: Belief, estimator: str, sections: int = 1):
     """With ideal sensors."""
-    rows = robustness_table("free", [held], 0.0, 1, [belief])
+    rows = robustness_table("free", [held], 0.0, 1, NAMES, [belief])
     (row,) = (row for row in rows if (row.estimator, row.sections) == (estimator, sections))
     return row
 
@@ -74,11 +68,11 @@ def test_an_estimator_expects_its_beliefs_to_be_as_wrong_as_they_are(held, monke
 def test_so_many_sets_of_sensors_are_read(held, monkeypatch, noise, sets) -> None:
     seeds = []
     monkeypatch.setattr(module, "estimated", lambda *given: seeds.append(given[4].shape[1]) or estimated(*given))
-    robustness_table("free", [held], noise, 4, BELIEFS[:1])
+    robustness_table("free", [held], noise, 4, NAMES, BELIEFS[:1])
     assert set(seeds) == {sets}
 
 
 def test_fingers_are_taken_together(held) -> None:
-    one, twice = (robustness_table("free", [held] * n, 1.0, 2, BELIEFS[:1]) for n in (1, 2))
+    one, twice = (robustness_table("free", [held] * n, 1.0, 2, NAMES, BELIEFS[:1]) for n in (1, 2))
     for row, same in zip(one, twice, strict=True):
         assert (row.mean_mm, row.worst_mm) == pytest.approx((same.mean_mm, same.worst_mm))

@@ -104,9 +104,9 @@ def test_law_of_a_file_is_where_a_fit_begins(hollow):
         (["stiffness"], "there is no such key"),
         (["pressure_law"], "no pressure to fit it to"),
         (["length", "length"], "more than once"),
-        (["creep.time"], "none to begin from"),
-        (["shear_factor"], "none to begin from"),
-        (["chamber_width"], "none to begin from"),
+        (["creep.time"], "no first guess"),
+        (["shear_factor"], "no first guess"),
+        (["chamber_width"], "no first guess"),
     ],
 )
 def test_keys_that_cannot_be_fitted(beam, names, said):

@@ -39,7 +39,7 @@ def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
     assert found.scores[1].motion_error_mm < 0.05
     assert [axes.get_title() for axes in identify_figure(found).axes[:2]] == [
         "released\nfitted",
-        "other\nnot given to the fit",
+        "other\nheld out",
     ]
 
 

@@ -1,13 +1,15 @@
 """What recordings of made-up motions say: events, turns, settled places, and what is wrong with them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from identified import CLOSES, OPENS, REFERENCE, RELEASE, RELEASED, STEPPED, write_motion
 
 from soft_gripper.errors import InputError
 from soft_gripper.hardware.identification.measured_motion import measured_motion, settled, turned
-from soft_gripper.hardware.recordings.description_file import load_description
 from soft_gripper.hardware.recordings.read_recording import read_recording
+from soft_gripper.hardware.recordings.schema import load_description
 
 TIME = np.arange(0, 2, 0.01)
 FALLS = 0.02j * np.clip((TIME - RELEASE) / 0.1, 0, 1)
@@ -97,3 +99,13 @@ def test_recordings_that_show_no_motion(recording, displacement, description, na
 def test_other_events(recording):
     motion = measured_motion(recording(FALLS)).with_events(np.array([0.5, 0.6]))
     assert motion.events == (0.5, 0.6)
+
+
+def test_markers_that_turn_about_their_middle_are_not_displaced(recording):
+    """The displacement is that of their middle."""
+    motion = measured_motion(recording(FALLS))
+    turned_over = motion.reference.mean() + np.exp(1j * np.linspace(0, 3, 5))[:, None] * (
+        motion.reference - motion.reference.mean()
+    )
+    still = replace(motion, time=motion.time[:5], markers=turned_over)
+    np.testing.assert_allclose(still.displacement, 0, atol=1e-12)

@@ -68,6 +68,32 @@ def test_model_that_made_the_motion_is_off_by_nothing(beam):
     assert found.simulated_settled_turn_deg == pytest.approx(found.settled_turn_deg, abs=0.1)
 
 
+def test_errors_of_markers_to_either_side_do_not_make_up_for_each_other(beam):
+    """Two markers 2 mm beside the simulated ones, one on either side, and a third where it is: 4/3 mm in the mean."""
+    motion = recorded(beam, release())
+    apart = replace(motion, markers=motion.markers + 0.002j * np.array([1, -1, 0]))
+    found = score(Model(beam), apart, "test")
+    assert found.settled_error_mm == pytest.approx(4 / 3, rel=0.02)
+    assert found.motion_error_mm == pytest.approx(4 / 3, rel=0.02)
+    assert found.tip_error_percent < 0.05  # of their middle
+
+
+def test_what_is_before_the_event_counts_for_nothing(beam):
+    motion = recorded(beam, release())
+    before = motion.time < motion.events[0]
+    assert before.any()
+    shaken = replace(motion, markers=motion.markers + 0.002j * before[:, None])
+    found, calm = (score(Model(beam), each, "test") for each in (shaken, motion))
+    assert (found.motion_error_mm, found.tip_error_percent) == (calm.motion_error_mm, calm.tip_error_percent)
+
+
+def test_the_error_of_the_tip_is_the_largest_of_all_samples(beam):
+    motion = recorded(beam, release())
+    late = np.arange(len(motion.time)) == len(motion.time) - 30
+    found = score(Model(beam), replace(motion, markers=motion.markers + 0.005j * late[:, None]), "test")
+    assert found.tip_error_percent == pytest.approx(100 * 0.005 / beam.length, rel=0.02)
+
+
 def test_errors_of_markers_that_are_beside(beam):
     """All markers 2 mm beside the simulated ones: that is what every error says."""
     motion, beside = release(), Setup(mounting_x=0.002)

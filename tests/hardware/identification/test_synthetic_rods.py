@@ -20,7 +20,7 @@ from synthetic_hardware import (
     write_segment,
 )
 
-from soft_gripper.commands.hardware import identify as identify_command
+from soft_gripper.commands import identify as identify_command
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.hardware.identification.finger_file import read_finger
 from soft_gripper.hardware.identification.free_parameters import Model
@@ -156,6 +156,7 @@ def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilop
     assert found.tip_error_percent < 1.0
 
 
+@pytest.mark.slow
 def test_the_command_finds_the_truth_of_a_beam(beams, tmp_path, monkeypatch):
     """Modulus and damping, of two recordings that begin at other times; and what they predict of a third."""
     monkeypatch.setattr(identify_command, "chosen_executor", lambda *_: nullcontext(HereExecutor()))

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.errors import InputError
 from soft_gripper.hardware.recordings.body_poses import BodyPose
-from soft_gripper.hardware.recordings.description_file import load_description
 from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
+from soft_gripper.hardware.recordings.schema import load_description
 from soft_gripper.hardware.replay.arm_recording import PERIOD, arm_recording
 
 
@@ -71,7 +71,7 @@ def test_what_is_missing_is_named(recording):
     with pytest.raises(InputError, match="describe the chambers' pressures"):
         arm_recording(replace(recording, pressures=None))
     config = replace(recording.config, pressures=replace(recording.config.pressures, sections=[1, 1, 1, 2, 2, 3]))
-    with pytest.raises(InputError, match="in which of the 2 each chamber is"):
+    with pytest.raises(InputError, match="the section of each chamber, of 2"):
         arm_recording(replace(recording, config=config))
     config = replace(recording.config, lengths=None)
     with pytest.raises(InputError, match="estimated from length sensors"):

@@ -72,3 +72,7 @@ def test_a_joint_that_is_not_there_is_refused():
             },
             0.01,
         )
+
+
+def test_a_home_beyond_what_actions_reach_rests_at_the_limit():
+    np.testing.assert_array_equal(resting_action(CONFIG, {"x": 0.3, "z": 0.25}), [-0.5, 1.0])

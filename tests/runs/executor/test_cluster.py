@@ -13,7 +13,8 @@ import pytest
 from command_line import short, soft_gripper
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.executor import make_calls, open_executor
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.study import run_study
 
 pytest.importorskip("distributed", reason="Dask is not installed: pip install 'soft-gripper[cluster]'")
 
@@ -76,16 +77,17 @@ def test_a_sweep_is_the_same_as_in_processes_here(address, workers, tmp_path):
     assert (here / "sweep.csv").read_bytes() == (there / "sweep.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_loses_no_call(address, workers):
     found: dict[int, int] = {}
 
-    def ended(call, future):
-        found[call[0]] = future.result()
+    def keep(number, square):
+        found[number] = square
         if len(found) == 5:
             workers[0].send_signal(signal.SIGKILL)
 
     with open_executor(scheduler=address) as executor:
-        make_calls(executor, square_slowly, [(i,) for i in range(30)], ended)
+        run_study(executor, square_slowly, {i: (i,) for i in range(30)}, keep)
     assert found == {i: i**2 for i in range(30)}
     assert workers[0].wait() == -signal.SIGKILL
 

@@ -163,13 +163,15 @@ UNGUARDED = """
 import sys
 sys.path.insert(0, {tests!r})
 from runs.executor.test_worker_processes import pid
-from soft_gripper.runs.executor import make_calls, open_executor
+from soft_gripper.runs.executor import open_executor
+from soft_gripper.runs.study import run_study
 print("begins", flush=True)
 with open_executor(1) as executor:
-    make_calls(executor, pid, [(i,) for i in range(20)], lambda call, future: None)
+    run_study(executor, pid, {{i: (i,) for i in range(20)}}, print)
 """
 
 
+@pytest.mark.slow
 def test_a_script_without_a_guard_is_told_so(tmp_path):
     """And the calls that are left are not tried."""
     script = tmp_path / "own_script.py"

@@ -1,9 +1,13 @@
-"""What is measured of a closed loop, from steps that are made up."""
+"""What is measured of steps of the opening and of the pressure, from rows that are made up."""
 
+import math
+from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import StepRow
 from soft_gripper.runs.sweep import measures as module
 from soft_gripper.runs.sweep.measures import measure
@@ -19,8 +23,31 @@ def test_a_closed_loop_is_measured_over_all_of_its_steps(monkeypatch):
     """Sizes of the steady errors, lest an error to one side make up for one to the other."""
     monkeypatch.setattr(module, "step_table", lambda *_: STEPS)
     found = measure(SimpleNamespace(scenario=load_scenario("tip_distance_steps")), None)
-    assert found.mean_settling_s == pytest.approx(0.3)
-    assert found.max_overshoot_percent == 7.0
-    assert found.mean_steady_error_true_mm == pytest.approx(0.7)
-    assert found.mean_steady_error_estimated_mm == pytest.approx(0.2)
-    assert found.crossings == 5
+    assert found["mean_settling_s"] == pytest.approx(0.3)
+    assert found["max_overshoot_percent"] == 7.0
+    assert found["mean_steady_error_true_mm"] == pytest.approx(0.7)
+    assert found["mean_steady_error_estimated_mm"] == pytest.approx(0.2)
+    assert found["crossings"] == 5
+
+
+def test_a_step_that_does_not_settle_leaves_the_settling_time_unknown(monkeypatch):
+    steps = [STEPS[0], replace(STEPS[1], settling_s=float("nan"))]
+    monkeypatch.setattr(module, "step_table", lambda *_: steps)
+    found = measure(SimpleNamespace(scenario=load_scenario("tip_distance_steps")), None)
+    assert math.isnan(found["mean_settling_s"])
+
+
+def test_the_largest_bend_may_open_the_fingers(monkeypatch):
+    """Two steps of one finger: the largest of everything is sought by size, not by sign."""
+    rows = [PoseRow("", "f", "arcs", "", 4, *numbers) for numbers in [(-20, -30.0, 1.0, 2.0), (20, 10.0, 3.0, 7.0)]]
+    torques = {"f.external_torque": [1e-3, 5e-3], "f.true_external_torque": [2e-3, 2e-3]}  # N m, of both steps
+    monkeypatch.setattr(module, "recorded_pose_table", lambda *_: rows)
+    monkeypatch.setattr(module, "held_samples", lambda _, __, name: np.array(torques[name])[:, None, None])
+    station = SimpleNamespace(scenario=load_scenario("free_bending"), fingers=[SimpleNamespace(name="f")])
+    found = measure(station, {"f.true_contact_total": np.array([0.5, 4.0, 1.0])})
+    assert found == pytest.approx(
+        {
+            **{"mean_pose_error_mm": 2.0, "max_pose_error_mm": 3.0, "mean_tip_error_mm": 4.5, "max_tip_error_mm": 7.0},
+            **{"mean_torque_error_mnm": 2.0, "largest_bend_deg": 30.0, "peak_contact_force_n": 4.0},
+        }
+    )

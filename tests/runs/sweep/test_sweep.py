@@ -7,10 +7,10 @@ import os
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
-from soft_gripper.files.output import release_folders
+from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.files.output import unlock_folders
 from soft_gripper.runs.sweep import run as sweep
-from soft_gripper.runs.sweep.run import ABOUT, TABLE, describe, run_sweep
+from soft_gripper.runs.sweep.run import ABOUT, TABLE, cell, run_sweep
 
 MEASURES = {
     "mean_pose_error_mm": 1.0,
@@ -29,7 +29,7 @@ SECTIONS = [{KEY: n} for n in (1, 2, 3, 4)]
 def executor(monkeypatch):
     """Runs nothing; two sections diverge."""
 
-    def run(scenario, changes):
+    def run(scenario, changes, own):
         if changes[KEY] == 2:
             raise SimulationDivergedError("the simulation\ndiverged")
         return MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}
@@ -69,7 +69,7 @@ def test_what_was_cut_short_goes_on_to_the_same_table(executor, tmp_path):
     executor.calls.clear()
     swept(tmp_path / "cut", executor, resume=True)
     assert (tmp_path / "cut" / TABLE).read_bytes() == whole
-    assert [changes[KEY] for _, changes in executor.calls] == [4]
+    assert [changes[KEY] for _, changes, _ in executor.calls] == [4]
     executor.calls.clear()
     swept(tmp_path / "cut", executor)
     assert len(executor.calls) == 4
@@ -81,7 +81,7 @@ def test_a_row_whose_number_was_changed_is_run_again(executor, tmp_path, caplog)
     (tmp_path / TABLE).write_bytes(whole.replace(b"0.333333333", b"0.033333333"))
     executor.calls.clear()
     swept(tmp_path, executor, resume=True)
-    assert [changes[KEY] for _, changes in executor.calls] == [3]
+    assert [changes[KEY] for _, changes, _ in executor.calls] == [3]
     assert "1 rows" in caplog.text
     assert (tmp_path / TABLE).read_bytes() == whole
 
@@ -99,7 +99,7 @@ def test_another_sweep_is_not_resumed(executor, tmp_path):
     swept(tmp_path, executor)
     for other in ({"variations": SECTIONS[:3]}, {"fixed": {"sensor.period": 0.04}}):
         arguments = {"variations": SECTIONS, "fixed": {"sensor.period": 0.02}} | other
-        with pytest.raises(InputError, match="holds another sweep"):
+        with pytest.raises(InputError, match="holds another study"):
             run_sweep("free_bending", out=tmp_path, executor=executor, resume=True, **arguments)
 
 
@@ -110,18 +110,18 @@ def test_two_sweeps_do_not_write_into_one_folder(executor, tmp_path):
         swept(tmp_path, executor)
     os.close(lock)
     swept(tmp_path, executor)
-    release_folders()
+    unlock_folders()
 
 
 @pytest.mark.parametrize(
     ("key", "value", "complaint"),
     [
         ("sensor.section", 1, "did you mean 'sections'"),
-        ("sensor.sections", "many", "give a whole number"),
-        ("sensor.sections", 0, "give 1 or more"),
-        ("sensor.sections.more", 1, "give a whole number"),
+        ("sensor.sections", "many", "a whole number"),
+        ("sensor.sections", 0, "at least 1"),
+        ("sensor.sections.more", 1, "a whole number"),
         ("models.gripper.segments", 3, "'gripper' is none of the entries"),
-        ("description", "other", "it changes nothing of a run"),
+        ("description", "other", "has no effect on a run"),
         ("control.set_points", [0.05], "other results"),
     ],
 )
@@ -140,12 +140,20 @@ def test_a_sweep_says_what_it_is_of(executor, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("error", "words"),
-    [
-        (InputError("here", "x", 1, "give 2"), "here: x = 1: give 2"),
-        (WorkerDiedError("died,\n twice"), "died, twice"),
-        (ZeroDivisionError("division"), "ZeroDivisionError: division"),
-    ],
+    ("value", "text"),
+    [(float("nan"), "nan"), (True, "True"), (3, "3"), (1e-7, "1e-07"), (-0.0, "0"), ([1, 2], "[1, 2]"), (None, "")],
 )
-def test_errors_in_words(error, words):
-    assert describe(error) == words
+def test_cells(value, text):
+    assert cell(value) == text
+
+
+def test_what_is_varied_counts_before_what_is_fixed(executor, tmp_path):
+    run_sweep("free_bending", SECTIONS[2:], tmp_path, executor, fixed={"sensor.period": 0.02, KEY: 1})
+    assert [changes[KEY] for _, changes, *_ in executor.calls] == [3, 4]
+
+
+def test_a_failure_that_is_resumed_is_reported_as_one(executor, tmp_path):
+    swept(tmp_path, executor)
+    reported = []
+    swept(tmp_path, executor, resume=True, report=reported.append)
+    assert reported == [True, False, True, True]

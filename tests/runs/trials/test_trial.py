@@ -179,6 +179,15 @@ def test_what_was_never_reached_is_not_a_number(station):
     assert found.cause == "not over at 0.09 s in 'approach'"
 
 
+def test_slip_that_is_not_known_is_no_success(station):
+    signals = good_signals(station)
+    for finger in FINGERS:
+        signals[f"{finger}.contact_center"][:] = np.nan
+    found = row(station, signals)
+    assert np.isnan(found.slip_mm)
+    assert not found.success
+
+
 def test_a_trial_without_a_recording():
     found = failed_row("pick_and_place_box", 3, "no arm is so long")
     assert (found.success, found.dropped, found.cause) == (False, False, "no arm is so long")

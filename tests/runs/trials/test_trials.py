@@ -7,9 +7,9 @@ import pytest
 from here_executor import HereExecutor
 
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
-from soft_gripper.runs.trials import trials
+from soft_gripper.runs.trials import run as trials
+from soft_gripper.runs.trials.run import run_trials
 from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow
-from soft_gripper.runs.trials.trials import run_trials
 from soft_gripper.runs.trials.variation import draw, random_numbers
 from soft_gripper.scenario.scenario import TrialsConfig
 
@@ -41,21 +41,23 @@ def records(folder: Path, table: str = "trials.csv") -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_rows_are_in_order_after_every_trial(executor, tmp_path):
+def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(executor, tmp_path):
     counts = []
 
     def look(trial: Trial) -> None:
         found = [(record["scenario"], int(record["trial"])) for record in records(tmp_path)]
-        assert found == sorted(found, key=lambda key: (NAMES.index(key[0]), key[1]))
         assert (trial.row.scenario, trial.row.trial) in found
         counts.append(len(found))
 
     run_trials(NAMES, 3, 1, tmp_path, executor, look)
     assert counts == [1, 2, 3, 4, 5, 6]
+    found = [(record["scenario"], record["trial"]) for record in records(tmp_path)]
+    assert found == [(name, trial) for name in NAMES for trial in "012"]
     assert (tmp_path / "trials.csv").read_text().splitlines()[0] == COLUMNS
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("error", "cause"),
     [
@@ -106,10 +108,11 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
     executor.calls.clear()
     run_trials(NAMES, 4, 1, cut, executor, lambda trial: None, resume=True)
     assert executor.calls == [(NAMES[0], 1, 3), (NAMES[1], 1, 3)]
-    with pytest.raises(InputError, match="holds trials of another seed"):
+    with pytest.raises(InputError, match="holds another study"):
         run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
 
 
+@pytest.mark.slow
 def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
     whole = {table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv")}
@@ -141,7 +144,29 @@ def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tm
     run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
     tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv"}
     assert {path.name for path in tmp_path.iterdir()} == {*tables, "trials.png", "trials.svg"}
-    monkeypatch.setattr(trials, "make_calls", interrupt)
+    monkeypatch.setattr(trials, "run_study", interrupt)
     with pytest.raises(KeyboardInterrupt):
         run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    assert [path.name for path in tmp_path.iterdir()] == ["trials.yaml"]
+    assert {path.name for path in tmp_path.iterdir()} == tables
+    assert records(tmp_path) == records(tmp_path, "trials_details.csv") == []
+
+
+@pytest.mark.parametrize("table", ["trials.csv", "trials_details.csv"])
+def test_a_number_that_was_changed_in_either_table_is_not_believed(table, executor, tmp_path):
+    """One digit of the first trial is another; only that trial is run again."""
+    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
+    header, first, *others = (tmp_path / table).read_text().splitlines(keepends=True)
+    cells = first.split(",")
+    place = next(i for i, cell in enumerate(cells) if "." in cell and i > 1)
+    cells[place] = f"{float(cells[place]) + 1:.6f}"
+    (tmp_path / table).write_text("".join([header, ",".join(cells), *others]))
+    executor.calls.clear()
+    run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None, resume=True)
+    assert executor.calls == [(NAMES[0], 1, 0)]
+
+
+def test_trials_of_another_seed_are_not_resumed(executor, tmp_path):
+    run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
+    with pytest.raises(InputError) as error:
+        run_trials(NAMES, 1, 2, tmp_path, executor, lambda trial: None, resume=True)
+    assert error.value.field == "--resume"

@@ -1,0 +1,38 @@
+"""The scenario that the options of a command name, and its station."""
+
+import argparse
+import sys
+
+from pydrake.geometry import Meshcat
+
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import load_scenario
+
+_MANY = 30  # models, of which Drake reads a few a second
+
+
+def chosen_scenario(options: argparse.Namespace) -> Scenario:
+    """The scenario, with the changes to it."""
+    sections = [f"sensor.sections={options.sections}"] if options.sections is not None else []
+    return load_scenario(options.scenario, [*options.set, *sections])
+
+
+def chosen_station(options: argparse.Namespace) -> Station:
+    """The station of that scenario."""
+    return station_of(options.scenario, chosen_scenario(options))
+
+
+def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
+    """The station of a scenario; mistakes that show when it is built name the scenario too."""
+    if len(scenario.models) > _MANY:
+        print(f"note: reading {len(scenario.models)} models, which may take minutes", file=sys.stderr, flush=True)
+    try:
+        station = make_station(scenario, meshcat)
+    except InputError as error:
+        raise error.inside(name) from error.__cause__
+    if not station.fingers:
+        raise InputError(name, "models", [m.file for m in scenario.models], "there is no <finger> in them")
+    return station

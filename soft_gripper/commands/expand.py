@@ -1,0 +1,37 @@
+"""soft-gripper expand: a URDF with <finger>s -> plain URDF."""
+
+import argparse
+import sys
+from collections.abc import Iterator
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.output import atomic_file, keep_inputs
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.model_files import model_path
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    expanded = expand_urdf(model_path(options.file), options.segments)
+    if not expanded.fingers:
+        raise InputError(options.file, "finger", None, "there is no <finger> in the file to expand")
+    for finger in expanded.fingers:
+        for note in _left_out(finger):
+            print(f"note: '{finger.name}': {note}", file=sys.stderr)
+    if options.out is None:
+        print(expanded.text, end="")
+        return
+    keep_inputs([model_path(options.file)], [options.out])
+    with atomic_file(options.out) as partial:
+        partial.write_text(expanded.text, encoding="utf-8")
+
+
+def _left_out(finger: Finger) -> Iterator[str]:
+    """What of a finger plain URDF cannot say."""
+    if finger.elastic_law is not None:
+        yield "the springs follow Young's modulus; URDF has no elastic law"
+    if finger.creep:
+        yield "the springs are the instantaneous ones; URDF has no creep"
+    if finger.pressure_law is not None:
+        yield "what drives the joints must apply the pressure law; URDF has none"

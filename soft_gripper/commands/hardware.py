@@ -1,0 +1,66 @@
+"""soft-gripper hardware: the published experiments on hardware, and whether the model holds on them."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from soft_gripper.commands.tables import print_claims, print_identified, print_replay
+from soft_gripper.evaluation.hardware import (
+    ARM,
+    BEAM,
+    SEGMENT,
+    Experiment,
+    hardware_claims,
+    hardware_figure,
+    identify_published,
+    published_recordings,
+    replay_published,
+)
+from soft_gripper.files.csv_table import write_csv
+from soft_gripper.files.output import lock_folder
+from soft_gripper.hardware.identification.finger_file import with_finger, write_finger
+from soft_gripper.hardware.identification.identification import Identified
+from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.executor import open_executor
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
+    opened = open_executor(options.jobs, options.scheduler)
+    recordings = published_recordings(options.data)
+    out = lock_folder(options.out)
+    arm = replay_published(list(recordings[ARM].values()))
+    print_replay(arm.replayed, arm.table)
+    write_csv(out / f"{ARM}.csv", arm.table)
+    with opened as executor:
+        beam, segment = (
+            _written(
+                out, experiment, identify_published(experiment, recordings[experiment.description], executor, _report)
+            )
+            for experiment in (BEAM, SEGMENT)
+        )
+    save_figure(hardware_figure(beam, segment, arm), out / "hardware")
+    found = hardware_claims(beam, segment, arm.table)
+    write_csv(out / "claims.csv", found)
+    print_claims(found)
+    options.console.table("claims", found)
+    fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in (".urdf", ".csv")]
+    options.console.wrote(
+        *(out / file for file in (*fingers, f"{ARM}.csv", "claims.csv", "hardware.png", "hardware.svg"))
+    )
+    return 0 if all(claim.holds for claim in found) else 1
+
+
+def _written(out: Path, experiment: Experiment, found: Identified) -> Identified:
+    """Writes and prints what was identified."""
+    print(file=sys.stderr)
+    print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
+    print_identified(found)
+    write_finger(out / f"{experiment.description}.urdf", with_finger(experiment.finger_file, found.model.finger))
+    write_csv(out / f"{experiment.description}.csv", found.scores)
+    return found
+
+
+def _report(experiment: str, error: float) -> None:
+    text = f"\r{experiment}, fitting: markers off by {100 * error:.2f} % of the largest displacement "
+    print(text, end="", file=sys.stderr, flush=True)

@@ -1,1 +1,0 @@
-"""Commands that are given recordings: of simulated fingers, and of hardware."""

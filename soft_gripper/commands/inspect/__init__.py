@@ -1,1 +1,0 @@
-"""Commands that look into scenarios, files and the installation, and simulate nothing."""

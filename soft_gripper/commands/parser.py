@@ -1,0 +1,611 @@
+"""The command line: every command with its options, help and examples.
+
+Nothing here imports Drake or numpy, so that help, completion and mistakes are answered at once. The module of a
+command, which has its name and a function `run`, is imported when the command runs.
+"""
+
+import argparse
+import os
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import IntEnum
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NoReturn
+
+import shtab
+
+from soft_gripper.errors import InputError, in_one_line, shortened
+from soft_gripper.scenario.shipped import preset_names, scenario_names, scenario_path
+
+PROGRAM = "soft-gripper"
+LOOPBACK = "127.0.0.1"
+
+
+class ExitCode(IntEnum):
+    """The exit codes of all commands."""
+
+    DONE = 0
+    FAILED = 1  # a task or a claim failed
+    REFUSED = 2  # a mistake in the input, or a file that cannot be written
+    INTERRUPTED = 130  # Ctrl-C
+    BROKEN_PIPE = 141  # the reader of the output has gone, as shells report it
+
+
+Read = Callable[[str], Any]  # text -> value; raises a ValueError that says what would be right
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option with its names, or a positional argument.
+
+    settings: of `argparse.ArgumentParser.add_argument`.
+    """
+
+    names: list[str]
+    read: Read | None
+    settings: dict[str, Any]
+
+
+def option(names: str, help_: str, metavar: str | None = None, read: Read | None = None, **settings: Any) -> Option:
+    """An option that has a value, or a positional argument."""
+    return Option(names.split(), read, {"help": help_, "metavar": metavar, **settings})
+
+
+def flag(names: str, help_: str) -> Option:
+    """An option that is given or not."""
+    return Option(names.split(), None, {"help": help_, "action": "store_true"})
+
+
+def whole(least: int, most: int = 10_000) -> Callable[[str], int]:
+    """Reads a whole number within limits; by default the most for which anybody waits."""
+
+    def read(text: str) -> int:
+        number = int(text) if text.isascii() and text.isdecimal() and len(text) <= 10 else None
+        if number is None or not least <= number <= most:
+            raise ValueError(f"give a whole number of at least {least}, {most} at most")
+        return number
+
+    return read
+
+
+def number(most: float, is_most_allowed: bool = True) -> Callable[[str], float]:
+    """Reads a number from 0 to `most`."""
+
+    def read(text: str) -> float:
+        with suppress(ValueError):
+            if 0 <= (value := float(text)) < most or (is_most_allowed and value == most):
+                return value
+        raise ValueError(f"give a number from 0 to {'' if is_most_allowed else 'below '}{most:g}")
+
+    return read
+
+
+def path(text: str) -> Path:
+    """Reads a path; ~ is the user's home folder even where no shell has replaced it."""
+    if not text or "\0" in text:
+        raise ValueError("give a path")
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as error:
+        raise ValueError(str(error)) from None
+
+
+def scenario_name(text: str) -> str:
+    """Reads the name of a shipped scenario, or the path of a file."""
+    if not os.path.exists(scenario_path(text)):
+        raise ValueError("there is no such file")
+    return text
+
+
+def scenario_list(text: str) -> list[str]:
+    """Reads names separated by commas."""
+    return [scenario_name(name) for name in text.split(",")]
+
+
+def preset(text: str) -> str | None:
+    """Reads the name of a preset of sensor errors; None for ideal sensors."""
+    if text == "ideal":
+        return None
+    if text not in preset_names():
+        raise ValueError(f"known: ideal, {', '.join(preset_names())}")
+    return text
+
+
+def assignment(text: str) -> str:
+    """Looks whether text is KEY=VALUE."""
+    if not text.partition("=")[0] or "=" not in text:
+        raise ValueError("write key=value, such as sensor.sections=3")
+    return text
+
+
+def urdf(text: str) -> Path:
+    """Reads the path of a URDF that is written."""
+    if not text.endswith(".urdf"):
+        raise ValueError("name a .urdf; the table and the figure get its name")
+    return path(text)
+
+
+CONSOLE = (
+    flag("-q --quiet", "print errors only"),
+    flag("--json", "print tables and file names as one JSON document instead of text"),
+    flag("--traceback", "if a sensor or estimator of your own fails, print its traceback"),
+)
+SEED = option("--seed", "random seed (default: %(default)s)", "N", whole(0, 2**32 - 1), default=1)
+RESUME = flag("--resume", "run only what an interrupted run left")
+HTML = option("--html", "write a 3-D replay that opens offline", "FILE", path)
+HOST = option(
+    "--host",
+    "address at which the page is served (default: %(default)s, for this machine only; 0.0.0.0: for the network)",
+    "ADDRESS",
+    default=LOOPBACK,
+)
+SCHEDULER = option(
+    "--scheduler",
+    "Dask scheduler whose workers are used instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
+    "URL",
+)
+JOBS = option("--jobs", "default: one per core", "N", whole(1, 256), default=os.cpu_count() or 1)
+EXECUTOR = (JOBS, SCHEDULER)
+RECORDINGS = (
+    option("file", "a recording; looked for here, then in the data folder", nargs="+"),
+    option("--as", "description: a shipped one, or a YAML file", "NAME", dest="described_as"),
+)
+DATA = option("--data", "data folder (default: environment variable SOFT_GRIPPER_DATA)", "DIR", path)
+
+
+def scenario(default: str | None = None) -> tuple[Option, ...]:
+    """A scenario, which may have a default, and changes to it."""
+    described = "a shipped scenario (see `soft-gripper list`) or a YAML file"
+    optional = {"nargs": "?", "default": default} if default else {}
+    changes = "change a field, such as pressure.settle=2 or models.3.mesh.mass=0.1; may be repeated"
+    return (
+        option(
+            "scenario", f"{described}; default: {default}" if default else described, None, scenario_name, **optional
+        ),
+        option("--sections", "sensor sections along each side of a finger", "N", whole(1)),
+        option("--set", changes, "KEY=VALUE", assignment, action="append", default=[]),
+    )
+
+
+def out(default: str) -> Option:
+    """The folder of the results."""
+    return option("--out", "default: %(default)s", "DIR", path, default=Path(default))
+
+
+def count(name: str, help_: str, default: int, least: int = 1) -> Option:
+    """How many of something."""
+    return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
+
+
+def _check_sweep(options: argparse.Namespace) -> None:
+    options.method = options.method or ("grid" if options.sample is None else "latin")
+    if (options.method == "grid") != (options.sample is None):
+        expected = "give --sample N" if options.sample is None else "leave --sample out: a grid has all combinations"
+        raise InputError("sweep", "--method", options.method, expected)
+
+
+def _check_place_sensors(options: argparse.Namespace) -> None:
+    if options.recordings and options.scenarios:
+        expected = "leave it out: sensors are placed either for scenarios or for recordings"
+        raise InputError("place-sensors", "--scenarios", ",".join(options.scenarios), expected)
+
+
+def _check_trials(options: argparse.Namespace) -> None:
+    """Tables distinguish scenarios by their names alone."""
+    names = Counter(Path(file).stem for file in options.scenario or ())
+    for file in options.scenario or ():
+        if names[Path(file).stem] > 1:
+            raise InputError("grasp-trials", "--scenario", file, "give scenarios of different names")
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command; its module `soft_gripper.commands.NAME` has a function `run`, which takes the options.
+
+    does: what it does, as half a sentence.
+    examples: command lines without the name, and what they are for after two spaces or more.
+    check: looks at options that depend on each other.
+    """
+
+    name: str
+    does: str
+    examples: tuple[str, ...]
+    options: tuple[Option, ...]
+    check: Callable[[argparse.Namespace], None] = lambda options: None
+
+    @property
+    def module(self) -> str:
+        return f"soft_gripper.commands.{self.name.replace('-', '_')}"
+
+
+COMMANDS = (
+    Command(
+        "run",
+        "run a scenario and record every signal",
+        (
+            "box_grasp                       tables, and every signal in results/box_grasp",
+            "box_grasp --meshcat             watch it in a browser",
+            "box_grasp --html replay.html    keep a 3-D replay that opens offline",
+            "my_scenario.yaml --set sensor.sections=2 --json",
+        ),
+        (
+            *CONSOLE,
+            *scenario(),
+            option(
+                "--out", "default: results/SCENARIO, or results/SCENARIO-2 ... if that holds another run", "DIR", path
+            ),
+            flag("--meshcat", "show the run in a browser and wait at its end"),
+            HOST,
+            HTML,
+            option("--video", "write a film: .mp4, .gif, .webp or .png", "FILE", path),
+        ),
+    ),
+    Command(
+        "play",
+        "move the gripper yourself, live in a browser",
+        (
+            "box_grasp                        pressures by sliders and keys",
+            "tip_distance_steps               the gripper opening, held by its controller",
+            "pick_and_place_box --grip pressure --set sensor.sections=2",
+        ),
+        (
+            *scenario("box_grasp"),
+            option(
+                "--grip",
+                "what the sliders command (default: the opening if the scenario controls it)",
+                choices=("pressure", "opening"),
+            ),
+            option("--out", "folder of recordings (default: results/play/SCENARIO)", "DIR", path),
+            HOST,
+        ),
+    ),
+    Command(
+        "evaluate",
+        "run the paper's evaluation with 1 to 4 sensors per side",
+        (
+            "                    report.html, tables, figures, and whether each claim holds",
+            "--robustness        also with sensor errors, wrong nominal models and other plants",
+            "--resume            what an interrupted evaluation left",
+        ),
+        (
+            *CONSOLE,
+            out("results/evaluation"),
+            *EXECUTOR,
+            RESUME,
+            flag("--robustness", "also evaluate with sensor errors, wrong nominal models and other plants"),
+            count("--seeds", "number of random seeds with --robustness", 20),
+            option(
+                "--estimator",
+                "estimator of your own, as MODULE:FUNCTION, with --robustness; may be repeated",
+                "NAME",
+                action="append",
+                default=[],
+            ),
+        ),
+    ),
+    Command(
+        "sweep",
+        "run a scenario with many values of its fields: one table",
+        (
+            "box_grasp --vary sensor.sections=1,2,4 --vary 'believed.youngs_modulus=-20..20 %:5' --out results/belief",
+            "tip_distance_steps --vary control.gains.ki=1e5..1e6 --sample 64 --seed 1 --out results/gains",
+            "box_grasp --vary sensor.sections=1,2,4 --out results/sections --resume    what an interrupted sweep left",
+        ),
+        (
+            *CONSOLE,
+            *scenario(),
+            option(
+                "--vary",
+                "values or a range of a field, like pressure.maximum=1e5,2e5 or believed.youngs_modulus=-20..20 %%:5;"
+                " whole numbers stay whole; may be repeated",
+                "KEY=VALUES",
+                assignment,
+                action="append",
+                required=True,
+            ),
+            option("--method", "default: grid; latin with --sample", choices=("grid", "latin", "sobol")),
+            option("--sample", "number of points drawn from the values and ranges", "N", whole(1)),
+            SEED,
+            option(
+                "--measure",
+                "measure of your own, a function of station and recording: one more column; may be repeated",
+                "MODULE:FUNCTION",
+                action="append",
+                default=[],
+            ),
+            option("--out", "folder of the table", "DIR", path, required=True),
+            RESUME,
+            *EXECUTOR,
+        ),
+        _check_sweep,
+    ),
+    Command(
+        "grasp-trials",
+        "pick and place with random poses, masses, frictions and sizes",
+        (
+            "--trials 200 --seed 1                                        of every scenario",
+            "--scenario pick_and_place_delicate --trials 20 --json",
+            "--scenario pick_and_place_box --seed 1 --trial 7             one again, with its recording",
+        ),
+        (
+            *CONSOLE,
+            count("--trials", "number of trials of every scenario", 20),
+            SEED,
+            option(
+                "--scenario",
+                "may be repeated (default: the shipped pick_and_place scenarios)",
+                "NAME",
+                scenario_name,
+                action="append",
+            ),
+            option("--trial", "run this trial only; keep its scenario and recording", "K", whole(0)),
+            RESUME,
+            *EXECUTOR,
+            out("results/grasp_trials"),
+        ),
+        _check_trials,
+    ),
+    Command(
+        "recognition",
+        "learn from random grasps which shape is held, and test it",
+        ("--train 60 --test 50 --seed 1",),
+        (
+            *CONSOLE,
+            option("scenario", "default: %(default)s", read=scenario_name, nargs="?", default="probing_grasp"),
+            count("--train", "number of grasps of every shape to learn from", 60, least=2),
+            count("--test", "number of further grasps of every shape to test with", 50),
+            SEED,
+            *EXECUTOR,
+            out("results/recognition"),
+        ),
+    ),
+    Command(
+        "contact-trials",
+        "press a finger against random pegs: errors of contact force and location",
+        (
+            "--trials 200 --seed 1",
+            "--contacts results/contact_trials/contacts.npz    evaluate those of an earlier run again",
+        ),
+        (
+            *CONSOLE,
+            count("--trials", "number of contacts", 200),
+            SEED,
+            option(
+                "--friction",
+                "coefficient of friction of the peg's surface (default: %(default)s)",
+                "MU",
+                number(100.0),
+                default=0.3,
+            ),
+            option(
+                "--estimator",
+                "that finds force and location, or your own as MODULE:FUNCTION; may be repeated (default: contact)",
+                "NAME",
+                action="append",
+            ),
+            *EXECUTOR,
+            option("--contacts", "contacts.npz of an earlier run: evaluate its contacts, simulate none", "FILE", path),
+            out("results/contact_trials"),
+        ),
+    ),
+    Command(
+        "place-sensors",
+        "find the best boundaries between sensor sections",
+        ("--count 3", "--count 2 --recordings results/a/recording.nc results/b/recording.nc"),
+        (
+            *CONSOLE,
+            option("--count", "sections along each side of a finger", "N", whole(1), required=True),
+            option("--estimator", "or your own as MODULE:FUNCTION (default: %(default)s)", "NAME", default="gaussian"),
+            option(
+                "--scenarios", "scenarios to place sensors for (default: those of `evaluate`)", "A,B", scenario_list
+            ),
+            option(
+                "--recordings",
+                "recording.nc of runs to place sensors for, instead of scenarios",
+                "FILE",
+                path,
+                nargs="+",
+            ),
+            option(
+                "--sensors",
+                "preset of sensor errors, or ideal (default: %(default)s)",
+                "PRESET",
+                preset,
+                default="realistic",
+            ),
+            option(
+                "--belief",
+                "by how much the nominal model is too stiff or too soft (default: %(default)g)",
+                "PERCENT",
+                number(100.0, is_most_allowed=False),
+                default=10.0,
+            ),
+            option(
+                "--contacts",
+                "contacts.npz of `contact-trials`: also errors of contact force and location",
+                "FILE",
+                path,
+            ),
+            SEED,
+            out("results/place_sensors"),
+        ),
+        _check_place_sensors,
+    ),
+    Command(
+        "tune",
+        "find gains for the grip control of a gripper",
+        ("                              for the shipped gripper", "my_steps.yaml --evaluations 80"),
+        (
+            *CONSOLE,
+            *scenario("tip_distance_steps"),
+            count("--evaluations", "number of simulations", 50, least=5),
+            SCHEDULER,
+        ),
+    ),
+    Command(
+        "calibrate",
+        "calibrate sensors and fingers from recordings of free bending",
+        ("results/free_bending/recording.nc --out my_gripper.yaml",),
+        (
+            *CONSOLE,
+            option("recording", "a recording.nc that `soft-gripper run` wrote", read=path, nargs="+"),
+            option("--out", "YAML file for believed.calibration", "FILE", path, required=True),
+        ),
+    ),
+    Command(
+        "identify",
+        "fit parameters of a finger to recordings of hardware",
+        (
+            "swing.csv --as mine.yaml --finger mine.urdf --free youngs_modulus relaxation_time --out fitted.urdf",
+            "a.csv b.csv --test c.csv --as mine.yaml --finger mine.urdf --free youngs_modulus --out fitted.urdf",
+        ),
+        (
+            *CONSOLE,
+            *RECORDINGS,
+            option("--test", "recordings held out for testing", "FILE", nargs="+", default=[]),
+            option("--finger", "URDF with one finger, where the fit begins", "FILE", required=True),
+            option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", required=True),
+            option("--out", "URDF to write; a table and figures get its name", "FILE", urdf, required=True),
+            DATA,
+            count("--starts", "number of random restarts; the best fit is kept", 1),
+            SEED,
+            *EXECUTOR,
+        ),
+    ),
+    Command(
+        "replay",
+        "estimate shapes from recordings of hardware and compare them with motion capture",
+        (
+            "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
+            "trial_*.txt --as two_segment_arm --html replay.html",
+        ),
+        (
+            *CONSOLE,
+            *RECORDINGS,
+            option("--fit", "recordings to fit to (default: all but the one estimated)", "FILE", nargs="+"),
+            option("--estimator", "or your own as MODULE:FUNCTION (default: all of the project)", "NAME", nargs="+"),
+            DATA,
+            out("results/replay"),
+            flag("--meshcat", "show it in a browser and wait at its end"),
+            HOST,
+            HTML,
+        ),
+    ),
+    Command(
+        "hardware",
+        "identify and replay the published recordings of hardware",
+        ("--data ~/recordings",),
+        (*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
+    ),
+    Command("list", "list the shipped scenarios", ("--json",), CONSOLE),
+    Command(
+        "show",
+        "print a resolved scenario, draw its block diagram",
+        ("box_grasp                            every field with its value, as YAML", "box_grasp --graphviz blocks.svg"),
+        (*scenario(), option("--graphviz", "write the block diagram (.dot, .svg, .png or .pdf)", "FILE", path)),
+    ),
+    Command(
+        "expand",
+        "expand the <finger>s of a URDF to links, joints and springs",
+        ("package://soft_gripper/grippers/two_finger.urdf -o plain.urdf", "mine.urdf --segments 24 -o plain.urdf"),
+        (
+            option("file", "the URDF, a path or a package://soft_gripper/... URI"),
+            option("--segments", "number of segments of every finger (default: as in the file)", "N", whole(1)),
+            option("-o --out", "file to write (default: the terminal)", "FILE", path),
+        ),
+    ),
+    Command("doctor", "check the installation", ("", "--json"), CONSOLE),
+)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Reports a mistake in one line, which repeats no more of what was written than others do."""
+
+    def error(self, message: str) -> NoReturn:
+        where = self.prog.replace(f"{PROGRAM} ", f"{PROGRAM}: ")
+        hint = f"`{PROGRAM} COMMAND --help` lists options"
+        self.exit(ExitCode.REFUSED, f"{where}: {in_one_line(shortened(message))}; {hint}\n")
+
+
+def command_parser() -> argparse.ArgumentParser:
+    """The parser of all commands; what it finds has the Command as `command`, and values as text."""
+    codes = ", ".join(f"{code.value} {code.name.lower().replace('_', ' ')}" for code in ExitCode)
+    parser = _Parser(
+        prog=PROGRAM,
+        description="Soft, sensing grippers simulated in Drake.",
+        epilog=f"`{PROGRAM} COMMAND --help` has examples. Exit codes: {codes}.",
+    )
+    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version(PROGRAM)}")
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+    for command in COMMANDS:
+        examples = (f"  {PROGRAM} {command.name} {example}".rstrip() for example in command.examples)
+        own = subparsers.add_parser(
+            command.name,
+            help=command.does,
+            description=f"{command.does[0].upper()}{command.does[1:]}.",
+            epilog="\n".join(["examples:", *examples]),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        own.set_defaults(command=command)
+        for each in command.options:
+            _complete(own.add_argument(*each.names, **each.settings), each)
+    _add_completion(parser)
+    return parser
+
+
+_SCENARIOS = "_soft_gripper_scenarios"
+
+
+def _add_completion(parser: argparse.ArgumentParser) -> None:
+    names = " ".join(scenario_names())
+    preamble = {
+        "bash": f'{_SCENARIOS}() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}',
+        "zsh": f"{_SCENARIOS}() {{ compadd {names}; _files; }}",
+    }
+    help_ = "print the shell completion script and exit"
+    shtab.add_argument_to(parser, "--print-completion", help=help_, preamble=preamble)
+
+
+def _complete(action: argparse.Action, of: Option) -> None:
+    """Says what a shell completes."""
+    if of.read is scenario_name:
+        action.complete = {"bash": _SCENARIOS, "zsh": _SCENARIOS}  # type: ignore[attr-defined]
+    elif of.read in (path, urdf):
+        action.complete = shtab.FILE  # type: ignore[attr-defined]
+
+
+def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """The options of a command line, with the Command as `command`.
+
+    Raises:
+        InputError: naming command, option and value, if a value is wrong.
+        SystemExit: after help, and after a mistake that argparse reports.
+    """
+    options = command_parser().parse_args(arguments)
+    command: Command = options.command
+    for each in command.options:
+        _read(options, command, each)
+    command.check(options)
+    return options
+
+
+def _read(options: argparse.Namespace, command: Command, of: Option) -> None:
+    """Replaces the text of an option by its value."""
+    name = of.names[-1]
+    key = of.settings.get("dest", name.lstrip("-"))
+    given = getattr(options, key)
+    texts = given if isinstance(given, list) else [given]
+    if of.read is None or not all(isinstance(text, str) for text in texts):
+        return  # a default
+    values = []
+    for text in texts:
+        try:
+            values.append(of.read(text))
+        except InputError:
+            raise
+        except ValueError as error:
+            raise InputError(command.name, name, text, str(error)) from None
+    setattr(options, key, values if isinstance(given, list) else values[0])

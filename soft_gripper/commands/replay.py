@@ -1,0 +1,95 @@
+"""soft-gripper replay: recorded readings of hardware through the estimation blocks, scored by motion capture."""
+
+import argparse
+import logging
+import sys
+from pathlib import Path
+
+from soft_gripper.commands.tables import print_replay
+from soft_gripper.commands.viewing import viewed
+from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
+from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.errors import InputError
+from soft_gripper.files.csv_table import write_csv
+from soft_gripper.files.document import require
+from soft_gripper.files.output import check_file, keep_inputs, lock_folder
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.hardware.recordings.find_recordings import find_recordings, recording_paths
+from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
+from soft_gripper.hardware.replay.arm_recording import arm_recording
+from soft_gripper.hardware.replay.figure import drawn_rows, replay_figure
+from soft_gripper.hardware.replay.recordings import (
+    Replayed,
+    ReplayRow,
+    Rows,
+    estimator_rows,
+    replay_recordings,
+    replay_table,
+)
+from soft_gripper.hardware.replay.view import show_replays
+from soft_gripper.pictures.style import save_figure
+from soft_gripper.scenario.model_files import model_path
+
+
+def run(options: argparse.Namespace) -> None:
+    """Runs the command."""
+    recordings = find_recordings(options.file, options.described_as, options.data)
+    fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
+    for recording in [*recordings, *(fitted or [])]:
+        for gap in recording.gaps:
+            print(f"note: {recording.name}: {gap}", file=sys.stderr)
+    finger, gravity = _finger(recordings[0]), recordings[0].gravity
+    require(gravity is not None, recordings[0].name, "gravity", None, "an arm's weight bends it: say where down is")
+    assert gravity is not None
+    arms = [arm_recording(recording) for recording in recordings]
+    rows = estimator_rows(options.estimator, len(arms[0].bodies))
+    read = recording_paths([*options.file, *(options.fit or [])], options.described_as, options.data)
+    written = [options.out / name for name in ("replay.csv", *(f"{recording.name}.nc" for recording in recordings))]
+    keep_inputs(read, [*written, *([options.html] if options.html else [])])
+    out = lock_folder(options.out)
+    if options.html is not None:
+        check_file(options.html)
+    to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
+    replayed = replay_recordings(arms, to_fit, rows, finger, gravity)
+    table = replay_table(replayed, rows)
+    options.console.table("errors", table)
+    options.console.wrote(*_write(out, replayed, rows, table))
+    if options.html is not None or options.meshcat:
+        _show(options, replayed, rows)
+
+
+def _finger(recording: HardwareRecording) -> Finger:
+    """The finger that stands for the arm.
+
+    Raises:
+        InputError: unless the description names a file with one.
+    """
+    file = recording.config.finger
+    require(file is not None, recording.name, "finger", None, "name the URDF with the finger that stands for the arm")
+    assert file is not None
+    fingers = expand_urdf(model_path(file)).fingers
+    if len(fingers) != 1:
+        raise InputError(recording.name, "finger", file, f"holds {len(fingers)} fingers; one is needed")
+    return fingers[0]
+
+
+def _write(out: Path, replayed: list[Replayed], rows: Rows, table: list[ReplayRow]) -> list[Path]:
+    print_replay(replayed, table)
+    write_csv(out / "replay.csv", table)
+    save_figure(replay_figure(replayed, rows), out / "replay")
+    for one in replayed:
+        one.signals.save(out / f"{one.name}.nc")
+    return [out / "replay.csv", out / "replay.png", out / "replay.svg", *(out / f"{one.name}.nc" for one in replayed)]
+
+
+def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> None:
+    logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
+    meshcat = hidden_meshcat()
+    show_replays(meshcat, [one.signals for one in replayed], drawn_rows(rows))
+    if options.html is not None:
+        write_replay(meshcat, options.html)
+        options.console.wrote(options.html)
+    if options.meshcat:
+        with viewed(meshcat, options.host):
+            pass

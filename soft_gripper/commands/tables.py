@@ -1,0 +1,192 @@
+"""Tables on the terminal."""
+
+import math
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import astuple
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.control.task_phases import Outcome
+from soft_gripper.evaluation.paper.claims import Claim, verdict
+from soft_gripper.hardware.identification.identification import Identified
+from soft_gripper.hardware.identification.motion_scores import MotionScore
+from soft_gripper.hardware.replay.recordings import ALL, Replayed, ReplayRow
+from soft_gripper.placement.assumptions import Assumptions
+from soft_gripper.placement.place_sensors import PlacedSensors
+from soft_gripper.placement.placements import as_borders
+from soft_gripper.placement.tables import LeftOutRow, PlacementRow
+from soft_gripper.runs.scores.phases import PhaseRow
+from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.runs.scores.steps import StepRow
+from soft_gripper.runs.trials.trial import Judged
+from soft_gripper.scenario.scenario import TaskConfig
+
+
+def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
+    """Prints rows of cells below the names of their columns.
+
+    Args:
+        columns: format of the cells of a column, as for `format`, by its name; "": words, which are set left.
+        rows: cells in the order of the columns.
+        title: a line above.
+    """
+    texts = [[format(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
+    widths = [max(map(len, cells)) for cells in zip(columns, *texts, strict=True)]
+    print(f"\n{title}" if title else "")
+    for line in (list(columns), *texts):
+        cells = zip(line, widths, columns.values(), strict=True)
+        print("  ".join(f"{text:{'>' if form else '<'}{width}}" for text, width, form in cells).rstrip())
+
+
+def print_poses(rows: Sequence[PoseRow]) -> None:
+    """A line for every held step of pressure."""
+    columns = {"finger": "", "pressure [kPa]": ".1f", "bend [degrees]": ".2f"}
+    columns |= {"pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
+    cells = ((r.finger, r.pressure_kpa, r.bend_angle_deg, r.pose_error_mm, r.tip_error_mm) for r in rows)
+    print_table(columns, cells)
+
+
+def print_steps(rows: Sequence[StepRow]) -> None:
+    """A line for every step of the opening."""
+    columns = {"step": "d", "from [mm]": ".1f", "to [mm]": ".1f", "overshoot [%]": ".2f", "settling [s]": ".2f"}
+    columns |= {"steady error [mm]: estimated": ".4f", "true": ".3f"}
+    shown = attrgetter("step", "from_mm", "to_mm", "overshoot_percent", "settling_s")
+    steady = attrgetter("steady_error_estimated_mm", "steady_error_true_mm")
+    print_table(columns, ([*shown(row), *steady(row)] for row in rows))
+
+
+def print_truth(row: Judged) -> None:
+    """What truly became of the object of a task."""
+    print(
+        f"In truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
+        f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N"
+    )
+
+
+def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
+    """A line for every phase of a task, and how it ended."""
+    columns = {"phase": "", "began [s]": ".2f", "lasted [s]": ".2f"}
+    columns |= {"at its end: opening [mm]": ".1f", "torque [mN m]": ".1f", "pressure [kPa]": ".1f"}
+    print_table(columns, map(astuple, rows))
+    late = f", not over after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
+    print(f"\nOutcome, as estimated: {outcome.words}{late}")
+
+
+def print_claims(claims: Sequence[Claim]) -> None:
+    """A line for each, with our number, and how many fail."""
+    width = max(len(claim.text) for claim in claims)
+    print(f"\n{'claim':<{width}}  by     here")
+    for claim in claims:
+        word = "holds" if claim.holds else _red("FAILS")
+        print(f"{claim.text:<{width}}  {claim.source:<6} {word}: {claim.number}")
+    summary = verdict(claims)
+    print("\n" + (summary if all(claim.holds for claim in claims) else _red(summary)))
+
+
+def _red(text: str) -> str:
+    """Red where somebody looks; a file or a pipe gets plain text."""
+    return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
+
+
+_CORRELATED = 0.9
+
+
+def print_identified(found: Identified) -> None:
+    """Parameters with their confidence, what cannot be told apart, and a line for every recording."""
+    free, x = found.fit.free, found.fit.x
+    print(f"\nmarkers off by {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
+    stds = found.confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
+    fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
+    columns = {"parameter": "", "began": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
+    print_table(columns, fitted)
+    finger = found.model.finger
+    remains = 1 - sum(branch.share for branch in finger.creep)
+    if finger.creep:
+        print(f"Young's modulus once all creep is over: {finger.base.youngs_modulus * remains:.5g} Pa")
+    _print_correlations(found)
+    columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
+    columns |= {"settled turn [degrees]": ">", "creep [degrees]": ">", "rise [ms]": ">"}
+    print_table(columns, map(_score_cells, found.scores), "error of the markers [mm], and what was measured")
+    for row in found.scores:
+        if not np.isnan(row.frequency_hz + row.simulated_frequency_hz):
+            swing = f"{row.frequency_hz:.2f} Hz ({row.simulated_frequency_hz:.2f})"
+            print(f"{row.recording}: swings at {swing}, decrement {row.decrement:.2f} ({row.simulated_decrement:.2f})")
+    print("In brackets: simulated. The times of events are fitted to each recording, those of a test as well.")
+
+
+def _print_correlations(found: Identified) -> None:
+    names, correlation = found.fit.free.names, found.confidence.correlation
+    for i in range(len(names)):
+        for j in range(i):
+            if abs(correlation[i, j]) > _CORRELATED:
+                print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
+    for together in found.confidence.unresolved:
+        what = " and ".join(together)
+        says = "cannot be told apart" if len(together) > 1 else "is hardly seen"
+        print(f"{what} {says} in these recordings: fix one, or add others")
+
+
+def _score_cells(row: MotionScore) -> list[str | float]:
+    turn = f"{row.settled_turn_deg:.2f} ({row.simulated_settled_turn_deg:.2f})"
+    creep = f"{row.creep_deg:.2f} ({row.simulated_creep_deg:.2f})"
+    rise = f"{row.rise_ms:.0f} ({row.simulated_rise_ms:.0f})"
+    errors = row.settled_error_mm, row.motion_error_mm, row.tip_error_percent
+    return [row.recording, row.role, *errors, turn, creep, rise]
+
+
+def print_replay(replayed: Sequence[Replayed], table: Sequence[ReplayRow]) -> None:
+    """What was fitted to what, and a line for every estimator."""
+    print("\nEstimated with what others were fitted to; motion capture of a recording only scores it:")
+    for one in replayed:
+        creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
+        of_fit = f"creep {creep}; wires {1e3 * one.fitted.delay:.0f} ms late"
+        print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
+    names = [name for name in dict.fromkeys(row.recording for row in table) if name != ALL]
+    for body in reversed(dict.fromkeys(row.body for row in table)):
+        rows = [row for row in table if row.body == body]
+        columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
+        columns |= {f"mean of {name}": ".2f" for name in names}
+        cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]
+        print_table(columns, cells, f"error of '{body}' [mm]")
+
+
+def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
+    numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
+    of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
+    means = [other.mean_mm for other in of_row if other.recording != ALL]
+    return [f"{row.estimator}, {row.sections} a side", *numbers, *means]
+
+
+_BEST = 5  # placements that are listed
+
+
+def print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
+    """The best few, equal sections and the worst."""
+    shown = sorted({*range(min(_BEST, len(rows))), equal, len(rows) - 1})
+    columns = {"rank": "d", "borders": "", "pose error [mm]": ".3f"}
+    if with_contacts := not math.isnan(rows[0].force_error_n):
+        columns |= {"force [N]": ".3f", "place [mm]": ".1f", "missed [%]": ".1f"}
+    cells = [astuple(rows[i])[: 6 if with_contacts else 3] for i in shown]
+    notes = ["equal sections" if i == equal else "" for i in shown]
+    print_table(columns | {"": ""}, [(*row, note) for row, note in zip(cells, notes, strict=True)])
+
+
+def print_left_out(rows: Sequence[LeftOutRow]) -> None:
+    """What placed sensors gain where they were not placed."""
+    if rows:
+        columns = {"": "", "borders": "", "equal": ".3f", "placed": ".3f", "better by [%]": ".1f"}
+        title = "placed without the run in which they are tried, mean pose error [mm]:"
+        print_table(columns, map(astuple, rows), title)
+
+
+def print_snippet(placed: PlacedSensors, assumptions: Assumptions) -> None:
+    """The part of a scenario that has the best placement, and an estimator that believes what was assumed."""
+    borders = ", ".join(map(str, as_borders(placed.placements[0], placed.finger.segments)))
+    believed = assumptions.uncertainty
+    print(f"\nsensor:\n  sections: {len(placed.placements[0]) + 1}")
+    print(f"  borders: [{borders}]")
+    print(f"estimator:\n  type: {assumptions.estimator}\n  uncertainty:")
+    print(f"    reading: {believed.reading:.2g}\n    bend_per_pressure: {believed.bend_per_pressure:.2g}")

@@ -1,1 +1,0 @@
-"""What commands print: tables on the terminal."""

@@ -1,0 +1,35 @@
+"""Meshcat for somebody who watches a run, and then its replay."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+from pydrake.geometry import Meshcat
+
+from soft_gripper.play.page_server import page_server
+
+_ASKS = "The replay is in Meshcat. Press Enter to end. "
+_ENDS = "There is no terminal to wait at, and Meshcat closes now; --html FILE keeps the replay."
+
+
+@contextmanager
+def viewed(meshcat: Meshcat, host: str) -> Iterator[None]:
+    """Shows a Meshcat while the block runs, and then for as long as someone at a terminal wants.
+
+    Raises:
+        InputError: if the host is none of this machine's addresses.
+    """
+    address = meshcat.web_url()
+    with page_server(host, lambda: address) as page:
+        print(f"Open {page} in a browser.", file=sys.stderr, flush=True)
+        yield
+        wait_for_viewer()
+
+
+def wait_for_viewer() -> None:
+    """Waits for Enter, where there is a terminal."""
+    if sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
+        print(_ENDS)
+        return
+    with suppress(EOFError):
+        input(_ASKS)

@@ -1,0 +1,60 @@
+"""Messages of libraries, printed as notes of one line each."""
+
+import logging
+import re
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from soft_gripper.errors import in_one_line
+
+# The temporary folder in which Drake reads a file that was made of another one, and what is added to the file's name.
+PREFIX, MARK = "soft-gripper-", ".expanded"
+_OWN_FOLDER = re.compile(rf"/\S*/{PREFIX}[^/\s]+/([^/\s]+){re.escape(MARK)}")
+_MOST = 5  # notes of a command
+_DRAKE = "drake"  # the logger whose level a command may lower
+
+
+def of_drake(message: str) -> str:
+    """A message from Drake, in which temporary files have the names of the files that they were made of."""
+    return _OWN_FOLDER.sub(r"\1", message)
+
+
+class _Notes(logging.Handler):
+    """Prints each message once, in one line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._seen: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.name == _DRAKE or record.levelno >= logging.WARNING:
+            self.note(of_drake(record.getMessage()))
+
+    def note(self, message: str) -> None:
+        text = in_one_line(" ".join(message.split()))
+        if text in self._seen or len(self._seen) > _MOST:
+            return
+        self._seen.add(text)
+        print(f"note: {text}" if len(self._seen) <= _MOST else "note: ... and more", file=sys.stderr)
+
+
+@contextmanager
+def notes() -> Iterator[None]:
+    """Prints what libraries log, and Python's warnings, as notes; most of the warnings are of numbers out of range."""
+    root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _Notes()
+
+    def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
+        handler.note(f"numbers out of range: {message}" if issubclass(category, RuntimeWarning) else str(message))
+
+    before = root.handlers, drake.handlers, drake.level
+    root.handlers, drake.handlers = [handler], []
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = show  # type: ignore[assignment]
+            yield
+    finally:
+        root.handlers, drake.handlers = before[:2]
+        drake.setLevel(before[2])

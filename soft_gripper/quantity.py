@@ -1,0 +1,124 @@
+"""What the fields of a dataclass may hold, said beside them: unit, range, choice, length of a list.
+
+    period: float = quantity(0.01, "s", above=0)
+    gravity: list[float] = quantity([0.0, 0.0, -9.81], "m/s^2", length=3)
+    side: str = quantity("inner", known=("inner", "outer"))
+    mass: float = field(metadata=valid("kg", above=0))  # must be given
+
+`files/document.py` compares values with these rules; the schema pages of the documentation print them. Rules across
+fields are a method `misfits` of the dataclass, which yields the field, its value and what would be right.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, fields
+from functools import cache
+from typing import Any, TypeVar
+
+NAME_RULE = "must be a name of up to 60 letters (a to z), digits, _ and -, beginning with a letter"
+SMALLEST, LARGEST = 1e-15, 1e15  # of the size of a number that is not 0; beyond, what follows from it leaves the range
+Misfit = tuple[str, object, str]  # a field, its value, and what would be right
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
+_RULE = "rule"
+_T = TypeVar("_T")
+
+
+def is_name(text: str) -> bool:
+    """Whether a text can name a part of a scenario."""
+    return _NAME.fullmatch(text) is not None
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a field may hold; of a list or mapping, each of its entries."""
+
+    unit: str = ""
+    above: float | None = None
+    least: float | None = None
+    below: float | None = None
+    most: float | None = None
+    sizes: tuple[float, float] = (SMALLEST, LARGEST)  # of a number that is not 0, whatever its sign
+    known: Sequence[str] | Callable[[], Sequence[str]] = ()  # texts to choose from
+    is_name: bool = False
+    length: int | None = None  # of a list
+    filled: bool = False  # a list, mapping or text that is not empty
+    span: bool = False  # a list [least, most]
+    parts: Mapping[str, "Rule"] = field(default_factory=dict)  # of the fields of a config of Drake's
+
+    @property
+    def limits(self) -> str:
+        """The range of a number in words, without its unit; empty if there is none."""
+        low = [f"above {self.above:g}"] if self.above is not None else []
+        low += [f"at least {self.least:g}"] if self.least is not None else []
+        high = [f"below {self.below:g}"] if self.below is not None else []
+        high += [f"at most {self.most:g}"] if self.most is not None else []
+        return " and ".join(low + high)
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The texts to choose from; none if any will do."""
+        return tuple(self.known() if callable(self.known) else self.known)
+
+    def of_text(self, value: str) -> str | None:
+        """What a text would have to be; None if it is."""
+        if self.is_name and not is_name(value):
+            return NAME_RULE
+        if self.known and value not in self.choices:
+            return f"must be one of {', '.join(self.choices)}"
+        return "must not be empty" if self.filled and not value else None
+
+    def of_number(self, value: float) -> str | None:
+        """What a number would have to be; None if it is."""
+        low_enough = (self.below is None or value < self.below) and (self.most is None or value <= self.most)
+        high_enough = (self.above is None or value > self.above) and (self.least is None or value >= self.least)
+        if not (low_enough and high_enough):
+            return f"must be {self.limits} {self.unit}".rstrip()
+        least, most = self.sizes
+        fits = value == 0 or least <= abs(value) <= most
+        return None if fits else f"must be a finite number: 0, or {least:g} to {most:g} in size"
+
+    def of_group(self, value: Sequence[object] | Mapping[str, object]) -> str | None:
+        """What a list or mapping would have to be; None if it is."""
+        if self.filled and not value:
+            return "must not be empty"
+        unit = f", {self.unit}" if self.unit else ""
+        if self.length is not None and isinstance(value, Sequence) and len(value) != self.length:
+            return f"must have {self.length} entries{unit}"
+        if self.span and isinstance(value, Sequence) and not (len(value) == 2 and value[0] <= value[1]):  # type: ignore[operator]
+            return f"must be [least, most]{unit}"
+        return None
+
+
+_ANY = Rule()
+
+
+def valid(unit: str = "", **rule: Any) -> dict[str, Rule]:
+    """Metadata of a field, from the fields of a Rule."""
+    return {_RULE: Rule(unit, **rule)}
+
+
+def quantity(default: _T, unit: str = "", **rule: Any) -> _T:
+    """A field with a default and a Rule; a list or mapping is copied."""
+    if isinstance(default, list | dict):
+        made: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
+    else:
+        made = field(default=default, metadata=valid(unit, **rule))
+    found: _T = made
+    return found
+
+
+def like(cls: type, name: str) -> Any:
+    """A field that may be None, which it is by default, and else what another class has under that name."""
+    return field(default=None, metadata={_RULE: rules(cls)[name]})
+
+
+@cache
+def rules(cls: type) -> dict[str, Rule]:
+    """The rules of the fields of a dataclass, by their names."""
+    return {part.name: part.metadata.get(_RULE, _ANY) for part in fields(cls)}
+
+
+def misfits(config: object) -> Iterator[Misfit]:
+    """What the fields of a dataclass, each of them valid, do not do together."""
+    return config.misfits() if hasattr(config, "misfits") else iter(())

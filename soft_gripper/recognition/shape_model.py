@@ -1,0 +1,201 @@
+"""Which shape is held: what a grasp shows of it, the discriminant of shapes, its training and its file.
+
+The model is regularised quadratic discriminant analysis on principal components; its file is JSON.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.text import read_text
+from soft_gripper.scenario.model_files import model_path
+
+
+def grasp_features(angles: Array, torques: Array) -> Array:
+    """The features of grasps, (..., 4 L N): means over the fingers, and standard deviations between them.
+
+    Args:
+        angles: estimated joint angles at every level of pressure, rad, (..., L, F, N).
+        torques: estimated external torques, N m, (..., L, F, N).
+    """
+    both = np.concatenate([angles, torques], axis=-1)  # (..., L, F, 2N)
+    found = np.concatenate([both.mean(axis=-2), both.std(axis=-2)], axis=-1)
+    return found.reshape(*found.shape[:-2], -1)
+
+
+@dataclass(frozen=True)
+class ShapeModel:
+    """A quadratic discriminant of grasp features; which shape is likeliest, if all are equally common.
+
+    The features are projected onto D components; in those the grasps of each shape are normally distributed.
+
+    Raises:
+        InputError: if something does not fit, or is not finite.
+    """
+
+    shapes: tuple[str, ...]  # names, (C)
+    fingers: int
+    joints: int  # of each finger, N
+    sections: int  # of the sensors that it was trained with
+    pressures: Array  # at which it takes samples, Pa, (L)
+    center: Array  # of the features, (K) with K = 4 L N
+    components: Array  # (D, K)
+    means: Array  # of the shapes, (C, D)
+    covariances: Array  # of the shapes, (C, D, D)
+
+    def __post_init__(self) -> None:
+        levels, shapes, size = self.pressures.size, len(self.shapes), len(self.components)
+        features = 4 * levels * self.joints
+        expected = {
+            "pressures": (levels,),
+            "center": (features,),
+            "components": (size, features),
+            "means": (shapes, size),
+            "covariances": (shapes, size, size),
+        }
+        for name, shape in expected.items():
+            found = getattr(self, name)
+            if found.shape != shape:
+                raise InputError("shape model", name, f"an array {found.shape}", f"give one of {shape}")
+            if not np.isfinite(found).all():
+                raise InputError("shape model", name, "NaN or infinite", "give finite numbers")
+        if not (self.pressures > 0).all():
+            raise InputError("shape model", "pressures", self.pressures.tolist(), "give pressures above 0, Pa")
+        if not (np.linalg.eigvalsh(self.covariances) > 0).all():
+            raise InputError("shape model", "covariances", "...", "give matrices that are positive definite")
+
+    def probabilities(self, angles: Array, torques: Array) -> Array:
+        """Of the shapes, (..., C), from what `grasp_features` takes; NaN if something in it is."""
+        parts = (grasp_features(angles, torques) - self.center) @ self.components.T
+        from_means = parts[..., None, :] - self.means
+        distances = ((from_means[..., None, :] @ self._precisions)[..., 0, :] * from_means).sum(axis=-1)
+        scores = -0.5 * (distances + np.linalg.slogdet(self.covariances).logabsdet)
+        likelihoods = np.exp(scores - scores.max(axis=-1, keepdims=True))
+        found: Array = likelihoods / likelihoods.sum(axis=-1, keepdims=True)
+        return found
+
+    @cached_property
+    def _precisions(self) -> Array:
+        return np.linalg.inv(self.covariances)
+
+
+COMPONENTS = 24  # principal ones of the standardised features, at most
+SHRINKAGE = 0.1  # of the covariance of a shape, toward that of all
+_LEAST = 1e-6  # variance within a shape, of the whole along a component
+
+
+def train_shape_model(
+    labels: Sequence[str], angles: Array, torques: Array, pressures: Sequence[float], sections: int
+) -> ShapeModel:
+    """The quadratic discriminant of M grasps.
+
+    Args:
+        labels: the shape of each grasp, (M).
+        angles: estimated joint angles at every level of pressure, rad, (M, L, F, N).
+        torques: estimated external torques, N m, (M, L, F, N).
+        pressures: of the levels, Pa, (L).
+        sections: of the sensors that the estimates are from.
+
+    Raises:
+        InputError: unless there are two shapes or more, each with two grasps or more, all of them finite.
+    """
+    features, names = grasp_features(angles, torques), np.array(labels)
+    shapes = tuple(dict.fromkeys(labels))
+    if len(shapes) < 2 or min(labels.count(shape) for shape in shapes) < 2:
+        counts = {shape: labels.count(shape) for shape in shapes}
+        raise InputError("shape model", "grasps", counts, "give two shapes or more, and two grasps or more of each")
+    if not np.isfinite(features).all():
+        bad = int(np.argmin(np.isfinite(features).all(axis=-1)))
+        raise InputError("shape model", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
+    center, components = principal_components(features)
+    parts = (features - center) @ components.T
+    means = np.array([parts[names == shape].mean(axis=0) for shape in shapes])
+    residuals = parts - means[[shapes.index(label) for label in labels]]
+    covariances = np.array([_covariance(residuals[names == shape]) for shape in shapes])
+    shrunk = (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _LEAST * np.eye(len(components))
+    fingers, joints = angles.shape[-2:]
+    levels = np.array(pressures, dtype=float)
+    return ShapeModel(shapes, fingers, joints, sections, levels, center, components, means, shrunk)
+
+
+def principal_components(features: Array) -> tuple[Array, Array]:
+    """Centre (K) and components (D, K) of features (M, K): their products with what is off the centre vary by 1.
+
+    The features are standardised first, so that radians and newton metres count alike; one that does not vary counts
+    for nothing.
+    """
+    center, scale = features.mean(axis=0), features.std(axis=0)
+    scale[scale < 1e-12 * np.abs(features).max()] = np.inf
+    _, sizes, directions = np.linalg.svd((features - center) / scale, full_matrices=False)
+    number = min(COMPONENTS, int((sizes > 1e-9 * sizes[0]).sum()))
+    deviations = sizes[:number, None] / np.sqrt(len(features))
+    return center, directions[:number] / deviations / scale
+
+
+def _covariance(residuals: Array) -> Array:
+    """Of residuals (M, D) about a mean, (D, D)."""
+    found: Array = residuals.T @ residuals / len(residuals)
+    return found
+
+
+_DIGITS = 9  # of a weight
+
+
+def save_shape_model(model: ShapeModel, path: Path) -> None:
+    """Writes a model, a line a field."""
+    content = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(model).items()
+    }
+    lines = (f"  {json.dumps(name)}: {json.dumps(_rounded(value))}" for name, value in content.items())
+    with atomic_file(path) as partial:
+        partial.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+def load_shape_model(file: Path | str) -> ShapeModel:
+    """Reads what `save_shape_model` wrote.
+
+    Args:
+        file: a path or package://soft_gripper/... URI.
+
+    Raises:
+        InputError: if the file is missing, no shape model, or what is in it does not fit.
+    """
+    path = model_path(str(file))
+    text = read_text(path)
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError):
+        raise InputError(path, "file", path.name, "is not JSON") from None
+    names = [field.name for field in fields(ShapeModel)]
+    if not isinstance(content, dict) or sorted(content) != sorted(names):
+        found = list(content) if isinstance(content, dict) else type(content).__name__
+        raise InputError(path, "fields", found, f"a shape model has: {', '.join(names)}")
+    try:
+        return ShapeModel(**{name: _value(name, content[name]) for name in names})
+    except InputError as error:
+        raise error.inside(path) from None
+
+
+def _value(name: str, value: Any) -> Any:
+    """A field from what JSON makes of it."""
+    try:
+        if name in ("fingers", "joints", "sections"):
+            return int(value)
+        return tuple(map(str, value)) if name == "shapes" else np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        expected = "give whole numbers" if name in ("fingers", "joints", "sections") else "give a list, as it was saved"
+        raise InputError("shape model", name, value, expected) from None
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_rounded(entry) for entry in value]
+    return float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value

@@ -1,0 +1,174 @@
+"""A study: many calls of one function, given to an executor, whose results are kept as each call ends.
+
+Jobs are plain data, and so are results. They are kept as rows of tables (StudyTables), as folders (`write_folder`) or
+in memory; what is kept is known to be whole by its checksums, so that a study that was cut short goes on from there.
+"""
+
+import csv
+import hashlib
+import io
+import logging
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from pathlib import Path
+from typing import Any, TypeVar
+
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.text import read_text
+from soft_gripper.runs.executor import UnguardedScriptError
+
+_LOGGER = logging.getLogger(__name__)
+Key = TypeVar("Key")
+
+
+def run_study(
+    executor: Executor,
+    work: Callable[..., Any],
+    jobs: Mapping[Key, Sequence[Any]],
+    keep: Callable[[Key, Any], Any],
+    failed: Callable[[Key, BaseException], Any] | None = None,
+    ended: Callable[[Key], Any] = lambda key: None,
+) -> None:
+    """Makes a call of `work` for every job, and returns when the last has ended.
+
+    Args:
+        executor: makes them.
+        work: a function of a module, that takes and returns plain data.
+        jobs: the arguments of every call, by a key of the job.
+        keep: called here, as each call ends, with the key and the result.
+        failed: the result of a job whose call failed; None: it has none.
+        ended: called after every call, whether it failed or not.
+
+    Raises:
+        UnguardedScriptError: if the script that this process runs would be run again by every other.
+        Exception: the first of a call that failed, where nothing stands in for its result; the others are finished
+            before.
+    """
+    key_of, errors = {executor.submit(work, *call): key for key, call in jobs.items()}, []
+    for future in as_completed(key_of):
+        key, error = key_of.pop(future), future.exception()
+        if isinstance(error, UnguardedScriptError):
+            raise error
+        if error is None:
+            keep(key, future.result())
+        elif failed is not None:
+            keep(key, failed(key, error))
+        else:
+            errors.append(error)
+        ended(key)
+    if errors:
+        raise errors[0]
+
+
+def describe(error: BaseException) -> str:
+    """An error in words, in a line."""
+    known = isinstance(error, InputError | SimulationDivergedError | WorkerDiedError)
+    return " ".join(f"{'' if known else type(error).__name__ + ': '}{error}".split())
+
+
+class StudyTables:
+    """CSV files in a folder with a row for every job, which begins with the cells of its key, and what they are of.
+
+    A table is whole whenever it is looked at, but for its last line if the process was killed there. A row counts if it
+    is in all tables and its cells are those of which the checksum beside the first table is.
+    """
+
+    def __init__(self, folder: Path, about: str, columns: Mapping[str, Sequence[str]], keys: int):
+        """Nothing is read or written yet.
+
+        Args:
+            folder: of the files.
+            about: name of the file that says what the study is of.
+            columns: of every table, by the names of the files; the same `keys` come first in each.
+            keys: number of columns that tell one job from another.
+        """
+        self._folder, self._about, self._columns, self._keys = folder, folder / about, columns, keys
+        self._first = folder / next(iter(columns))
+        self._sums = folder / f"{self._first.name}.sha256"
+        self.rows: dict[tuple[str, ...], list[list[str]]] = {}  # cells of a job's row in each table
+
+    def begin(self, about: str, resume: bool) -> None:
+        """Begins new tables in the place of others, or reads those that are there of the same study.
+
+        Args:
+            about: what the study is of, as text.
+            resume: whether the rows that are there are kept.
+
+        Raises:
+            InputError: if it is to be resumed, and what is there is of another study or has other columns.
+        """
+        if resume and self._about.is_file():
+            if read_text(self._about) != about:
+                expected = "holds another study, or one by other versions; repeat that one, or give another --out"
+                raise InputError("study", "--resume", str(self._folder), expected)
+            self._read()
+        self._write(list(self.rows))
+        with atomic_file(self._about) as partial:
+            partial.write_text(about, encoding="utf-8")
+
+    def add(self, *rows: Sequence[str]) -> None:
+        """Adds the rows of a job, one for each table.
+
+        Raises:
+            InputError: if they cannot be written.
+        """
+        self.rows[tuple(rows[0][: self._keys])] = kept = [list(row) for row in rows]
+        files = [*(self._folder / table for table in self._columns), self._sums]
+        lines = [*map(_line, kept), f"{_sum(kept)}\n"]
+        for file, line in zip(files, lines, strict=True):
+            try:
+                with file.open("ab", buffering=0) as opened:
+                    _write_whole(opened.fileno(), line.encode())
+            except OSError as failure:
+                raise InputError("output", "file", str(file), f"cannot be written: {failure.strerror}") from None
+
+    def finish(self, order: Iterable[tuple[str, ...]]) -> None:
+        """Puts the rows in the order of these keys, which are those of all rows."""
+        self._write(list(order))
+
+    def _read(self) -> None:
+        """Reads the rows as they were written; a last line that is not whole is left out."""
+        tables = [self._rows_of(table) for table in self._columns]
+        sums = set(read_text(self._sums).split()) if self._sums.is_file() else set()
+        found = {key: [rows[key] for rows in tables] for key in tables[0] if all(key in rows for rows in tables)}
+        self.rows = {key: rows for key, rows in found.items() if _sum(rows) in sums}
+        if changed := max(map(len, tables)) - len(self.rows):
+            _LOGGER.warning("%s: %d rows are incomplete or were changed; they are run again", self._first, changed)
+
+    def _rows_of(self, table: str) -> dict[tuple[str, ...], list[str]]:
+        file, columns = self._folder / table, list(self._columns[table])
+        text = read_text(file) if file.exists() else ""
+        try:
+            header, *rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1], newline=""))) or [columns]
+        except csv.Error as error:
+            raise InputError("study", "--resume", str(file), f"is not a table: {error}") from None
+        if header != columns:
+            raise InputError("study", "--resume", str(file), f"has other columns than {', '.join(columns)}")
+        return {tuple(row[: self._keys]): row for row in rows}
+
+    def _write(self, order: Sequence[tuple[str, ...]]) -> None:
+        self.rows = {key: self.rows[key] for key in order}
+        for i, (table, columns) in enumerate(self._columns.items()):
+            lines = map(_line, [columns, *(rows[i] for rows in self.rows.values())])
+            with atomic_file(self._folder / table) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+                file.writelines(lines)
+        with atomic_file(self._sums) as partial:
+            partial.write_text("".join(f"{_sum(rows)}\n" for rows in self.rows.values()), encoding="ascii")
+
+
+def _sum(rows: Sequence[Sequence[str]]) -> str:
+    cells = "\0".join(cell for row in rows for cell in row)
+    return hashlib.sha256(cells.encode("utf-8", "surrogateescape")).hexdigest()
+
+
+def _line(cells: Sequence[str]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue()
+
+
+def _write_whole(descriptor: int, line: bytes) -> None:
+    while line:  # a disk that is full takes a part of it, and none the next time
+        line = line[os.write(descriptor, line) :]

@@ -1,0 +1,156 @@
+"""Trials of pick and place: scenarios varied at random, of which each can be run again alone."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.simulation import Progress, run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError
+from soft_gripper.files.csv_table import cells, columns, of_cells
+from soft_gripper.pictures.style import save_figure
+from soft_gripper.runs.study import StudyTables, describe, run_study
+from soft_gripper.runs.trials.figure import trials_figure
+from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow, failed_row, tilt, trial_row, yaw
+from soft_gripper.runs.trials.trial_run import TrialRun
+from soft_gripper.runs.trials.variation import draw, random_numbers, vary
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+
+ABOUT, TABLES, FIGURE = "trials.yaml", ("trials.csv", "trials_details.csv"), "trials"
+Key = tuple[str, str]  # name of a scenario and number of a trial, as cells of the tables
+SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
+
+
+def check_scenario_for_trials(file: str) -> None:
+    """Looks at a scenario before any work is done.
+
+    Raises:
+        InputError: if it cannot be built, its object not be varied, or there is nothing to judge.
+    """
+    scenario = load_scenario(file)
+    if scenario.task is None:
+        raise InputError(file, "task", None, "give a task to be tried")
+    if not any(phase.holds for phase in scenario.task.phases):
+        raise InputError(file, "task.phases", "...", "give at least one that holds the object")
+    if scenario.estimator.contact_threshold is None:
+        raise InputError(file, "estimator.contact_threshold", None, "give a torque, so that contact is looked for")
+    try:
+        make_station(scenario)
+        vary(scenario, random_numbers(0, file, 0))
+    except InputError as error:
+        raise error.inside(file) from error.__cause__
+
+
+def run_trials(
+    files: Sequence[str],
+    number: int,
+    seed: int,
+    out: Path,
+    executor: Executor,
+    report: Callable[[Trial], Any],
+    resume: bool = False,
+) -> list[Trial]:
+    """Runs `number` trials of every scenario.
+
+    A row is added to the tables in `out` as each trial ends; after the last they are in order, and there is a figure.
+    The same seed leads to the same tables.
+
+    Args:
+        files: names or paths of scenarios.
+        executor: runs them.
+        report: called with every trial that has ended.
+        resume: keep the trials that are in the tables, and run the others.
+
+    Raises:
+        InputError: if there is something to resume, of another seed or other scenarios.
+    """
+    tables = StudyTables(out, ABOUT, dict(zip(TABLES, map(columns, (TrialRow, DetailRow)), strict=True)), 2)
+    tables.begin(_about(files, seed), resume)
+    for suffix in (".png", ".svg"):  # of fewer trials
+        (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
+    trials = {key: Trial(of_cells(a, TrialRow), of_cells(b, DetailRow)) for key, (a, b) in tables.rows.items()}
+    for trial in trials.values():
+        report(trial)
+
+    def keep(key: Key, trial: Trial) -> None:
+        trials[key] = trial
+        tables.add(cells(trial.row), cells(trial.details))
+        report(trial)
+
+    jobs = {(Path(file).stem, str(i)): (file, seed, i) for i in range(number) for file in files}
+    left = {key: call for key, call in jobs.items() if key not in trials}
+    run_study(executor, run_trial, left, keep, lambda key, error: _failed(*jobs[key], describe(error)))
+    names = [Path(file).stem for file in files]
+    order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))
+    tables.finish(order)
+    found = [trials[key] for key in order]
+    save_figure(trials_figure(found, {Path(file).stem: _force_limit(file) for file in files}), out / FIGURE)
+    return found
+
+
+def _about(files: Sequence[str], seed: int) -> str:
+    """What trials are of, as text."""
+    scenarios = (f"# {Path(file).stem}\n{dump_scenario(load_scenario(file))}" for file in files)
+    return "\n".join([f"seed: {seed}", *scenarios])
+
+
+def _force_limit(file: str) -> float | None:
+    task = load_scenario(file).task
+    return None if task is None else task.force_limit
+
+
+def run_trial(file: str, seed: int, trial: int) -> Trial:
+    """Runs one trial.
+
+    Raises:
+        InputError: if its variation cannot be built.
+        SimulationDivergedError: if its state leaves the finite numbers.
+    """
+    return judge(file, seed, trial, *record_trial(file, seed, trial))
+
+
+def record_trial(file: str, seed: int, trial: int, progress: Progress | None = None) -> tuple[Station, Recording]:
+    """Runs one trial and keeps its recording; `progress` as for `simulate`. Raises what `run_trial` does."""
+    scenario, _ = vary(load_scenario(file), random_numbers(seed, Path(file).stem, trial))
+    station = make_station(scenario)
+    return station, run_station(station, progress=progress)
+
+
+def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:
+    """What came of a trial, from its recording."""
+    name, run = Path(file).stem, TrialRun(station, recording)
+    x, y, _ = 1e3 * run.placed
+    details = replace(
+        _details(file, seed, trial),
+        placed_x_mm=float(x),
+        placed_y_mm=float(y),
+        placed_yaw_deg=float(np.degrees(yaw(run.turned))),
+        placed_tilt_deg=float(np.degrees(tilt(run.turned))),
+    )
+    return Trial(trial_row(name, trial, station, recording), details)
+
+
+def _failed(file: str, seed: int, trial: int, cause: str) -> Trial:
+    """A trial that ended in an error."""
+    return Trial(failed_row(Path(file).stem, trial, cause), _details(file, seed, trial))
+
+
+def _details(file: str, seed: int, trial: int) -> DetailRow:
+    """What was drawn for a trial."""
+    name, task = Path(file).stem, load_scenario(file).task
+    assert task is not None
+    drawn = draw(random_numbers(seed, name, trial), task.trials)
+    return DetailRow(
+        name,
+        trial,
+        **asdict(drawn),
+        reported_x_mm=drawn.x_mm + drawn.error_x_mm,
+        reported_y_mm=drawn.y_mm + drawn.error_y_mm,
+        reported_yaw_deg=drawn.yaw_deg + drawn.error_yaw_deg,
+    )

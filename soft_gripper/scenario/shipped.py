@@ -1,0 +1,45 @@
+"""Shipped scenarios and presets of sensor errors, found by name without Drake, so that commands answer quickly."""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from soft_gripper.errors import InputError
+
+SHIPPED = Path(__file__).parents[1] / "diagrams" / "scenarios"
+PRESETS = Path(__file__).with_name("sensor_presets.yaml")
+
+
+def scenario_names() -> list[str]:
+    """Names of the shipped scenarios."""
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+
+
+def scenario_path(name_or_path: str) -> Path:
+    """The file of a shipped scenario, or the path itself.
+
+    Raises:
+        InputError: if the name is not that of a shipped scenario.
+    """
+    if name_or_path.endswith((".yaml", ".yml")):
+        return Path(name_or_path)
+    if name_or_path not in scenario_names():
+        raise InputError("scenario", "name", name_or_path, f"not shipped; known: {', '.join(scenario_names())}")
+    return SHIPPED / f"{name_or_path}.yaml"
+
+
+def descriptions() -> dict[str, str]:
+    """What each shipped scenario is, by name."""
+    return {name: _read(scenario_path(name))["description"] for name in scenario_names()}
+
+
+def preset_names() -> list[str]:
+    """Names of the presets of sensor errors."""
+    return list(_read(PRESETS))
+
+
+def _read(file: Path) -> dict[str, Any]:
+    """The data of a shipped file, in which every value is text or holds text."""
+    data: dict[str, Any] = yaml.load(file.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
+    return data

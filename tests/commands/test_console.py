@@ -1,0 +1,82 @@
+"""What a command says: text, one JSON document, or nothing."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import short, soft_gripper
+
+from soft_gripper.commands.console import Console
+
+
+@dataclass
+class Row:
+    name: str
+    error_mm: float
+
+
+def test_document_has_tables_and_files_and_null_for_what_is_no_number(capsys):
+    console = Console(json=True)
+    with console.speaking():
+        print("text for people")
+        console.table("errors", [Row("a", 0.5), Row("b", float("nan"))])
+        console.wrote(Path("out") / "errors.csv")
+        console.wrote(Path("out") / "more.csv")
+    rows = [{"name": "a", "error_mm": 0.5}, {"name": "b", "error_mm": None}]
+    assert json.loads(capsys.readouterr().out) == {"errors": rows, "written": ["out/errors.csv", "out/more.csv"]}
+
+
+def test_document_has_numbers_of_numpy(capsys):
+    console = Console(json=True)
+    with console.speaking():
+        console.document["found"] = {"count": np.int64(3), "held": np.True_, "angles": np.array([0.5, np.nan])}
+    assert json.loads(capsys.readouterr().out) == {"found": {"count": 3, "held": True, "angles": [0.5, None]}}
+
+
+def test_text_comes_without_a_document(capsys):
+    console = Console()
+    with console.speaking():
+        console.table("errors", [Row("a", 0.5)])
+        console.wrote(Path("a"), Path("b"))
+    assert capsys.readouterr().out == "\nWritten: a, b\n"
+
+
+def test_nothing_is_said_by_a_command_that_fails(capsys):
+    def fail():
+        with Console(json=True).speaking():
+            print("half")
+            raise ValueError("no")
+
+    with pytest.raises(ValueError, match="no"):
+        fail()
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(("quiet", "shown"), [(False, True), (True, False)])
+def test_bars_are_for_whoever_looks(quiet, shown, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with Console(quiet=quiet).counter(3, "runs") as bar, Console(quiet=quiet).seconds(3.0, "run") as other:
+        assert [bool(bar.disable), bool(other.disable)] == [not shown] * 2
+
+
+def test_a_bar_is_full_when_a_run_ends_before_its_time(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with Console().progress("run", 10.0) as progress:
+        progress(1.0)
+        progress(3.0)
+    assert "3/3 s simulated" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_run_as_a_document_says_what_its_tables_do(tmp_path):
+    arguments = ["run", "free_bending", *short(), "--out", tmp_path]
+    text, document, quiet = (soft_gripper(*arguments, *more) for more in ([], ["--json"], ["-q"]))
+    found = json.loads(document.out)
+    assert found["written"] == [
+        str(tmp_path / name) for name in ("recording.nc", "scenario.yaml", "metrics.csv", "forces.csv")
+    ]
+    assert [row["pressure_kpa"] for row in found["poses"]] == pytest.approx([0, 60, 0, 60])
+    for row in found["poses"]:
+        assert f"{row['pose_error_mm']:.3f}" in text.out
+    assert (quiet.code, quiet.out, quiet.err) == (0, "", "")

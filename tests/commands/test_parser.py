@@ -1,0 +1,170 @@
+"""The command line: help, examples that can be typed as they are, what options take, and what is refused at once."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from soft_gripper.commands.parser import COMMANDS, command_parser, number, parsed, whole
+from soft_gripper.errors import InputError
+from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
+from soft_gripper.runs.sweep.axes import METHODS
+
+HELP = command_parser().format_help()
+NAMES = re.findall(r"^    ([a-z-]+)(?:  |$)", HELP, re.MULTILINE)
+
+
+def examples(command, capsys):
+    with pytest.raises(SystemExit):
+        command_parser().parse_args([command, "--help"])
+    text = capsys.readouterr().out
+    return re.findall(r"^  (soft-gripper .*)$", text[text.index("examples:") :], re.MULTILINE)
+
+
+def test_there_are_commands():
+    assert {"run", "evaluate", "sweep", "doctor", "hardware"} <= set(NAMES)
+
+
+@pytest.mark.parametrize("command", NAMES)
+def test_examples_are_understood(command, capsys):
+    lines = examples(command, capsys)
+    assert lines
+    for line in lines:
+        program, *arguments = shlex.split(
+            re.sub(r"(?<=\S)\s{2,}\S.*$", "", re.sub(rf"{command} {{2,}}.*$", command, line))
+        )
+        assert program == "soft-gripper"
+        assert command_parser().parse_args(arguments).command.name == command
+
+
+def test_exit_codes_are_listed():
+    for words in ("0 done", "1 failed", "2 refused", "130 interrupted", "141 broken pipe"):
+        assert words in " ".join(HELP.split())
+
+
+def test_modules_of_all_commands_run_them():
+    assert [command.name for command in COMMANDS if not callable(import_module(command.module).run)] == []
+
+
+def test_defaults_and_choices_are_those_of_the_library():
+    """They are written out, since nothing is imported for them."""
+    assert parsed(["contact-trials"]).friction == PEG_FRICTION
+    (method,) = (option for command in COMMANDS for option in command.options if "--method" in option.names)
+    assert method.settings["choices"] == METHODS
+
+
+@pytest.mark.parametrize(("text", "value"), [("2", 2), ("007", 7), ("40", 40)])
+def test_whole_numbers_within_the_limits(text, value):
+    assert whole(2, 40)(text) == value
+
+
+@pytest.mark.parametrize(
+    "text", ["1", "41", "-2", "+3", "3.0", "1e1", "", " 3", "three", "3" * 11, "\N{ARABIC-INDIC DIGIT THREE}"]
+)
+def test_no_whole_number_within_them(text):
+    with pytest.raises(ValueError, match="at least 2, 40 at most"):
+        whole(2, 40)(text)
+
+
+@pytest.mark.parametrize(("text", "value"), [("0", 0.0), ("1e-3", 1e-3), ("2", 2.0)])
+def test_numbers_from_zero(text, value):
+    assert number(2.0)(text) == value
+
+
+@pytest.mark.parametrize("text", ["-1e-9", "-5e-324", "2.1", "1e308", "inf", "nan", "1e999", "", "x"])
+def test_no_number_from_zero(text):
+    with pytest.raises(ValueError, match="from 0 to 2"):
+        number(2.0)(text)
+
+
+def test_a_limit_that_is_not_allowed():
+    assert number(100.0, is_most_allowed=False)("99.9") == 99.9
+    with pytest.raises(ValueError, match="below 100"):
+        number(100.0, is_most_allowed=False)("100")
+
+
+def test_values_of_options():
+    options = parsed(["grasp-trials", "--seed", "7", "--out", "here", "--scenario", "box_grasp"])
+    assert (options.seed, options.trials, options.out, options.scenario) == (7, 20, Path("here"), ["box_grasp"])
+    assert options.jobs == os.cpu_count()
+    assert parsed(["place-sensors", "--count", "2", "--scenarios", "box_grasp,free_bending"]).scenarios == [
+        "box_grasp",
+        "free_bending",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "field"),
+    [
+        ("run nowhere", "name"),
+        ("run nowhere.yaml", "scenario"),
+        ("run free_bending --set =3", "--set"),
+        ("run free_bending --sections four", "--sections"),
+        ("run free_bending --out ~no_such_user/x", "--out"),
+        ("sweep free_bending --vary sensor.seed=1,2 --method sobol --out x", "--method"),
+        ("sweep free_bending --vary sensor.seed=1,2 --method grid --sample 4 --out x", "--method"),
+        ("sweep free_bending --vary sensor.seed --out x", "--vary"),
+        ("grasp-trials --scenario box_grasp --scenario box_grasp", "--scenario"),
+        ("grasp-trials --jobs 0", "--jobs"),
+        ("place-sensors --count 2 --sensors perfect", "--sensors"),
+        ("place-sensors --count 2 --belief 100", "--belief"),
+        ("place-sensors --count 2 --scenarios box_grasp --recordings a.nc", "--scenarios"),
+        ("identify a.csv --finger a.urdf --free length --out fitted.csv", "--out"),
+        ("expand a.urdf --segments -1", "--segments"),
+    ],
+)
+def test_mistakes_name_the_option(line, field):
+    with pytest.raises(InputError) as error:
+        parsed(line.split())
+    assert error.value.field == field
+
+
+@pytest.mark.parametrize("line", ["", "frob", "run", "run box_grasp --frob", "play --grip hard", "sweep x --out"])
+def test_mistakes_that_argparse_finds_are_one_line(line, capsys):
+    with pytest.raises(SystemExit) as caught:
+        parsed(line.split())
+    assert caught.value.code == 2
+    said = capsys.readouterr().err
+    assert said.startswith("soft-gripper: ")
+    assert said.count("\n") == 1
+
+
+QUICK = [
+    ["--help"],
+    ["--version"],
+    ["--print-completion", "bash"],
+    ["list"],
+    ["list", "--json"],
+    *([command.name, "--help"] for command in COMMANDS),
+    [],
+    ["frob"],
+    ["run", "nowhere"],
+    ["run", "nowhere.yaml"],
+    ["grasp-trials", "--trials", "0"],
+    ["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--method", "sobol", "--out", "x"],
+    ["place-sensors", "--count", "2", "--sensors", "perfect"],
+]
+RUN_ALL = """
+import contextlib, io, json, sys
+from soft_gripper.commands import main
+for arguments in json.loads(sys.argv[1]):
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.suppress(SystemExit):
+            main(arguments)
+    heavy = {"pydrake", "numpy", "scipy", "matplotlib", "xarray"} & set(sys.modules)
+    if heavy:
+        sys.exit(f"{arguments} imports {heavy}")
+"""
+
+
+def test_help_lists_and_mistakes_import_neither_drake_nor_numpy():
+    done = subprocess.run(
+        [sys.executable, "-c", RUN_ALL, json.dumps(QUICK)], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")

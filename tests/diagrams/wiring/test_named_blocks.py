@@ -1,0 +1,110 @@
+"""Sensors and estimators by name: the project's own, a user's from anywhere that Python or the current folder has."""
+
+import sys
+
+import pytest
+from pydrake.systems.primitives import ZeroOrderHold
+
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.scenario.sensor_presets import SENSORS, find_sensor
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+
+def test_names_of_the_project(shipped_finger):
+    layout = SensorLayout(shipped_finger, 3)
+    assert list(SENSORS) == ["strain"]
+    assert find_sensor("strain") is SensorLayout
+    assert isinstance(find_estimator("gaussian")(layout, [0, 0, -9.81], 0.01), ShapeEstimator)
+
+
+def test_functions_of_the_users(monkeypatch, tmp_path):
+    """From the current folder too, which is not left on Python's path."""
+    (tmp_path / "lab_sensors.py").write_text("def make(layout, period):\n    return period\n")
+    monkeypatch.chdir(tmp_path)
+    path = list(sys.path)
+    assert find_sensor("lab_sensors:make")(None, 0.5) == 0.5
+    assert sys.path == path
+    assert find_estimator("own_blocks:mean_bend").__name__ == "mean_bend"
+
+
+def test_what_is_installed_comes_before_the_current_folder(monkeypatch, tmp_path):
+    (tmp_path / "math.py").write_text("def sqrt(x):\n    return 'mine'\n")
+    monkeypatch.chdir(tmp_path)
+    assert find_sensor("math:sqrt")(4.0) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("strane", 'known: strain; or give "module:function" of your own'),
+        ("", "known: strain"),
+        (":make", "known: strain"),
+        ("own_blocks:", "known: strain"),
+        ("own_blocks:nosuch", "cannot be imported: AttributeError: module 'own_blocks' has no attribute 'nosuch'"),
+        ("nosuch_module:make", "cannot be imported: ModuleNotFoundError: No module named 'nosuch_module'"),
+        ("broken_module:make", "cannot be imported: "),
+        ("own_blocks:NOT_CALLABLE", "is not callable"),
+    ],
+)
+def test_what_is_not_there(monkeypatch, tmp_path, name, complaint):
+    (tmp_path / "broken_module.py").write_text("def make(:\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as caught:
+        find_sensor(name)
+    assert str(caught.value).startswith(f"scenario: sensor.type = {name!r}: {complaint}")
+    assert "\n" not in str(caught.value)
+
+
+def broken(layout, period):
+    raise KeyError("nothing")
+
+
+def leaving(layout, period):
+    sys.exit(0)
+
+
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (broken, "failed: KeyError: 'nothing'"),
+        (leaving, r"failed: sys.exit\(0\) was called"),
+        (lambda *_: 3, "made a int; a Drake System is"),
+        (lambda *_: None, "made a NoneType; a Drake System is"),
+    ],
+)
+def test_a_function_that_fails_is_named(shipped_finger, make, complaint):
+    with pytest.raises(InputError, match=complaint) as caught:
+        make_block("sensor.type", "own:make", make, SensorLayout(shipped_finger, 3), 0.01)
+    assert (caught.value.field, caught.value.value) == ("sensor.type", "own:make")
+
+
+def test_a_module_that_ends_python(monkeypatch, tmp_path):
+    (tmp_path / "script_without_guard.py").write_text("import sys\nsys.exit(0)\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"cannot be imported: sys.exit\(0\) was called"):
+        find_sensor("script_without_guard:make")
+
+
+def test_a_block_is_part_of_one_finger():
+    block = ZeroOrderHold(0.1, 1)
+    make_block("sensor.type", "own:make", lambda: block)
+    with pytest.raises(InputError, match="the same block twice") as caught:
+        make_block("sensor.type", "own:make", lambda: block)
+    assert caught.value.value == "own:make"
+
+
+@pytest.mark.parametrize(("name", "where"), [("own:make", "sensor.type = own:make: own"), ("strain", "own")])
+def test_what_a_function_refuses_names_the_function_if_it_is_the_users(name, where):
+    def refuse():
+        raise InputError("own", "field", 1, "own words")
+
+    with pytest.raises(InputError) as caught:
+        make_block("sensor.type", name, refuse)
+    assert (caught.value.where, caught.value.field, caught.value.value) == (where, "field", 1)
+
+
+def test_the_field_is_that_of_the_estimator():
+    with pytest.raises(InputError, match=r"estimator\.type = 'arc': known: arcs"):
+        find_estimator("arc")

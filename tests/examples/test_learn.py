@@ -1,0 +1,96 @@
+"""Learning on a grasp that is a formula, files of what was learned, and the comparison."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from gentle_grasp import learn as module
+from gentle_grasp.episodes import Episode, saved_force, summary
+from gentle_grasp.figure import learning_figure
+from gentle_grasp.learn import FAILURE, FIRST_SEED, LARGEST, cost, learn, load_learned, save_learned, training_seeds
+
+
+class Objects:
+    """An environment of which the draws alone are asked for."""
+
+    def reset(self, seed):
+        mass, friction = np.random.default_rng(seed).uniform([0.02, 0.5], [0.06, 0.9])
+        return None, {"mass": mass, "friction": friction}
+
+
+def formula(env, policy, seeds):
+    """Force is in proportion to the torque that is held, and holds what is not too heavy for it."""
+    force = policy._parameters.target / 0.11
+    needed = [info["mass"] * 9.81 / 2 / info["friction"] for _, info in map(env.reset, seeds)]
+    return [Episode(seed, force > need, force) for seed, need in zip(seeds, needed, strict=True)]
+
+
+@pytest.fixture
+def learned(monkeypatch):
+    monkeypatch.setattr(module, "run_episodes", formula)
+    return [*islice(learn(Objects(), 8, 8, 1), 25)]
+
+
+def test_the_least_force_that_holds_is_found(learned):
+    needed = max(info["mass"] / info["friction"] for _, info in map(Objects().reset, training_seeds(Objects(), 8)))
+    assert learned[-1][0].target / 0.11 == pytest.approx(needed * 9.81 / 2, rel=0.05)
+    assert learned[-1][1].cost < learned[0][1].cost
+    assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
+
+
+def test_a_generation_says_how_its_candidates_fared(learned):
+    """By the formula a force is 0.55 N at first, and costs FAILURE for every object that is not held."""
+    first = learned[0][1]
+    assert first.peak_force == pytest.approx(0.06 / 0.11, rel=0.3)
+    assert 0 < first.success <= 1
+    assert first.cost == pytest.approx(first.peak_force + FAILURE * (1 - first.success))
+    assert first.best_cost <= first.cost
+
+
+def test_the_same_seed_learns_the_same(learned):
+    assert [*islice(learn(Objects(), 8, 8, 1), 3)] == learned[:3]
+
+
+def test_half_of_the_objects_are_hard_ones():
+    seeds, env = training_seeds(Objects(), 8), Objects()
+    infos = {seed: env.reset(seed)[1] for seed in range(FIRST_SEED + 4, FIRST_SEED + 100)}
+    needed = {seed: info["mass"] / info["friction"] for seed, info in infos.items()}
+    assert seeds[:4] == [*range(FIRST_SEED, FIRST_SEED + 4)]
+    assert set(seeds[4:]) == set(sorted(needed, key=needed.get)[-4:])
+
+
+def test_failures_cost_more_than_any_force():
+    assert cost([Episode(0, True, 0.5), Episode(1, True, 0.7)]) == pytest.approx(0.6)
+    assert cost([Episode(0, False, 100.0)]) == FAILURE + LARGEST
+    assert cost([Episode(0, False, float("nan"))]) == FAILURE + LARGEST  # one that diverged
+
+
+def test_what_was_learned_is_read_as_it_was_written(learned, tmp_path):
+    parameters, curve = learned[-1][0], [generation for _, generation in learned]
+    save_learned(tmp_path / "learned.yaml", parameters, curve)
+    assert load_learned(tmp_path / "learned.yaml") == (parameters, curve)
+
+
+def test_what_is_shipped_is_there():
+    parameters, curve = load_learned()
+    assert parameters.target > 0
+    assert curve
+
+
+def test_policies_are_compared_over_the_same_objects():
+    hand = [Episode(seed, True, 0.6 + 0.01 * (seed % 3)) for seed in range(30)]
+    gentle = [Episode(seed, seed != 0, 0.4 + 0.01 * (seed % 3)) for seed in range(30)]
+    found = summary("learned", gentle)
+    assert found.success.value == pytest.approx(29 / 30)
+    assert "0.967" in str(found)
+    assert saved_force(hand, gentle) == pytest.approx((0.2, 0.2, 0.2))
+    with pytest.raises(ValueError, match="same objects"):
+        saved_force(hand, gentle[1:])
+
+
+def test_the_figure_counts_what_was_held_up(learned):
+    episodes = [Episode(seed, seed > 2, 0.5) for seed in range(10)]
+    figure = learning_figure([generation for _, generation in learned], episodes, episodes)
+    labels = figure.axes[1].get_legend_handles_labels()[1]
+    assert labels == ["hand-tuned (7 of 10)", "learned (7 of 10)"]

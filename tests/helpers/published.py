@@ -1,0 +1,225 @@
+"""Numbers that documents print, compared with what `soft-gripper evaluate` wrote, to the last digit that is printed.
+
+A table is found by its header, a sentence by a pattern; both may move and be reworded around their numbers. What a
+cell should say is worked out from the CSV files again, in means, largest values and last steps of rows.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from soft_gripper.evaluation.contacts.sensors import LAYOUTS
+from soft_gripper.evaluation.paper.claims import Claim, claims
+from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
+from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
+from soft_gripper.evaluation.report.bars import estimator_claims
+from soft_gripper.evaluation.report.evaluate import CONTACT, FREE, SCENARIOS
+from soft_gripper.files.csv_table import read_csv
+from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+
+ROOT = Path(__file__).parents[2]
+MARK = "<!-- make evaluate -->"  # before a table that the command writes
+ESTIMATORS = ("arcs", "spline", "gaussian", "contact", "recursive")
+SECTIONS = (1, 2, 3, 4)
+POSE, TIP = "pose_error_mm", "tip_error_mm"
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+Numbers = list[float]
+
+
+@dataclass(frozen=True)
+class Written:
+    """The tables in the folder of an evaluation; of scenarios with contact the fingers that touch something."""
+
+    folder: Path
+
+    @cached_property
+    def contacts(self) -> list[ContactRow]:
+        return read_csv(self.folder / "contact.csv", ContactRow)
+
+    @cached_property
+    def poses(self) -> list[PoseRow]:
+        return of_touched_fingers(read_csv(self.folder / "metrics.csv", PoseRow), self.contacts)
+
+    @cached_property
+    def forces(self) -> list[ForceRow]:
+        return of_touched_fingers(read_csv(self.folder / "forces.csv", ForceRow), self.contacts)
+
+    @cached_property
+    def pressing(self) -> list[ContactForceRow]:
+        return of_touched_fingers(read_csv(self.folder / "contact_forces.csv", ContactForceRow), self.contacts)
+
+    @cached_property
+    def claims(self) -> list[Claim]:
+        return claims(of_estimator(self.poses, "arcs"), self.forces) + estimator_claims(self.poses)
+
+    def errors(self, scenario: str, sections: int, column: str = POSE, estimator: str = "arcs") -> Numbers:
+        """Of every step and finger, mm."""
+        wanted = scenario, sections, estimator
+        return [getattr(row, column) for row in self.poses if (row.scenario, row.sections, row.estimator) == wanted]
+
+    def mean(self, scenario: str, sections: int, column: str = POSE, estimator: str = "arcs") -> float:
+        return float(np.mean(self.errors(scenario, sections, column, estimator)))
+
+    def gain(self, column: str) -> float:
+        """From two to four sensors, where it is largest, mm."""
+        pairs = [zip(self.errors(s, 2, column), self.errors(s, 4, column), strict=True) for s in CONTACT]
+        return max(two - four for two, four in chain(*pairs))
+
+    def ratios(self, pairs: Sequence[tuple[float, float]]) -> Numbers:
+        """The least and the largest of ratios."""
+        found = [above / below for above, below in pairs]
+        return [min(found), max(found)]
+
+
+def _errors_by_sections(column: str) -> Callable[[Written], list[Numbers]]:
+    def rows(w: Written) -> list[Numbers]:
+        return [[*(w.mean(s, n, column) for n in SECTIONS), max(w.errors(s, 4, column))] for s in SCENARIOS]
+
+    return rows
+
+
+def _errors_by_estimator(w: Written) -> list[Numbers]:
+    cases = [(s, name) for s in SCENARIOS for name in ESTIMATORS]
+    return [[w.mean(s, n, column, name) for column in (POSE, TIP) for n in SECTIONS] for s, name in cases]
+
+
+def _contacts(w: Written) -> list[Numbers]:
+    of = [[row for row in w.contacts if row.scenario == s] for s in SCENARIOS]
+    return [[max(r.touching_links for r in rows), max(r.contact_length_mm for r in rows)] for rows in of]
+
+
+def _torques(w: Written) -> list[Numbers]:
+    """At the last step: mean errors over joints and fingers, mN m, and the base torque of the first finger."""
+    found = []
+    for scenario in CONTACT:
+        rows = [row for row in w.forces if row.scenario == scenario]
+        last = [row for row in rows if row.pressure_kpa == rows[-1].pressure_kpa]
+        of = [[row for row in last if row.sections == n] for n in SECTIONS]
+        errors = [1e3 * float(np.mean([abs(row.estimated_nm - row.true_nm) for row in part])) for part in of]
+        found.append([*errors, 1e3 * of[-1][0].true_nm, 1e3 * of[-1][0].estimated_nm])
+    return found
+
+
+def _contact_forces(w: Written) -> list[Numbers]:
+    """At the last step, of the first finger: force, N, and place, mm, true and by every layout."""
+    found = []
+    for scenario in CONTACT[1:]:
+        rows = [row for row in w.pressing if row.scenario == scenario]
+        last = [r for r in rows if (r.finger, r.pressure_kpa) == (rows[0].finger, rows[-1].pressure_kpa)]
+        assert len(last) == len(LAYOUTS)
+        estimated = chain(*((row.estimated_n, row.estimated_mm) for row in last))
+        found.append([last[0].true_n, last[0].true_mm, *estimated])
+    return found
+
+
+def _few_sensors(w: Written) -> list[Numbers]:
+    shown = (("arcs", 1), ("arcs", 4), ("gaussian", 1), ("gaussian", 2), ("contact", 2))
+    return [[w.mean(s, n, POSE, name) for name, n in shown] for s in CONTACT]
+
+
+TABLES: dict[tuple[str, str], Callable[[Written], list[Numbers]]] = {
+    ("README.md", "mean pose error [mm], sensors per side | arcs, 1 | arcs, 4"): _few_sensors,
+    ("docs/evaluation.md", "mean pose error [mm] | 1 | 2 | 3 | 4 sensors per side"): _errors_by_sections(POSE),
+    ("docs/evaluation.md", "mean fingertip error [mm] | 1"): _errors_by_sections(TIP),
+    ("docs/evaluation.md", "mean pose error [mm] | | 1"): _errors_by_estimator,
+    ("docs/evaluation.md", " | touching links | contact length"): _contacts,
+    ("docs/evaluation.md", "mean torque error at the last step [mN m]"): _torques,
+    ("docs/evaluation.md", "at the last step | true | 2, at 60 mm | 2, at 40 mm | 4"): _contact_forces,
+    ("docs/evaluation.md", "claim | by | measured"): lambda w: [_numbers_of(claim) for claim in w.claims],
+}
+SENTENCES: dict[tuple[str, str], Callable[[Written], Numbers]] = {
+    ("docs/evaluation.md", r"\| within # mm, up to a bend of # degrees"): lambda w: [
+        max(w.errors(FREE, 1)),
+        max(row.bend_angle_deg for row in w.poses if row.scenario == FREE),
+    ],
+    ("docs/evaluation.md", r"# to # times the mean error of free bending, # mm in the worst step"): lambda w: [
+        *w.ratios([(w.mean(s, 1), w.mean(FREE, 1)) for s in CONTACT]),
+        max(max(w.errors(s, 1)) for s in CONTACT),
+    ],
+    ("docs/evaluation.md", r"about 2 mm \| # to # mm"): lambda w: [
+        min(w.mean(s, 4) for s in CONTACT),
+        max(w.mean(s, 4) for s in CONTACT),
+    ],
+    ("docs/evaluation.md", r"gain in pose \| 4 mm \| up to # mm"): lambda w: [w.gain(POSE)],
+    ("docs/evaluation.md", r"gain at the tip \| 6 mm \| up to # mm"): lambda w: [w.gain(TIP)],
+    ("docs/evaluation.md", r"error falls from # mm with one sensor to # mm with four"): lambda w: [
+        w.mean(FREE, 1, TIP),
+        w.mean(FREE, 4, TIP),
+    ],
+    ("docs/evaluation.md", r"at most # mN m at a joint"): lambda w: [
+        1e3 * max(abs(row.estimated_nm) for row in w.forces if (row.scenario, row.sections) == (FREE, 4))
+    ],
+    ("docs/evaluation.md", r"it is # to # there, and # in free bending"): lambda w: [
+        *w.ratios([(w.mean(s, 1), w.mean(s, 4)) for s in CONTACT]),
+        w.mean(FREE, 1) / w.mean(FREE, 4),
+    ],
+}
+
+
+def _numbers_of(claim: Claim) -> Numbers:
+    """Those that its text and what was measured of it print."""
+    return [float(number) for number in _NUMBER.findall(f"{claim.text} {claim.number}")]
+
+
+def table_problems(text: str, header: str, expected: Sequence[Numbers]) -> list[str]:
+    """What is wrong with the table of that header in a document."""
+    found = [rows for rows in _tables(text) if _begins(rows[0], header)]
+    if len(found) != 1:
+        return [f"{len(found)} tables begin with '{header}'"]
+    (_, *rows), problems = found[0], []
+    if len(rows) != len(expected):
+        return [f"'{header}': {len(rows)} rows, not {len(expected)}"]
+    for cells, numbers in zip(rows, expected, strict=True):
+        problems += [f"'{' | '.join(cells)}': {problem}" for problem in differences(" ".join(cells), numbers)]
+    return problems
+
+
+def sentence_problems(text: str, pattern: str, expected: Numbers) -> list[str]:
+    """What is wrong with the sentence of that pattern, in which # is a number."""
+    found = re.findall(pattern.replace("#", f"({_NUMBER.pattern})"), " ".join(text.split()))
+    if len(found) != 1:
+        return [f"{len(found)} sentences are '{pattern}'"]
+    return differences(" ".join([found[0]] if isinstance(found[0], str) else found[0]), expected)
+
+
+def differences(text: str, expected: Numbers) -> list[str]:
+    """Numbers in a text that are not those expected, as they would be printed with as many digits."""
+    printed = _NUMBER.findall(text)
+    if len(printed) != len(expected):
+        return [f"{len(printed)} numbers, not {len(expected)}"]
+    exact = [f"{number:z.{len(word.partition('.')[2])}f}" for word, number in zip(printed, expected, strict=True)]
+    return [
+        f"{word} is printed, {number} was written"
+        for word, number in zip(printed, exact, strict=True)
+        if word != number
+    ]
+
+
+def unguarded(document: str, text: str) -> list[str]:
+    """Headers of tables that are marked as written by the command, and that nothing compares."""
+    known = [header for name, header in TABLES if name == document]
+    marked = [_cells(line) for line in re.findall(rf"{MARK}\n(\|.*)", text)]
+    return [" | ".join(cells) for cells in marked if not any(_begins(cells, header) for header in known)]
+
+
+def _tables(text: str) -> Iterator[list[list[str]]]:
+    """Rows of cells; the first is the header."""
+    for block in re.findall(r"(?:^\|.*\n?)+", text, re.MULTILINE):
+        header, _, *rows = block.splitlines()
+        yield [_cells(line) for line in (header, *rows)]
+
+
+def _begins(cells: Sequence[str], header: str) -> bool:
+    """Whether the first cells of a table are those of a header."""
+    wanted = _cells(f"|{header}|")
+    return list(cells[: len(wanted)]) == wanted
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.replace("*", "").strip() for cell in line.strip()[1:-1].split("|")]
