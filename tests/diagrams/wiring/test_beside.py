@@ -98,7 +98,7 @@ def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
     [
         (
             ["estimator.beside=[gauss]"],
-            "estimator.beside = 'gauss': known: arcs, spline, gaussian, contact, recursive; ",
+            "estimator.beside = 'gauss': known: arcs, spline, gaussian, contact, recursive, constant_curvature; ",
         ),
         (["estimator.beside=['nosuch:make']"], "estimator.beside = 'nosuch:make': cannot be imported"),
         (["estimator.beside=['own_blocks:warm_sensor']"], "estimator.beside = 'own_blocks:warm_sensor': failed: "),
