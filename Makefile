@@ -97,7 +97,7 @@ NOTEBOOKS ?= force
 SPHINX = $(BIN)/sphinx-build -c docs/site -d build/docs/doctrees -j 2 -W --keep-going
 docs: .venv/docs
 	$(BIN)/python docs/site/stage.py build/docs/source
-	$(SPHINX) -q -D nb_execution_mode=$(NOTEBOOKS) build/docs/source build/docs/html
+	PYTHONPATH=$(abspath examples) $(SPHINX) -q -D nb_execution_mode=$(NOTEBOOKS) build/docs/source build/docs/html
 
 # External links, which need a network; after `make docs`.
 docs-links: .venv/docs

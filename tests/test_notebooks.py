@@ -38,7 +38,8 @@ def test_there_are_notebooks() -> None:
 
 
 @pytest.mark.slow
-def test_runs_from_top_to_bottom(notebook: NotebookNode, tmp_path: Path) -> None:
+def test_runs_from_top_to_bottom(notebook: NotebookNode, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(NOTEBOOKS[0].parents[1] / "examples"))  # ../examples, were it run at its place
     # Without folders to search there is no kernel but the one of the Python that runs the tests.
     specs = KernelSpecManager(kernel_dirs=[])
     kernel = AsyncKernelManager(kernel_name="python3", kernel_spec_manager=specs)

@@ -215,7 +215,7 @@ def test_prints_means_over_the_steps(tmp_path: Path, monkeypatch: pytest.MonkeyP
     out = io.StringIO()
     summarized([HOLDS], tmp_path, monkeypatch, out)
     for scenario in SCENARIOS:
-        (line,) = (line for line in out.getvalue().splitlines() if line.startswith(scenario))
+        (line,) = (line for line in out.getvalue().splitlines() if line.startswith(f"{scenario} "))
         assert line.split()[1:] == ["2.00", "1.00", "0.67", "0.50", "7.00", "5.00", "4.33", "4.00"]
 
 
@@ -224,9 +224,9 @@ def test_prints_means_of_every_estimator(tmp_path: Path, monkeypatch: pytest.Mon
     summarized([HOLDS], tmp_path, monkeypatch, out)
     lines = [line.split() for line in out.getvalue().splitlines()]
     for scenario in SCENARIOS:
-        begin = lines.index(["estimators,", scenario])
-        assert lines[begin + 1][:2] == ["arcs", "2.000"]
-        assert lines[begin + 2] == ["gaussian", "0.200", "0.100", "0.067", "0.050", "3.400", "3.200", "3.133", "3.100"]
+        begin = next(i for i, line in enumerate(lines) if line[:1] == [f"{scenario}:"])
+        assert lines[begin + 2][:2] == ["arcs", "2.000"]
+        assert lines[begin + 3] == ["gaussian", "0.200", "0.100", "0.067", "0.050", "3.400", "3.200", "3.133", "3.100"]
 
 
 @pytest.fixture

@@ -159,7 +159,7 @@ def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilop
 @pytest.mark.slow
 def test_the_command_finds_the_truth_of_a_beam(beams, tmp_path, monkeypatch):
     """Modulus and damping, of two recordings that begin at other times; and what they predict of a third."""
-    monkeypatch.setattr(identify_command, "chosen_executor", lambda *_: nullcontext(HereExecutor()))
+    monkeypatch.setattr(identify_command, "open_executor", lambda *_: nullcontext(HereExecutor()))
     text = (DIRECTORY / "recordings/clamped_beam.urdf").read_text().replace('segments="12"', f'segments="{SEGMENTS}"')
     creep = " ".join(f"{share}" for share, _ in BEAM.creep)
     (tmp_path / "guess.urdf").write_text(text.replace('share="0.1 0.1"', f'share="{creep}"'))
@@ -179,6 +179,6 @@ def test_the_command_finds_the_truth_of_a_beam(beams, tmp_path, monkeypatch):
     ]
     assert max(float(row["motion_error_mm"]) for row in rows) < 0.4
     assert {path.suffix for path in tmp_path.glob("fitted.*")} == {".urdf", ".csv", ".png", ".svg"}
-    modulus, std = map(float, re.search(r"youngs_modulus +\S+ +(\S+) +(\S+) Pa", outcome.out).groups())
+    modulus, std = map(float, re.search(r"youngs_modulus +\S+ +(\S+) +(\S+) +Pa", outcome.out).groups())
     assert modulus == pytest.approx(found.base.youngs_modulus, rel=1e-4)
     assert 1e-4 < std / modulus < 0.01
