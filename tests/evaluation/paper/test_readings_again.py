@@ -10,8 +10,9 @@ from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.estimators.arcs import Arcs, arcs_from_readings
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.runs.scores.readings import external_torque_again, read_again, with_sections
+from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again, with_sections
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -41,10 +42,16 @@ def run(request: pytest.FixtureRequest) -> Run:
     return run_of(*request.param)
 
 
+def arcs_of(again: ReadAgain) -> Arcs:
+    layout = again.layout
+    assert isinstance(layout, SensorLayout)
+    return arcs_from_readings(layout, again.readings)
+
+
 def test_arcs_are_those_of_the_estimator(run: Run) -> None:
     station, recording = run
     for finger in station.fingers:
-        arcs = read_again(station, recording, finger, station.scenario.sensor.sections).arcs
+        arcs = arcs_of(read_again(station, recording, finger, station.scenario.sensor.sections))
         recorded = recording[f"{finger.name}.arcs"].sel(arc=["x", "z", "heading", "length"]).values
         again = np.stack([arcs.start.imag, arcs.start.real, arcs.heading, arcs.length], axis=-1)
         np.testing.assert_allclose(again, recorded, rtol=1e-9, atol=1e-12)
@@ -88,7 +95,7 @@ def test_other_sensors_read_what_a_run_with_them_does(sections: int) -> None:
     for finger in station.fingers:
         again = read_again(station, recording, finger, sections)
         assert again.layout.sections == sections
-        np.testing.assert_allclose(again.arcs.theta, other[f"{finger.name}.theta"].values, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(arcs_of(again).theta, other[f"{finger.name}.theta"].values, rtol=1e-9, atol=1e-12)
         torque = external_torque_again(station, recording, finger, again)
         expected = other[f"{finger.name}.external_torque"].values
         np.testing.assert_allclose(torque, expected, rtol=1e-9, atol=1e-12)
@@ -145,7 +152,7 @@ def test_the_belief_is_that_of_the_scenario_and_the_sensors_are_not_believed() -
     assert read_again(doubting, recording, same, 4).layout.finger.sensor_spacing == pytest.approx(
         1.1 * finger.finger.sensor_spacing
     )
-    theta, believed = (read_again(s, recording, f, 4).arcs.theta for s, f in ((station, finger), (doubting, same)))
+    theta, believed = (arcs_of(read_again(s, recording, f, 4)).theta for s, f in ((station, finger), (doubting, same)))
     np.testing.assert_allclose(1.1 * believed, theta, rtol=1e-9, atol=1e-12)
 
 
