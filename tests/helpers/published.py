@@ -48,7 +48,8 @@ class Written:
 
     @cached_property
     def forces(self) -> list[ForceRow]:
-        return of_touched_fingers(read_csv(self.folder / "forces.csv", ForceRow), self.contacts)
+        rows = of_estimator(read_csv(self.folder / "forces.csv", ForceRow), "arcs")
+        return of_touched_fingers(rows, self.contacts)
 
     @cached_property
     def pressing(self) -> list[ContactForceRow]:
