@@ -12,6 +12,7 @@ from soft_gripper.diagrams.recording.derived_signals import Logged, Output, Sign
 from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.simulation import seed_random_sources, solver_config
 from soft_gripper.diagrams.station import add_station
+from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import Difference
 
@@ -48,10 +49,15 @@ def assert_same(found, expected):
     """To rounding, which the fit of a contact to bends multiplies."""
     assert found.keys() == expected.keys()
     for name, values in expected.items():
-        scale = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-        np.testing.assert_allclose(
-            found[name], values, rtol=0, atol=(1e-11 if ".contact." in name else 1e-12) * scale, err_msg=name
-        )
+        expected_values, found_values = well_conditioned(name, values), well_conditioned(name, found[name])
+        scale = np.abs(expected_values[np.isfinite(expected_values)]).max(initial=0.0)
+        atol = (1e-11 if ".contact." in name else 1e-12) * scale
+        np.testing.assert_allclose(found_values, expected_values, rtol=0, atol=atol, err_msg=name)
+
+
+def well_conditioned(name, values):
+    """Values of a signal; of arcs without the centres, which go to infinity as an arc becomes straight."""
+    return values.reshape(len(values), -1, len(ARC))[..., :-2] if name.endswith(".arcs") else values
 
 
 @pytest.mark.slow
