@@ -5,6 +5,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ZeroOrderHold
+from refusals import refused
 
 import soft_gripper as sg
 
@@ -34,7 +35,7 @@ class Named(LeafSystem):
 def test_blocks_wait_for_the_plant_to_be_finalized():
     scene = Scene(is_finalized=False)
     for add in (lambda: sg.add_pressure_drive(scene.builder, scene.fingers), lambda: sense(scene, {})):
-        with pytest.raises(sg.InputError, match=r"call plant.Finalize\(\)"):
+        with refused("plant", "left_finger"):
             add()
 
 
@@ -43,32 +44,32 @@ def sense(scene, pressures):
 
 
 def test_a_pressure_is_missing():
-    with pytest.raises(sg.InputError, match="has none for finger 'left_finger'"):
+    with refused("pressures", []):
         sense(Scene(), {})
 
 
 def test_a_model_has_one_drive():
     scene = Scene()
     sg.add_pressure_drive(scene.builder, scene.fingers)
-    with pytest.raises(sg.InputError, match="model = 'hand': has a drive already"):
+    with refused("model", "hand"):
         sg.add_pressure_drive(scene.builder, scene.fingers)
 
 
-@pytest.mark.parametrize(("name", "message"), [("", "give a name"), ("hand", "is taken by another model")])
-def test_names_of_models(name, message):
+@pytest.mark.parametrize("name", ["", "hand"])  # of nothing, and of another model
+def test_names_of_models(name):
     scene = Scene(is_finalized=False)
-    with pytest.raises(sg.InputError, match=message):
+    with refused("name", name):
         sg.add_fingers(Parser(scene.plant), TWO, name)
 
 
 def test_fingers_are_read_before_the_plant_is_finalized():
-    with pytest.raises(sg.InputError, match="read fingers before"):
+    with refused("plant", "finalized"):
         sg.add_fingers(Parser(Scene().plant), TWO, "other")
 
 
 @pytest.mark.parametrize("taken", ["joint_angles", "pressure", "sampled_pressure", "X_WB", "pose_error"])
 def test_a_sensor_takes_no_name_of_another_signal(taken):
-    with pytest.raises(sg.InputError, match=f"output ports = '{taken}'"):
+    with refused("output ports", taken):
         sg.make_station(
             sg.load_scenario("obstructed_inside"),
             make_sensor=lambda layout, period: Named(layout, "strain", layout.readings, taken),
@@ -80,7 +81,7 @@ def test_an_estimator_takes_no_name_of_another_signal(taken):
     def make(layout, gravity, period):
         return Named(layout, "estimated_joint_angles", layout.finger.segments, taken)
 
-    with pytest.raises(sg.InputError, match=f"output ports = '{taken}'"):
+    with refused("output ports", taken):
         sg.make_station(sg.load_scenario("obstructed_inside"), make_estimator=make)
 
 
@@ -95,7 +96,7 @@ def test_what_an_estimator_knows_better_has_the_size_of_the_contract(port):
 
 
 def test_a_scenario_of_python_is_checked_too():
-    with pytest.raises(sg.InputError, match=r"external\[0\] = 'presure'"):
+    with refused("external[0]", "presure"):
         sg.make_station(sg.Scenario(models=[sg.ModelConfig(name="hand", file=TWO)], external=["presure"]))
 
 
@@ -109,7 +110,7 @@ def test_a_recording_names_the_users_own_blocks():
 
 
 def test_a_function_must_make_a_system():
-    with pytest.raises(sg.InputError, match="a Drake System is needed"):
+    with refused("sensor.type"):
         sg.make_station(sg.load_scenario("obstructed_inside"), make_sensor=lambda layout, period: ZeroOrderHold)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from damaged_files import damaged_recordings
+from refusals import refused
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
@@ -27,7 +28,7 @@ def test_scenario_and_fingers_come_back(tmp_path):
     assert [finger.name for finger in fingers] == ["left_finger", "right_finger"]
     assert scenario.sensor.sections == 3
     assert read_signal("file", recording, "left_finger.sampled_joint_angles", 12).shape == (5, 12)
-    with pytest.raises(InputError, match=r"file: signal = 'left_finger.temperature': is not in the recording"):
+    with refused("signal", "left_finger.temperature"):
         read_signal("file", recording, "left_finger.temperature")
 
 

@@ -7,6 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.files import output as files
@@ -50,7 +51,7 @@ def test_interrupted_writing_leaves_the_old_file_and_nothing_else(tmp_path, inte
 def test_place_that_cannot_hold_a_file(tmp_path, place):
     (tmp_path / "a_file").touch()
     path = tmp_path / place / "out.txt"
-    with pytest.raises(InputError, match="cannot be written") as caught, atomic_file(path) as partial:
+    with refused("file") as caught, atomic_file(path) as partial:
         partial.write_text("new")
     assert repr(str(path)) in str(caught.value)
 
@@ -58,7 +59,7 @@ def test_place_that_cannot_hold_a_file(tmp_path, place):
 def test_a_folder_in_the_place_of_the_file(tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
-    with pytest.raises(InputError, match="cannot be written"), atomic_file(folder) as partial:
+    with refused("file"), atomic_file(folder) as partial:
         partial.write_text("new")
     assert list(tmp_path.iterdir()) == [folder]
 
@@ -73,7 +74,7 @@ def test_folder_is_made_with_its_parents_and_left_empty(tmp_path):
 @pytest.mark.parametrize("inside", ["", "below"])
 def test_folder_in_the_place_of_a_file(tmp_path, inside):
     (tmp_path / "a_file").touch()
-    with pytest.raises(InputError, match="cannot be written to"):
+    with refused("folder"):
         writable_folder(tmp_path / "a_file" / inside)
 
 
@@ -109,9 +110,9 @@ def test_what_cannot_be_a_file(tmp_path):
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "a_file").touch()
     for name in ("loop", "", ".", "a_file/below", "x" * 300, "a\0b"):
-        with pytest.raises(InputError, match="cannot be written"):
+        with refused("file"):
             check_file(tmp_path / name)
-    with pytest.raises(InputError, match="cannot be written"), atomic_file(tmp_path / "loop") as partial:
+    with refused("file"), atomic_file(tmp_path / "loop") as partial:
         partial.write_text("new")
     assert (tmp_path / "loop").is_symlink()
 

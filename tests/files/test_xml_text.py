@@ -1,8 +1,8 @@
 """XML text of strangers is data: no entities, no other files, no nesting without end."""
 
 import pytest
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import parse_xml, read_xml
 
 BOMB = """<!DOCTYPE a [<!ENTITY x "xxxxxxxxxx"><!ENTITY y "&x;&x;&x;&x;&x;&x;&x;&x;&x;&x;">
@@ -12,19 +12,19 @@ OUTSIDE = '<!DOCTYPE a [<!ENTITY x SYSTEM "secret.txt">]><a>&x;</a>'
 
 @pytest.mark.parametrize("text", [BOMB, OUTSIDE, "<!DOCTYPE a><a/>", '<!DOCTYPE a SYSTEM "a.dtd"><a/>'])
 def test_a_doctype_is_refused(text):
-    with pytest.raises(InputError, match=r"a\.urdf: DOCTYPE = 'a': leave it out"):
+    with refused("DOCTYPE", "a"):
         parse_xml("a.urdf", text)
 
 
 @pytest.mark.parametrize("text", ["<a>", "", "<a>&x;</a>", "<a b='1' b='2'/>", "a\udc80b"])
 def test_what_is_not_well_formed(text):
-    with pytest.raises(InputError, match=r"a\.urdf: file = 'a.urdf': is not well-formed"):
+    with refused("file", "a.urdf"):
         parse_xml("a.urdf", text)
 
 
 def test_nesting_ends_somewhere():
     parse_xml("a.urdf", "<a>" * 100 + "</a>" * 100)
-    with pytest.raises(InputError, match="element = 'b': lies in more than 100 others"):
+    with refused("element", "b"):
         parse_xml("a.urdf", "<b>" * 100_000 + "</b>" * 100_000)
 
 

@@ -4,6 +4,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import replace
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.cross_section import CrossSection
@@ -92,7 +93,7 @@ def test_parts_of_the_optional_elements_may_be_left_out():
 
 def test_segments_take_the_place_of_the_files():
     assert read(COMPLETE, segments=3).finger.segments == 3
-    with pytest.raises(InputError, match=r"gripper\.urdf: finger 'left': body.segments = 0"):
+    with refused("body.segments", 0):
         read(COMPLETE, segments=0)
 
 

@@ -5,8 +5,8 @@ import pytest
 from pydrake.geometry import Box, CalcVolume, Capsule, Cylinder, Ellipsoid, HalfSpace, Role, Sphere
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.learning.object_changes import scale_shapes, scaled_shape, set_mass
 
 SHAPES = (Sphere(0.1), Box(0.1, 0.2, 0.3), Capsule(0.1, 0.3), Cylinder(0.1, 0.3), Ellipsoid(0.1, 0.2, 0.3))
@@ -20,7 +20,7 @@ def test_volumes_go_with_the_third_power_of_lengths(shape):
 
 
 def test_shapes_without_lengths_are_refused():
-    with pytest.raises(InputError, match="HalfSpace"):
+    with refused("size", "HalfSpace"):
         scaled_shape(HalfSpace(), 1.2)
 
 

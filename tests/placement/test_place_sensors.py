@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.placement.assumptions import Assumptions
 from soft_gripper.placement.figure import placement_figure
 from soft_gripper.placement.place_sensors import place_sensors
@@ -83,5 +83,5 @@ def test_the_figure_draws_sections_to_scale(placed):
 
 
 def test_a_count_beyond_the_segments_is_refused(free_finger):
-    with pytest.raises(InputError, match="1 to 12"):
+    with refused("count", 13):
         place_sensors(13, {"free": [free_finger]}, Assumptions())

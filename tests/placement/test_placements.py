@@ -3,8 +3,8 @@
 from itertools import pairwise
 
 import pytest
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.placement.placements import (
     all_placements,
     as_borders,
@@ -32,7 +32,7 @@ def test_equal_sections(shipped_finger):
 
 @pytest.mark.parametrize("count", [0, 13])
 def test_a_finger_has_no_more_sections_than_segments(shipped_finger, count):
-    with pytest.raises(InputError, match=f"count = {count}: give 1 to 12"):
+    with refused("count", count):
         equal_placement(shipped_finger, count)
 
 

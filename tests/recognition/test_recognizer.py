@@ -6,8 +6,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.recognition.recognizer import TOLERANCE, ShapeRecognizer
 from soft_gripper.recognition.shape_model import ShapeModel
 from soft_gripper.signals import signal_of
@@ -144,6 +144,6 @@ def test_in_a_diagram_it_recognizes_while_it_runs():
 
 
 def test_another_number_of_fingers_is_refused():
-    with pytest.raises(InputError, match="2 fingers") as error:
+    with refused("fingers", ["thumb"]) as error:
         ShapeRecognizer(MODEL, ["thumb"], PERIOD)
     assert "thumb" in str(error.value)

@@ -8,12 +8,12 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
+from refusals import refused
 
 from soft_gripper.diagrams.recording.recording import read_logs
 from soft_gripper.diagrams.recording.signal_logs import add_logs
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.sensing import add_sensing
-from soft_gripper.errors import InputError
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import add_fingers, find_fingers
@@ -118,23 +118,21 @@ def test_fingers_of_an_expanded_file_are_found_in_a_plant_of_directives(tmp_path
 def test_another_models_fingers_are_refused(tmp_path):
     plant = MultibodyPlant(0.01)
     (model,) = Parser(plant).AddModels(str(expanded(tmp_path, "grippers/finger.urdf")))
-    with pytest.raises(InputError, match="finger = 'left_finger': is not in 'finger' with 12 segments") as caught:
+    with refused("finger", "left_finger"):
         find_fingers(plant, GRIPPER, model)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("file", "complaint"),
+    ("file", "field", "value"),
     [
-        ("package://soft_gripper/arms/ur5e.urdf", "there is no <finger> in the file"),
-        ("package://soft_gripper/grippers/none.urdf", "cannot be read"),
-        (GRIPPER, "Drake cannot read it: .*two_finger"),
+        ("package://soft_gripper/arms/ur5e.urdf", "finger", None),
+        ("package://soft_gripper/grippers/none.urdf", "file", "none.urdf"),
+        (GRIPPER, "file", "two_finger.urdf"),
     ],
 )
-def test_what_cannot_be_added(file, complaint):
+def test_what_cannot_be_added(file, field, value):
     """The last because its name is taken."""
     plant = MultibodyPlant(0.01)
     fingers_in(plant)
-    with pytest.raises(InputError, match=complaint) as caught:
+    with refused(field, value):
         fingers_in(plant, file)
-    assert "\n" not in str(caught.value)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from finger_plants import free_bending
+from refusals import refused
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
@@ -59,7 +60,7 @@ def test_creep_need_not_be_known(tapered_finger):
 
 @pytest.mark.parametrize("text", ["10", "0.1"])
 def test_a_forgotten_percent_sign_is_no_modulus(tapered_finger, text):
-    with pytest.raises(InputError, match="is far from the simulated"):
+    with refused("youngs_modulus"):
         believed(tapered_finger, youngs_modulus=text)
 
 
@@ -93,7 +94,6 @@ def test_what_cannot_be_believed(tapered_finger, changes, message):
     with pytest.raises(InputError) as caught:
         believed(tapered_finger, **changes)
     assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_description_for_tables():

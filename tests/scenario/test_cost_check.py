@@ -1,6 +1,7 @@
 """What cannot end is refused before it begins, with the estimate."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -28,12 +29,12 @@ def test_without_end(override: str) -> None:
 @pytest.mark.parametrize("override", CONTINUOUS)
 def test_without_end_if_the_plant_is_continuous(override: str) -> None:
     load_scenario("free_bending", [override])
-    with pytest.raises(InputError, match=CONTINUOUS[override]):
+    with refused("simulator_config.max_step_size", 1e-12):
         load_scenario("free_bending", [override, "plant_config.time_step=0"])
 
 
 def test_a_task_counts_by_its_time_limit() -> None:
-    with pytest.raises(InputError, match="steps, of at most"):
+    with refused("plant_config.time_step", 0.005):
         load_scenario("pick_and_place_box", ["task.time_limit=1.0e+9"])
 
 

@@ -6,6 +6,7 @@ import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.drake_reading import add_text, drake_reads, of_drake
@@ -14,7 +15,7 @@ from soft_gripper.scenario.drake_reading import add_text, drake_reads, of_drake
 @pytest.mark.parametrize("error", [RuntimeError("a\nb"), ValueError("a"), IndexError("a"), SystemExit("a")])
 def test_what_drake_raises(error: BaseException) -> None:
     with (
-        pytest.raises(InputError, match=r"^models\[0\]: file = 'a.urdf': Drake cannot read it: a$"),
+        refused("file", "a.urdf"),
         drake_reads("models[0]", "file", "a.urdf"),
     ):
         raise error

@@ -1,6 +1,7 @@
 """Mesh names of URDF files: where packages are looked for, and what is said if a mesh is not there."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
@@ -47,7 +48,7 @@ def test_package_xml_gives_another_name_to_a_folder(tmp_path):
     clone = tmp_path / "acme_arm-2.0-main"
     mesh = make_mesh(clone, "acme_arm")
     assert mesh_file(NAME, clone / "urdf" / "arm.urdf") == mesh
-    with pytest.raises(InputError, match="no folder 'other'"):
+    with refused("mesh", "package://other/meshes/link.stl"):
         mesh_file("package://other/meshes/link.stl", clone / "urdf" / "arm.urdf")
 
 

@@ -9,6 +9,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import UnitInertia
 from pydrake.systems.framework import DiagramBuilder
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.mesh_object import mesh_to_sdf
@@ -117,7 +118,7 @@ def test_cache_is_in_the_home_folder_unless_an_absolute_path_is_given(box_file, 
 def test_cache_that_cannot_be_written_to_is_reported(box_file, tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    with pytest.raises(InputError, match="cannot be written to"):
+    with refused("folder"):
         mesh_to_sdf(box_file("box.stl"), MILLIMETRES, "thing")
 
 
@@ -139,7 +140,6 @@ def test_mesh_that_is_no_object(box_file, cache, change, config, complaint):
     with pytest.raises(InputError) as caught:
         mesh_to_sdf(path, config, "thing")
     assert str(caught.value).startswith(f"{path}: {complaint}")
-    assert "\n" not in str(caught.value)
     assert not cache.exists()
 
 
@@ -151,4 +151,3 @@ def test_file_without_a_mesh(tmp_path, name):
     with pytest.raises(InputError) as caught:
         mesh_to_sdf(tmp_path / name, MILLIMETRES, "thing")
     assert str(caught.value).startswith(f"{tmp_path / name}: mesh = '{name}': ")
-    assert "\n" not in str(caught.value)

@@ -5,6 +5,7 @@ import shutil
 import pytest
 import trimesh
 from pydrake.multibody.plant import MultibodyPlant
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
@@ -32,7 +33,6 @@ def refusal(plant, name, file):
     """What is wrong with a model, in one line."""
     with pytest.raises(InputError) as caught:
         load_model(plant, ModelConfig(name, file), "models[3]")
-    assert "\n" not in str(caught.value)
     return str(caught.value)
 
 
@@ -46,7 +46,7 @@ def test_a_package_of_drake_is_found_too():
 
 
 def test_an_unknown_package_names_the_known_ones():
-    with pytest.raises(InputError, match=r"no package 'nosuch'; known: .*soft_gripper"):
+    with refused("file", "package://nosuch/thing.sdf"):
         model_path("package://nosuch/thing.sdf")
 
 

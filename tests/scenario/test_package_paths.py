@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import parse_xml
@@ -33,7 +34,7 @@ def test_models(package: str) -> None:
 def test_meshes_of_other_packages(tmp_path: Path) -> None:
     (tmp_path / "p").mkdir()
     (tmp_path / "secret.obj").touch()
-    with pytest.raises(InputError, match="leads out of the package"):
+    with refused("file", "package://p/../secret.obj"):
         mesh_file("package://p/../secret.obj", tmp_path / "p" / "arm.urdf")
 
 
@@ -41,7 +42,7 @@ def test_meshes_of_other_packages(tmp_path: Path) -> None:
     "line", ["<mesh filename='package://p/../a.obj'/>", "<uri>model://../a</uri>", "<uri> package://p/.. </uri>"]
 )
 def test_names_in_models(line: str) -> None:
-    with pytest.raises(InputError, match=r"a\.urdf: file = .*leads out of the package"):
+    with refused("file"):
         check_uris(Path("a.urdf"), parse_xml("a.urdf", f"<robot><link>{line}</link></robot>"))
     check_uris(
         Path("a.urdf"), parse_xml("a.urdf", "<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>")
@@ -51,6 +52,6 @@ def test_names_in_models(line: str) -> None:
 def test_a_pipe_in_the_place_of_a_mesh(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.obj")
     for line in (f"<mesh filename='file://{tmp_path}/a.obj'/>", "<mesh filename='a.obj'/>", "<uri>a.obj</uri>"):
-        with pytest.raises(InputError, match=r"is not a regular file"):
+        with refused("file"):
             check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", f"<robot>{line}</robot>"))
     check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", "<robot><uri>.</uri><mesh filename='none.obj'/></robot>"))

@@ -1,6 +1,7 @@
 """Every rule of a scenario: what breaks it is refused with the field, the value and what would do."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
@@ -129,30 +130,36 @@ def test_out_of_range(override):
 
 
 @pytest.mark.parametrize(
-    ("name", "overrides", "message"),
+    ("name", "overrides", "field", "value"),
     [
-        ("free_bending", ["estimator={contact_threshold: 2e-3, compensate_gravity: false}"], "False: leave it true"),
-        ("obstructed_inside", [ONE_FINGER, "external=[opening]"], "needs two fingers or more that stand fixed to each"),
-        ("tip_distance_steps", ["external=[pressure]"], r"leave out \['pressure'\]: control.set_points would command"),
-        ("tip_distance_steps", ["external=[opening]"], r"leave out \['opening'\]: control.set_points would command"),
-        ("arm_motion", ["external=[tool]"], r"leave out \['tool'\]: the task would command the same"),
-        ("arm_motion", ["external=[opening]"], r"leave out \['opening'\]: the phases of the task would command"),
+        (
+            "free_bending",
+            ["estimator={contact_threshold: 2e-3, compensate_gravity: false}"],
+            "estimator.compensate_gravity",
+            False,
+        ),
+        ("obstructed_inside", [ONE_FINGER, "external=[opening]"], "fingers", ["gripper"]),
+        ("tip_distance_steps", ["external=[pressure]"], "external", ["pressure"]),
+        ("tip_distance_steps", ["external=[opening]"], "external", ["opening"]),
+        ("arm_motion", ["external=[tool]"], "external", ["tool"]),
+        ("arm_motion", ["external=[opening]"], "external", ["opening"]),
         (
             "tip_distance_steps",
             [
                 *("control.torque_limit=0.1", "control.torque_gains={ki: 1.0}"),
                 *("control.force_limit=0.1", "control.force_gains={ki: 1.0}"),
             ],
-            r"control.force_limit = 0\.1",
+            "control.force_limit",
+            0.1,
         ),
-        ("tip_distance_steps", ["control.force_limit=0.5"], r"control.force_gains.ki = 0\.0"),
-        ("tip_distance_steps", ["control.force_limit=-0.5"], r"control.force_limit = -0\.5"),
-        ("arm_motion", ["task.quiet_band=0"], "task.quiet_band = 0"),
-        ("arm_motion", ["task=null", "external=[joints, tool]"], "give joints or tool: one commands the other"),
+        ("tip_distance_steps", ["control.force_limit=0.5"], "control.force_gains.ki", 0.0),
+        ("tip_distance_steps", ["control.force_limit=-0.5"], "control.force_limit", -0.5),
+        ("arm_motion", ["task.quiet_band=0"], "task.quiet_band", 0),
+        ("arm_motion", ["task=null", "external=[joints, tool]"], "external", ["joints", "tool"]),
     ],
 )
-def test_what_does_not_go_together(name, overrides, message):
-    with pytest.raises(InputError, match=message):
+def test_what_does_not_go_together(name, overrides, field, value):
+    with refused(field, value):
         make_station(load_scenario(name, overrides))
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.common.schema import Transform
+from refusals import refused
 
 from soft_gripper.control.task_phases import Outcome
 from soft_gripper.diagrams.simulation import simulate
@@ -113,20 +114,20 @@ def test_changes_are_data_and_stay_as_they_are():
 
 
 @pytest.mark.parametrize(
-    ("override", "complaint"),
+    ("override", "field", "value"),
     [
-        ("sensor.sections", "write key=value"),
-        ("=3", "write key=value"),
-        ("sensor.sections=[", "is not YAML"),
-        ("models.2.name=x", "'2' is none of the entries 0 to 1"),
-        ("models.first.name=x", "'first' is none of the entries 0 to 1"),
-        ("models.2={}", "'2' is none of the entries 0 to 1"),
-        ("description.deeper=1", "nothing lies below"),
-        ("description.deeper.still=1", "nothing lies below"),
+        ("sensor.sections", "argument", "sensor.sections"),
+        ("=3", "argument", "=3"),
+        ("sensor.sections=[", "sensor.sections", "["),
+        ("models.2.name=x", "key", "models.2.name"),
+        ("models.first.name=x", "key", "models.first.name"),
+        ("models.2={}", "key", "models.2"),
+        ("description.deeper=1", "key", "description.deeper"),
+        ("description.deeper.still=1", "key", "description.deeper.still"),
     ],
 )
-def test_wrong_overrides_are_quoted(override, complaint):
-    with pytest.raises(InputError, match=complaint) as caught:
+def test_wrong_overrides_are_quoted(override, field, value):
+    with refused(field, value) as caught:
         load_scenario("free_bending", [override])
     assert str(caught.value).startswith("--set: ")
 
@@ -139,7 +140,7 @@ def test_model_paths_are_relative_to_the_scenario(tmp_path, monkeypatch):
 
 
 def test_unknown_name_lists_the_shipped_ones():
-    with pytest.raises(InputError, match=r"not shipped; known: .*free_bending"):
+    with refused("name", "free_bendin"):
         load_scenario("free_bendin")
 
 
@@ -163,7 +164,7 @@ def test_files_that_are_no_scenarios(tmp_path, content, complaint):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="cannot be read: No such file"):
+    with refused("file", "none.yaml"):
         load_scenario(str(tmp_path / "none.yaml"))
 
 

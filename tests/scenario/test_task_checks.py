@@ -1,6 +1,7 @@
 """What breaks a rule of the arm or of the task is refused with the field, the value and what would do."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
@@ -103,16 +104,16 @@ def test_a_task_has_a_phase():
 
 
 @pytest.mark.parametrize(
-    ("override", "message"),
+    ("override", "field", "value"),
     [
-        ("task.phases.0.until=grasped", r"task.phases\[0\].until = 'grasped': the gripper is not commanded: no phase"),
-        ("task.phases.2.holds=true", r"task.phases\[2\].holds = True: the gripper is not commanded"),
-        ("task.phases.1.opening=0.08", r"task.phases\[0\].opening = None"),
+        ("task.phases.0.until=grasped", "task.phases[0].until", "grasped"),
+        ("task.phases.2.holds=true", "task.phases[2].holds", True),
+        ("task.phases.1.opening=0.08", "task.phases[0].opening", None),
     ],
 )
-def test_what_a_task_that_leaves_the_gripper_alone_may_not_ask(override, message):
+def test_what_a_task_that_leaves_the_gripper_alone_may_not_ask(override, field, value):
     phases = [{"name": name, "posture": [0.0, -1.5, 1.5, 0.0, 0.0, 0.0]} for name in ("a", "b", "c")]
-    with pytest.raises(InputError, match=message):
+    with refused(field, value):
         load_scenario(TASK, [f"task.phases={phases}", override])
 
 

@@ -1,6 +1,7 @@
 """YAML text gives plain data, or one line that says why not."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
@@ -41,7 +42,7 @@ def test_what_is_no_plain_data(text: str) -> None:
 def test_aliases_that_multiply_are_counted() -> None:
     lines = ["_a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"_{new}: &{new} [{', '.join([f'*{old}'] * 9)}]" for old, new in zip("abcdefgh", "bcdefghi", strict=True)]
-    with pytest.raises(InputError, match=r"size = .* give no more than 100000 values"):
+    with refused("size", 132861):
         parse_yaml("a.yaml", "\n".join(lines))
 
 
@@ -56,7 +57,7 @@ def test_plain_data_templates_and_poses() -> None:
 def test_file_is_named(tmp_path) -> None:
     file = tmp_path / "a.yaml"
     file.write_text("a: [1")
-    with pytest.raises(InputError, match=r"a\.yaml: file = 'a.yaml': is not YAML"):
+    with refused("file", "a.yaml"):
         read_yaml(file)
 
 

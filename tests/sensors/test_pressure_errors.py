@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.sensors.pressure_errors import PressureErrors, disturb_pressure
 
 RUN = np.linspace(0, 1e5, 40)[:, None]  # Pa, (T, 1)
@@ -40,5 +40,5 @@ def test_delay():
 
 @pytest.mark.parametrize("field", ["gain_error", "offset", "noise", "delay"])
 def test_numbers_out_of_range(field):
-    with pytest.raises(InputError, match=f"sensor.pressure_errors: {field} = -1"):
+    with refused(field, -1):
         PressureErrors(**{field: -1})

@@ -142,8 +142,9 @@ def test_shapes_of_the_draws():
     ],
 )
 def test_numbers_out_of_range(field, value):
-    with pytest.raises(InputError, match=rf"sensor.errors: {field}(\[0\])? = "):
+    with pytest.raises(InputError) as caught:
         StrainErrors(**{field: value})
+    assert caught.value.field in (field, f"{field}[0]")
 
 
 def test_what_creeps_reaches_the_hysteresis_late():

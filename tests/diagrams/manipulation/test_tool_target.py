@@ -1,14 +1,13 @@
 """The tool of an arm follows a pose that is given as input."""
 
 import numpy as np
-import pytest
 from arm_plants import HOME, joint, small_arm, ur5e
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RollPitchYaw
+from refusals import refused
 
 from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.errors import InputError
 
 # From where the tool begins, in the world: a shift, m, and a turn, rad.
 NEAR = (RigidTransform([0.03, -0.02, 0.01]), RollPitchYaw(0.1, -0.05, 0.15))
@@ -93,5 +92,5 @@ def test_an_arm_without_limits_is_refused(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text(path.read_text().replace('velocity="50"', 'velocity="0"'))
     scenario.external = ["tool"]
-    with pytest.raises(InputError, match=r"velocity"):
+    with refused("limit.velocity", "0"):
         make_station(scenario)

@@ -1,9 +1,9 @@
 """Nothing may begin inside something else; what just touches may."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario_file import load_scenario
 
 ANOTHER_BOX = "{name: other, file: package://soft_gripper/objects/box.sdf, free: true}"
@@ -36,10 +36,9 @@ TOUCHING = {
 
 @pytest.mark.parametrize(("name", "overrides", "models"), INSIDE.values(), ids=INSIDE)
 def test_a_start_inside_is_refused(name, overrides, models):
-    with pytest.raises(InputError, match=r"begins inside '.*'; move one of them away") as caught:
+    with refused("X_PC") as caught:
         make_station(load_scenario(name, overrides))
     assert all(model in str(caught.value) for model in models)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(("name", "overrides"), TOUCHING.values(), ids=TOUCHING)

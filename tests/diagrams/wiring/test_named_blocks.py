@@ -4,6 +4,7 @@ import sys
 
 import pytest
 from pydrake.systems.primitives import ZeroOrderHold
+from refusals import refused
 
 from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.errors import InputError
@@ -54,7 +55,6 @@ def test_what_is_not_there(monkeypatch, tmp_path, name, complaint):
     with pytest.raises(InputError) as caught:
         find_sensor(name)
     assert str(caught.value).startswith(f"scenario: sensor.type = {name!r}: {complaint}")
-    assert "\n" not in str(caught.value)
 
 
 def broken(layout, period):
@@ -83,14 +83,14 @@ def test_a_function_that_fails_is_named(shipped_finger, make, complaint):
 def test_a_module_that_ends_python(monkeypatch, tmp_path):
     (tmp_path / "script_without_guard.py").write_text("import sys\nsys.exit(0)\n")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=r"cannot be imported: sys.exit\(0\) was called"):
+    with refused("sensor.type", "script_without_guard:make"):
         find_sensor("script_without_guard:make")
 
 
 def test_a_block_is_part_of_one_finger():
     block = ZeroOrderHold(0.1, 1)
     make_block("sensor.type", "own:make", lambda: block)
-    with pytest.raises(InputError, match="the same block twice") as caught:
+    with refused("sensor.type", "own:make") as caught:
         make_block("sensor.type", "own:make", lambda: block)
     assert caught.value.value == "own:make"
 
@@ -106,5 +106,5 @@ def test_what_a_function_refuses_names_the_function_if_it_is_the_users(name, whe
 
 
 def test_the_field_is_that_of_the_estimator():
-    with pytest.raises(InputError, match=r"estimator\.type = 'arc': known: arcs"):
+    with refused("estimator.type", "arc"):
         find_estimator("arc")

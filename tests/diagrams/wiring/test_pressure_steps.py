@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps, step_source
-from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario import PressureConfig, Scenario, SensorConfig
 
 
@@ -27,7 +27,7 @@ def test_a_short_list_holds_its_last_value():
 
 
 def test_a_finger_without_steps_is_named():
-    with pytest.raises(InputError, match="steps for finger 'right' or for 'all'"):
+    with refused("steps", "left"):
         pressure_steps(scenario(left=[1.0]).pressure, "right")
 
 

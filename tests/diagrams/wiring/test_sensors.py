@@ -5,6 +5,7 @@ import pytest
 from own_blocks import WARMTH, WarmSensor
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
+from refusals import refused
 
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_station
@@ -117,5 +118,5 @@ def test_a_sensor_of_other_joints_is_refused():
             super().__init__()
             self.DeclareVectorInputPort("joint_angles", 3)
 
-    with pytest.raises(InputError, match="input port 'joint_angles' = 3: the signal of that name has 12 entries"):
+    with refused("input port 'joint_angles'", 3):
         make_station(short(), make_sensor=lambda layout, period: Short())

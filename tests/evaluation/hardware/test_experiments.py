@@ -2,9 +2,9 @@
 
 import pytest
 from hardware_files import published
+from refusals import refused
 from synthetic_hardware import write_beam
 
-from soft_gripper.errors import InputError
 from soft_gripper.evaluation import hardware as experiments
 from soft_gripper.evaluation.hardware import BEAM, SEGMENT, identify_published, published_recordings
 from soft_gripper.hardware.identification.finger_file import read_finger
@@ -23,15 +23,13 @@ def test_the_finger_files_have_what_is_freed(experiment):
 
 
 def test_a_missing_folder_is_named(tmp_path):
-    with pytest.raises(InputError, match="there is no such folder") as refused:
+    with refused("--data", str(tmp_path / "nowhere")):
         published_recordings(tmp_path / "nowhere")
-    assert "\n" not in str(refused.value)
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"clamped_beam/gravity\.csv") as refused:
+    with refused("FILE", "clamped_beam/gravity.csv"):
         published_recordings(tmp_path)
-    assert "\n" not in str(refused.value)
 
 
 def test_reads_all_published_recordings():

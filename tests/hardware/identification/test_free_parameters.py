@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.hardware.identification.free_parameters import KEYS, Model, free_parameters, pressure_law_key
 from soft_gripper.hardware.identification.simulated_motion import Setup
@@ -99,22 +99,15 @@ def test_law_of_a_file_is_where_a_fit_begins(hollow):
 
 
 @pytest.mark.parametrize(
-    ("names", "said"),
-    [
-        (["stiffness"], "there is no such key"),
-        (["pressure_law"], "no pressure to fit it to"),
-        (["length", "length"], "more than once"),
-        (["creep.time"], "no first guess"),
-        (["shear_factor"], "no first guess"),
-        (["chamber_width"], "no first guess"),
-    ],
+    "names",
+    [["stiffness"], ["pressure_law"], ["length", "length"], ["creep.time"], ["shear_factor"], ["chamber_width"]],
 )
-def test_keys_that_cannot_be_fitted(beam, names, said):
-    with pytest.raises(InputError, match=said):
+def test_keys_that_cannot_be_fitted(beam, names):
+    with refused("--free", names[0]):
         free_parameters(replace(beam, creep=()), names, [])
 
 
 def test_there_can_be_no_finger_that_is_all_creep(guessed):
     free = free_parameters(guessed, ["creep.share"], [])
-    with pytest.raises(InputError, match="nothing would be left"):
+    with refused("creep.share", [0.5, 0.5]):
         free.at(np.log([0.5, 0.5]))

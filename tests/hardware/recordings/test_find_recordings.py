@@ -2,8 +2,8 @@
 
 import pytest
 from hardware_files import DESCRIPTION, swinging, write_csv
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.hardware.recordings.find_recordings import find_recordings
 
 
@@ -38,15 +38,15 @@ def test_a_description_beside_the_file(data, name):
 
 
 def test_no_description(data):
-    with pytest.raises(InputError, match=r"Give --as NAME, or put run.yaml or recording.yaml"):
+    with refused("description", None):
         find_recordings([str(data / "mine/run.csv")])
 
 
 def test_no_file(data, monkeypatch):
     monkeypatch.delenv("SOFT_GRIPPER_DATA", raising=False)
-    with pytest.raises(InputError, match="nor below"):
+    with refused("FILE", "walk.csv"):
         find_recordings(["walk.csv"], str(data / "mine.yaml"), data)
-    with pytest.raises(InputError, match="neither --data nor SOFT_GRIPPER_DATA"):
+    with refused("FILE", "walk.csv"):
         find_recordings(["walk.csv"], str(data / "mine.yaml"))
-    with pytest.raises(InputError, match="at least one file"):
+    with refused("FILE", []):
         find_recordings([])

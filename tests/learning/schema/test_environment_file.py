@@ -1,6 +1,7 @@
 """load_environment: files, changes, mistakes."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.learning.schema.environment_file import environment_names, load_environment
@@ -59,5 +60,5 @@ def test_mistakes_are_named(changes, field):
 
 
 def test_an_unknown_name_is_refused():
-    with pytest.raises(InputError, match="soft_grasp"):
+    with refused("name", "soft_gasp"):
         load_environment("soft_gasp")

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 from command_line import short, soft_gripper
+from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import run_study
 
@@ -95,7 +95,7 @@ def test_a_worker_that_is_killed_loses_no_call(address, workers):
 def test_workers_of_several_threads_are_refused(address):
     process = worker(address, threads=2)
     try:
-        with pytest.raises(InputError, match="has 2 threads; start workers with --nthreads 1"):
+        with refused("--scheduler"):
             look_for_it(address)
     finally:
         process.kill()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.runs.sweep.axes import MOST_RUNS, Range, Values, points, read_axis
@@ -46,7 +47,7 @@ def test_values_and_ranges(text, axis):
     ],
 )
 def test_what_means_nothing_is_quoted(text):
-    with pytest.raises(InputError, match="--vary"):
+    with refused("--vary"):
         read_axis(text)
 
 
@@ -98,16 +99,16 @@ def test_a_relative_range_gives_changes():
 
 
 @pytest.mark.parametrize(
-    ("axes", "arguments", "complaint"),
+    ("axes", "arguments", "field", "value"),
     [
-        ([Values("a", (1,)), Values("a", (2,))], (), "appears more than once"),
-        ([Range("a", 0, 1)], (), "say how many values"),
-        ([Range("a", 0, 1)], ("sobol", 6), "power of 2"),
-        ([Range("a", 0, 1)], ("latin", 0), "give a number"),
+        ([Values("a", (1,)), Values("a", (2,))], (), "--vary", "a"),
+        ([Range("a", 0, 1)], (), "--vary", "a"),
+        ([Range("a", 0, 1)], ("sobol", 6), "--sample", 6),
+        ([Range("a", 0, 1)], ("latin", 0), "--sample", 0),
     ],
 )
-def test_what_cannot_be_sampled_is_refused(axes, arguments, complaint):
-    with pytest.raises(InputError, match=complaint):
+def test_what_cannot_be_sampled_is_refused(axes, arguments, field, value):
+    with refused(field, value):
         points(axes, *arguments)
 
 

@@ -1,0 +1,43 @@
+"""Input that is refused: by a call, with the field and the value in its error, and by a command, in one line."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from unittest.mock import ANY
+
+import pytest
+from command_line import soft_gripper
+
+from soft_gripper.errors import InputError
+
+_LONGEST = 1000  # characters of a line
+
+
+@contextmanager
+def refused(field: str, value: object = ANY) -> Iterator[pytest.ExceptionInfo[InputError]]:
+    """Expects an InputError in one line, of a field and of its value, which may be any."""
+    with pytest.raises(InputError) as caught:
+        yield caught
+    assert (field, value) == (caught.value.field, caught.value.value)  # in this order: arrays compare themselves
+    assert "\n" not in str(caught.value)
+
+
+def refusal(*arguments: object) -> str:
+    """The line in which a command refuses its input: it says and writes nothing else, here or below.
+
+    Notes on a recording come before it.
+    """
+    before = _written()
+    outcome = soft_gripper(*arguments)
+    assert (outcome.code, outcome.out) == (2, "")
+    *notes, line = outcome.err.splitlines()
+    assert all(note.startswith("note: ") for note in notes)
+    assert line.startswith("soft-gripper: ")
+    assert len(line) < _LONGEST
+    assert _written() == before
+    return line
+
+
+def _written() -> dict[Path, bytes | None]:
+    """Files of the present folder with their contents, and all else in it."""
+    return {path: path.read_bytes() if path.is_file() else None for path in Path().rglob("*")}
