@@ -36,14 +36,6 @@ FREE = ("youngs_modulus", "pressure_law", "fill_time", "mounting_x", "mounting_z
 ROWS = {"arcs 2": ("arcs", 2), "gaussian 1": ("gaussian", 1)}  # the estimators of claims and figure
 
 
-def test_a_missing_folder_is_one_line(tmp_path):
-    outcome = soft_gripper("hardware", "--data", tmp_path / "nowhere", "--out", tmp_path / "out")
-    assert outcome.code == 2
-    assert "there is no such folder" in outcome.err
-    assert outcome.err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
 @dataclass(frozen=True)
 class Run:
     """What the command left."""

@@ -1,11 +1,16 @@
 """Where the results of a run go: nothing is replaced in silence."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from command_line import short, soft_gripper
+from refusals import refusal, refused
 
+from soft_gripper.commands import replay
 from soft_gripper.commands.run import run_folder
+from soft_gripper.diagrams.view import open_meshcat as meshcats
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
@@ -88,7 +93,24 @@ def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.Monk
     assert "Open http://localhost:" in outcome.err
 
 
-def test_a_run_is_shown_at_an_address_of_this_machine_alone() -> None:
-    outcome = soft_gripper("run", "free_bending", *short(), "--meshcat", "--host", "192.0.2.1")
-    assert outcome.code == 2
-    assert "host = '192.0.2.1'" in outcome.err
+@pytest.mark.parametrize("command", [["evaluate"], ["run", "free_bending"]], ids=" ".join)
+def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
+    claim = "from pathlib import Path; from soft_gripper.files.output import lock_folder\n"
+    claim += "lock_folder(Path('out')); print('claimed', flush=True); input()"
+    Path("out").mkdir()
+    with subprocess.Popen([sys.executable, "-c", claim], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == b"claimed\n"
+        assert "output: folder = 'out': another soft-gripper writes there" in refusal(*command, "--out", "out")
+        other.communicate(b"\n")
+    assert list(Path("out").iterdir()) == []
+
+
+def test_no_port_for_meshcat(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: object) -> None:
+        raise RuntimeError("Meshcat failed to open a websocket port.")
+
+    monkeypatch.setattr(meshcats, "Meshcat", fail)
+    assert "Meshcat: port = 'any': none is free" in refusal("run", "free_bending", "--html", "r.html", "--out", ".")
+    with refused("port", "any"):
+        replay.hidden_meshcat()

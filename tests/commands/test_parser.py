@@ -125,7 +125,12 @@ def test_mistakes_name_the_option(line, field):
     assert error.value.field == field
 
 
-@pytest.mark.parametrize("line", ["", "frob", "run", "run box_grasp --frob", "play --grip hard", "sweep x --out"])
+BY_ARGPARSE = ["", "frob", "run", "run box_grasp --frob", "play --grip hard", "sweep x --out"]
+
+
+@pytest.mark.parametrize(
+    "line", [*BY_ARGPARSE, f"evaluate --trials {'y' * 50_000} \x1b[2J"], ids=lambda line: line[:20]
+)
 def test_mistakes_that_argparse_finds_are_one_line(line, capsys):
     with pytest.raises(SystemExit) as caught:
         parsed(line.split())
@@ -133,6 +138,8 @@ def test_mistakes_that_argparse_finds_are_one_line(line, capsys):
     said = capsys.readouterr().err
     assert said.startswith("soft-gripper: ")
     assert said.count("\n") == 1
+    assert len(said) < 2000
+    assert "\x1b" not in said
 
 
 QUICK = [

@@ -117,32 +117,6 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
     assert not list((tmp_path / "out").iterdir())
 
 
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (["--count", "0"], "--count = '0': give a whole number of at least 1"),
-        (["--count", "13", "--scenarios", "free_bending"], "count = 13: give 1 to 12"),
-        (["--count", "two"], "--count = 'two'"),
-        (["--estimator", "splines"], "--estimator = 'splines': known: arcs, spline, gaussian, contact"),
-        (["--scenarios", "free_bending,nowhere"], "name = 'nowhere': not shipped"),
-        (["--scenarios", "pick_and_place_box"], "pick_and_place_box: task"),
-        (["--sensors", "perfect"], "--sensors = 'perfect': known: ideal, realistic"),
-        (["--belief", "much"], "--belief = 'much'"),
-        (["--belief", "100"], "--belief = '100'"),
-        (["--seed", "-1"], "--seed = '-1'"),
-        (["--recordings", "nowhere.nc"], "nowhere.nc: file = 'nowhere.nc': cannot be read"),
-        (["--contacts", "nowhere.npz"], "nowhere.npz: file = 'nowhere.npz': cannot be read"),
-        (["--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),
-    ],
-)
-def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
-    done = soft_gripper("place-sensors", "--count", "2", "--out", tmp_path, *arguments)
-    assert done.code == 2
-    assert complaint in done.err
-    assert done.err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_contacts_take_an_estimator_of_contact(tmp_path):
     one, joints, side = np.full(1, 0.08), np.zeros((1, 12)), np.array(["inner"])
     contact = Contacts(joints, one, one + 0j, one, one, one, joints, side, one, one)

@@ -61,10 +61,3 @@ def test_robustness_is_run_and_printed(
 def test_without_the_option_nothing_of_it_is_run(run: dict[str, list[object]], tmp_path: Path) -> None:
     assert soft_gripper("evaluate", "--out", tmp_path).code == 0
     assert run == {}
-
-
-@pytest.mark.parametrize("seeds", ["0", "many"])
-def test_seeds_are_a_number(seeds: str, tmp_path: Path) -> None:
-    refused = soft_gripper("evaluate", "--out", tmp_path, "--seeds", seeds)
-    assert refused.code == 2
-    assert "give a whole number of at least 1" in refused.err

@@ -90,24 +90,3 @@ def test_a_scenario_of_ones_own_and_failures_as_rows(tmp_path, monkeypatch):
         errors = [row["error"] for row in csv.DictReader(file)]
     assert "the chamber does not fit" in errors[1]
     assert [errors[0], errors[2]] == ["", ""]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (["--vary", "sensor.nothing=1,2"], "--vary sensor.nothing: "),
-        (["--vary", "sensor.sections"], "--vary = 'sensor.sections'"),
-        (["--vary", "sensor.sections=1,2", "--vary", "sensor.sections=3"], "appears more than once"),
-        (["--vary", "pressure.time_constant=0.01..0.1"], "say how many values"),
-        (["--vary", "sensor.seed=1,2", "--method", "sobol"], "give --sample N"),
-        (["--vary", "sensor.seed=1,2", "--method", "grid", "--sample", "4"], "leave --sample out"),
-        (["--vary", "sensor.seed=1,2", "--jobs", "0"], "--jobs = '0'"),
-        (["--vary", "sensor.seed=1,2", "--out", "/dev/null/out"], "folder = '/dev/null/out': cannot be written to"),
-    ],
-)
-def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
-    done = soft_gripper("sweep", "free_bending", "--out", tmp_path, *arguments)
-    assert done.code == 2
-    assert complaint in done.err
-    assert done.err.count("\n") == 1
-    assert not list(tmp_path.iterdir())

@@ -14,6 +14,7 @@ from command_line import LISTENING, soft_gripper
 from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
+from refusals import refusal
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.files.csv_table import write_csv
@@ -21,7 +22,6 @@ from soft_gripper.runs.trials.run import run_trial
 from soft_gripper.runs.trials.variation import draw, random_numbers
 from soft_gripper.scenario.scenario import TrialsConfig
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
-from soft_gripper.scenario.shipped import SHIPPED
 
 COMMAND = [*LISTENING, "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
@@ -124,28 +124,6 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (["--trials", "0"], "--trials = '0': give a whole number of at least 1"),
-        (["--seed", "-1"], "--seed = '-1': give a whole number of at least 0"),
-        (["--jobs", "many"], "--jobs = 'many': give a whole number of at least 1"),
-        (["--trial", "1.5"], "--trial = '1.5': give a whole number of at least 0"),
-        (["--scenario", "nowhere"], "name = 'nowhere': not shipped"),
-        (["--scenario", "box_grasp"], "task = None: give a task to be tried"),
-        (
-            ["--scenario", "box_grasp", "--scenario", str(SHIPPED / "box_grasp.yaml")],
-            "give scenarios of different names",
-        ),
-    ],
-)
-def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
-    done = soft_gripper("grasp-trials", *arguments, "--out", tmp_path)
-    assert done.code == 2
-    assert complaint in done.err
-    assert len(done.err.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
     ("change", "complaint"),
     [
         (
@@ -157,9 +135,6 @@ def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
     ],
     ids=["no contact", "no mesh", "out of reach"],
 )
-def test_a_scenario_that_cannot_be_tried_is_refused(scenario, change, complaint, tmp_path):
-    done = soft_gripper("grasp-trials", "--scenario", scenario(change), "--out", tmp_path / "out")
-    assert done.code == 2
-    assert complaint in done.err
-    assert len(done.err.splitlines()) == 1
-    assert not (tmp_path / "out").exists()
+def test_a_scenario_that_cannot_be_tried_is_refused(scenario, change, complaint, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert complaint in refusal("grasp-trials", "--scenario", scenario(change), "--out", "out")

@@ -2,7 +2,6 @@
 
 import csv
 from dataclasses import fields
-from pathlib import Path
 
 import pytest
 from command_line import soft_gripper
@@ -11,16 +10,6 @@ from soft_gripper.runs.scores.steps import StepRow
 
 COLUMNS = "step,from_mm,to_mm,overshoot_percent,crossings,settling_s,steady_error_estimated_mm,steady_error_true_mm"
 SHORT = ("--set", "control.set_points=[0.08, 0.06]", "--set", "control.hold=1")
-REFUSED = {
-    "no number": ("tip_distance_steps", "--evaluations", "many"),
-    "too few": ("tip_distance_steps", "--evaluations", "4"),
-    "negative": ("tip_distance_steps", "--evaluations=-5"),
-    "a fraction": ("tip_distance_steps", "--evaluations", "7.5"),
-    "a superscript": ("tip_distance_steps", "--evaluations", "\u00b2"),
-    "open loop": ("free_bending",),
-    "negative hold": ("tip_distance_steps", "--set", "control.hold=-1"),
-    "one finger": (str(Path(__file__).parents[1] / "scenarios/defaults.yaml"), "--set", "control.set_points=[0.1]"),
-}
 
 
 @pytest.mark.slow
@@ -32,15 +21,6 @@ def test_tune_prints_the_table_and_the_gains():
     assert [line.split()[2] for line in table if line.split()[:1] in (["0"], ["1"])] == ["80.0", "60.0"]
     assert gains.startswith("gains: { kp: ")
     assert "5/5" in outcome.err
-
-
-@pytest.mark.parametrize("arguments", REFUSED.values(), ids=REFUSED)
-def test_refused_in_one_line(arguments):
-    outcome = soft_gripper("tune", *arguments)
-    assert (outcome.code, outcome.out) == (2, "")
-    complaint = outcome.err.strip().splitlines()[-1]
-    assert complaint.startswith("soft-gripper: ")
-    assert "Traceback" not in outcome.err
 
 
 def test_run_writes_the_table_of_steps(tmp_path):

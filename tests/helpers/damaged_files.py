@@ -81,35 +81,45 @@ _SHAPES = ("(10**9,)", "(1000000000, 12)", "(-1,)", "(4294967296, 4294967296)", 
 def damaged_archives(arrays: dict[str, Any], seed: int) -> Iterator[tuple[str, bytes]]:
     """Damaged files of arrays: what was done, and the content."""
     whole = {f"{name}.npy": as_npy(values) for name, values in arrays.items()}
-
-    def replaced(name: str, content: bytes) -> bytes:
-        return archive(list({**whole, f"{name}.npy": content}.items()))
-
     for name, values in arrays.items():
-        others = [(member, content) for member, content in whole.items() if member != f"{name}.npy"]
-        yield f"without {name}", archive(others)
-        yield f"{name} renamed", archive([*others, (f"{name}.txt", whole[f"{name}.npy"])])
-        yield f"{name} twice", archive([*whole.items(), (f"{name}.npy", as_npy(values[:1]))])
-        yield f"{name} empty", replaced(name, b"")
-        yield f"{name} in half", replaced(name, whole[f"{name}.npy"][:-5])
-        for how, change in _OF_AN_ARRAY.items():
-            yield f"{name}: {how}", replaced(name, as_npy(change(values)))
-        for shape in _SHAPES:
-            yield f"{name}: {shape[:20]}", replaced(name, as_npy(values, shape))
-        if values.dtype.kind in "fc":
-            for number in NUMBERS:
-                spoilt = values.copy()
-                spoilt.flat[0] = number
-                yield f"{name}: {number}", replaced(name, as_npy(spoilt))
-    first = next(iter(arrays))
+        yield from _with_another_member(whole, name, values)
+        for how, content in _damaged_arrays(values):
+            yield f"{name}: {how}", archive(list({**whole, f"{name}.npy": content}.items()))
+    yield from _damaged_zip(arrays, whole, seed)
+
+
+def _with_another_member(whole: dict[str, bytes], name: str, values: Any) -> Iterator[tuple[str, bytes]]:
+    own = whole[f"{name}.npy"]
+    others = [(member, content) for member, content in whole.items() if member != f"{name}.npy"]
+    yield f"without {name}", archive(others)
+    yield f"{name} renamed", archive([*others, (f"{name}.txt", own)])
+    yield f"{name} twice", archive([*whole.items(), (f"{name}.npy", as_npy(values[:1]))])
+    for how, content in {"empty": b"", "in half": own[:-5]}.items():
+        yield f"{name} {how}", archive(list({**whole, f"{name}.npy": content}.items()))
+
+
+def _damaged_arrays(values: Any) -> Iterator[tuple[str, bytes]]:
+    for how, change in _OF_AN_ARRAY.items():
+        yield how, as_npy(change(values))
+    for shape in _SHAPES:
+        yield shape[:20], as_npy(values, shape)
+    for number in NUMBERS if values.dtype.kind in "fc" else ():
+        spoilt = values.copy()
+        spoilt.flat[0] = number
+        yield str(number), as_npy(spoilt)
+
+
+def _damaged_zip(arrays: dict[str, Any], whole: dict[str, bytes], seed: int) -> Iterator[tuple[str, bytes]]:
+    first, content = next(iter(arrays)), archive(list(whole.items()))
+    large = {f"{first}.npy": as_npy(np.zeros(10_000_000))}
+    newer = {f"{first}.npy": whole[f"{first}.npy"].replace(b"NUMPY\x01", b"NUMPY\x03", 1)}
     yield "one more array", archive([*whole.items(), ("more.npy", as_npy([1.0]))])
     yield "a member outside", archive([*whole.items(), ("../../x.npy", as_npy([1.0]))])
     yield "no arrays", archive([])
-    yield "a bomb", replaced(first, as_npy(np.zeros(10_000_000)))
-    yield "version 3 of npy", replaced(first, whole[f"{first}.npy"].replace(b"NUMPY\x01", b"NUMPY\x03", 1))
+    yield "a bomb", archive(list({**whole, **large}.items()))
+    yield "version 3 of npy", archive(list({**whole, **newer}.items()))
     yield "a pickle", as_npy(np.array([{}], object))
     yield "a single array", as_npy(arrays[first])
-    content = archive(list(whole.items()))
     yield "nothing", b""
     yield "text", b"side,force\ninner,1.0\n"
     yield "a zip in front of which stands text", b"x" * 1000 + content
@@ -129,22 +139,32 @@ _OF_A_SIGNAL: dict[str, Callable[[Any], Any]] = {
 
 def damaged_recordings(data: Any, signals: list[str], seed: int) -> Iterator[tuple[str, bytes]]:
     """Damaged files of a recording, an xarray Dataset of which `signals` are read: what was done, and the content."""
+    for changed in (
+        *(_with_other_signal(data, name) for name in signals),
+        _with_other_time(data),
+        _with_other_scenario(data),
+    ):
+        for how, found in changed:
+            yield how, _netcdf(found)
+    yield from _damaged_netcdf(_netcdf(data), seed)
 
-    def changed(name: str, signal: Any) -> bytes:
-        return saved(data.drop_vars(name).assign({name: signal}))
 
-    def saved(changed: Any) -> bytes:
-        return bytes(changed.to_netcdf(engine="scipy"))
+def _netcdf(data: Any) -> bytes:
+    return bytes(data.to_netcdf(engine="scipy"))
 
-    for name in signals:
-        yield f"without {name}", saved(data.drop_vars(name))
-        for how, change in _OF_A_SIGNAL.items():
-            if data[name].ndim > 1 or how != "one axis less":
-                yield f"{name}: {how}", changed(name, change(data[name]))
-        for number in NUMBERS:
-            spoilt = data[name].copy(deep=True)
-            spoilt.values[len(spoilt) // 2] = number
-            yield f"{name}: {number}", changed(name, spoilt)
+
+def _with_other_signal(data: Any, name: str) -> Iterator[tuple[str, Any]]:
+    yield f"without {name}", data.drop_vars(name)
+    for how, change in _OF_A_SIGNAL.items():
+        if data[name].ndim > 1 or how != "one axis less":
+            yield f"{name}: {how}", data.drop_vars(name).assign({name: change(data[name])})
+    for number in NUMBERS:
+        spoilt = data[name].copy(deep=True)
+        spoilt.values[len(spoilt) // 2] = number
+        yield f"{name}: {number}", data.drop_vars(name).assign({name: spoilt})
+
+
+def _with_other_time(data: Any) -> Iterator[tuple[str, Any]]:
     time, late = data["time"].values, np.arange(data.sizes["time"]) > data.sizes["time"] // 2
     for how, times in {
         "backwards": time[::-1],
@@ -156,23 +176,30 @@ def damaged_recordings(data: Any, signals: list[str], seed: int) -> Iterator[tup
         "huge": 1e308 * np.sign(time),
         "dates": time.astype(int).astype("M8[D]"),
     }.items():
-        yield f"time: {how}", saved(data.assign_coords(time=("time", times)))
-    yield "without time", saved(data.drop_vars("time"))
-    yield "no samples", saved(data.isel(time=slice(0, 0)))
-    yield "one sample", saved(data.isel(time=slice(0, 1)))
-    yield "half of the samples", saved(data.isel(time=slice(0, len(time) // 2)))
-    for how, text in {
-        "empty": "",
-        "a number": 1.5,
-        "no mapping": "[1, 2]",
-        "not YAML": "a: [",
-        "of nothing": "models: []",
-        "in Latin": b"models: \xe9",
-        "another": "models: [{name: a, file: none.urdf}]",
-    }.items():
-        yield f"scenario: {how}", saved(data.assign_attrs(scenario=text))
-    yield "without a scenario", saved(data.drop_attrs())
-    content = saved(data)
+        yield f"time: {how}", data.assign_coords(time=("time", times))
+    yield "without time", data.drop_vars("time")
+    for how, samples in {"no samples": 0, "one sample": 1, "half of the samples": len(time) // 2}.items():
+        yield how, data.isel(time=slice(0, samples))
+
+
+_SCENARIOS = {
+    "empty": "",
+    "a number": 1.5,
+    "no mapping": "[1, 2]",
+    "not YAML": "a: [",
+    "of nothing": "models: []",
+    "in Latin": b"models: \xe9",
+    "another": "models: [{name: a, file: none.urdf}]",
+}
+
+
+def _with_other_scenario(data: Any) -> Iterator[tuple[str, Any]]:
+    for how, text in _SCENARIOS.items():
+        yield f"scenario: {how}", data.assign_attrs(scenario=text)
+    yield "without a scenario", data.drop_attrs()
+
+
+def _damaged_netcdf(content: bytes, seed: int) -> Iterator[tuple[str, bytes]]:
     yield "nothing", b""
     yield "text", b"time,strain\n0,1\n"
     yield "HDF5", b"\x89HDF\r\n\x1a\n" + bytes(1000)

@@ -11,7 +11,6 @@ from PIL import Image, ImageDraw, ImageSequence
 from refusals import refused
 from scenes import Scene
 
-from soft_gripper.commands import run as run_command
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.pictures.film import FOOTER, Film
@@ -145,13 +144,3 @@ def test_run_writes_a_film(tmp_path: Path) -> None:
     assert outcome.code == 0
     with Image.open(film) as picture:
         assert (picture.n_frames, picture.size) == (2, (640, 480 + FOOTER))
-
-
-def test_an_unknown_ending_is_refused_before_the_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_command, "run_station", lambda *_: pytest.fail("the simulation has begun"))
-    out = tmp_path / "out"
-    outcome = soft_gripper("run", "free_bending", "--out", out, "--video", tmp_path / "film.avi")
-    assert outcome.code == 2
-    assert "film.avi" in outcome.err
-    assert ".mp4, .gif, .webp, .png" in outcome.err
-    assert not out.exists()
