@@ -4,6 +4,7 @@ import csv
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from synthetic_hardware import (
 
 from soft_gripper.commands import hardware as hardware_command
 from soft_gripper.evaluation import hardware as experiments
+from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.hardware.identification.finger_file import read_finger
 from soft_gripper.hardware.identification.simulated_motion import Setup
 from soft_gripper.models import DIRECTORY
@@ -34,6 +36,17 @@ PUMPED = replace(SEGMENT, open_for=1.2)  # the segment, its valve open for a sho
 BEAM_LASTS, SEGMENT_LASTS, ARM_LASTS = 1.7, 2.5, 4.5  # s
 FREE = ("youngs_modulus", "pressure_law", "fill_time", "mounting_x", "mounting_z")  # of the segment
 ROWS = {"arcs 2": ("arcs", 2), "gaussian 1": ("gaussian", 1)}  # the estimators of claims and figure
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_a_claim_that_fails_is_the_exit_code(tmp_path, monkeypatch, holds):
+    for name in ("published_recordings", "replay_published", "_written", "hardware_figure", "save_figure"):
+        monkeypatch.setattr(hardware_command, name, MagicMock())
+    for name in ("open_executor", "identify_published", "print_replay", "write_csv"):
+        monkeypatch.setattr(hardware_command, name, MagicMock())
+    claims = [Claim("ours", "one", True, "1"), Claim("ours", "other", holds, "2")]
+    monkeypatch.setattr(hardware_command, "hardware_claims", lambda *_: claims)
+    assert soft_gripper("hardware", "--out", tmp_path / "out").code == (0 if holds else 1)
 
 
 @dataclass(frozen=True)

@@ -307,6 +307,40 @@ def test_a_load_is_estimated_with_what_is_slow_counted_and_kept(learner: Learner
     assert min(np.abs(known.mean[:5] - each).max() / np.abs(each).max() for each in results) < 0.02
 
 
+def test_a_load_that_jumps_is_believed_to_have_done_so(learner: Learner) -> None:
+    """Even where it was next to certain that there was none: by a fifth of a usual one."""
+    begin = learner.shape.begin()
+    covariance, variances = begin.covariance.copy(), before(learner)
+    covariance[:5, :5] *= 1e-6
+    variances[:5] *= (1e-6 + PERIOD * 0.15**2 + 0.2**2) / (1 + PERIOD * 0.15**2)
+    wrong = learner.columns[:, :5] @ np.array([0.05, -0.01, 0.005, 0.0, 0.0])
+    known = stepped(learner, wrong, begin._replace(covariance=covariance))
+    spread = (learner.columns * variances) @ learner.columns.T + NOISE**2 * np.eye(len(wrong))
+    expected = variances[:5] * (learner.columns[:, :5].T @ np.linalg.solve(spread, wrong))
+    np.testing.assert_allclose(known.mean[:5], expected, atol=0.02 * np.abs(expected).max())
+
+
+def test_what_is_known_of_the_sensors_is_no_difference(learner: Learner) -> None:
+    """Readings of a free finger with the gain errors and offsets that were learnt."""
+    gains, offsets = np.array([0.1, -0.05, 0.08, 0.02]), 1e-3 * np.array([2.0, -1.0, 1.0, 3.0])
+    begin = learner.shape.begin()
+    mean = np.concatenate([begin.mean[:7], gains, offsets])
+    known = stepped(learner, gains * learner.expected + offsets, begin._replace(mean=mean))
+    np.testing.assert_allclose(known.difference, 0.0, atol=1e-12)
+    np.testing.assert_allclose(known.mean[7:], mean[7:], atol=1e-12)
+
+
+def test_a_difference_that_lasts_is_a_load_though_each_sample_could_be_noise(layout: SensorLayout) -> None:
+    """Half as large again as the noise: an average of many samples has a fifth of it."""
+    learner = learner_of(layout, Uncertainty(reading=NOISE, bend_per_pressure=0.0))
+    wrong, known, loaded = 1.5 * NOISE * np.array([1.0, -1.0, 1.0, -1.0]), learner.shape.begin(), []
+    for _ in range(20):
+        known = stepped(learner, wrong, known)
+        loaded.append(bool(known.loaded))
+    assert not any(loaded[:2])
+    assert any(loaded)
+
+
 def test_a_reading_that_is_missing_or_an_outlier_counts_for_nothing(learner: Learner) -> None:
     """As if the sensor were not there: the others alone are fitted."""
     for lost in (np.nan, 0.5):

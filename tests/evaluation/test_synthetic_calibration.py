@@ -8,6 +8,7 @@ from synthetic_hardware import CALIBRATION, free_bending
 
 from soft_gripper.diagrams.recording.recording import Recording
 from soft_gripper.errors import InputError
+from soft_gripper.hardware import calibration
 from soft_gripper.hardware.calibration import calibrate_recordings
 from soft_gripper.scenario.calibration_file import load_calibration
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
@@ -24,14 +25,14 @@ sensor: {sections: 4, period: 0.02}
 def recorded(tmp_path):
     """The recording, as `soft-gripper run` would write it of a scenario."""
 
-    def save(name, *overrides):
+    def save(name, *overrides, shift=0.0):
         (tmp_path / "one_finger.yaml").write_text(ONE_FINGER)
         scenario = load_scenario(str(tmp_path / "one_finger.yaml"), overrides)
         time, pressure, strain = free_bending()
         base = np.tile(np.eye(3, 4), (len(time), 1, 1))
         signals = {
             "left_finger.sampled_pressure": (["time"], pressure),
-            "left_finger.strain": (["time", "path", "section"], strain),
+            "left_finger.strain": (["time", "path", "section"], strain + shift),
             "left_finger.X_WB": (["time", "row", "column"], base),
         }
         file = tmp_path / f"{name}.nc"
@@ -64,6 +65,25 @@ def test_a_recording_that_was_calibrated_says_the_same(recorded, tmp_path):
     first, _ = calibrate(recorded("run"), tmp_path / "first.yaml")
     again, _ = calibrate(recorded("again", f"believed.calibration={tmp_path / 'first.yaml'}"), tmp_path / "again.yaml")
     assert again == first
+
+
+def test_every_recording_counts(recorded, tmp_path):
+    """Sensors that read 0.001 more in the second of two: offsets half of that larger."""
+    files = [recorded("run"), recorded("shifted", shift=1e-3)]
+    found = calibrate_recordings(files).fingers["left_finger"]
+    assert np.mean(np.array(found.offsets) - CALIBRATION.offsets) == pytest.approx(5e-4, abs=1e-4)
+
+
+def test_weight_pulls_as_the_base_stands_in_each_sample(recorded):
+    """A finger that stands, and hangs from the middle of the recording on."""
+    file = recorded("run", "gravity=[0, 0, -9.81]")
+    data = Recording.load(file).data
+    data["left_finger.X_WB"].values[data.sizes["time"] // 2 :, :, :3] = np.diag([-1.0, 1.0, -1.0])
+    Recording(data).save(file)
+    ((_, samples),) = calibration._free_bending(file)
+    half = len(samples.gravity) // 2
+    np.testing.assert_allclose(samples.gravity[: half - 5], -9.81)
+    np.testing.assert_allclose(samples.gravity[half + 5 :], 9.81)
 
 
 @pytest.mark.parametrize("shape", [(3, 3), (4, 4), (12,), ()])

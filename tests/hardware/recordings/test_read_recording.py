@@ -55,12 +55,12 @@ load: {pattern: 'load_(\d+)g', masses: {'101': 0.102}}
 
 
 def test_poses_pressures_and_lengths(tmp_path, describe):
-    """A body that has turned by 90 degrees about y; psi and V; wires by name; the base as origin."""
+    """A body that has turned by 90 degrees about y; psi, V and ms; wires by name; the base, as it was, as origin."""
     time = np.arange(50) / 10
     ones, half = np.ones(50), np.sqrt(0.5) * np.ones(50)
     columns = {
-        "time": time,
-        **{f"b{axis}": ones for axis in "xyz"},
+        "time": 1e3 * time,
+        **{f"b{axis}": ones + (axis == "x") * 0.1 * (time > 1) for axis in "xyz"},
         **{f"t{axis}": ones + (axis == "z") * 0.2 for axis in "xyz"},
         **{"qw": half, "qx": 0 * ones, "qy": half, "qz": 0 * ones},
         **{"p": 10 * ones, "l": 1 + 0.1 * time, "iw": ones, "io": 0 * ones},
@@ -68,6 +68,7 @@ def test_poses_pressures_and_lengths(tmp_path, describe):
     config = describe(
         text="""
 length: 0.2
+time_unit: ms
 poses:
   base: {position: [bx, by, bz], quaternion: [iw, io, io, io]}
   tip: {position: [tx, ty, tz], quaternion: [qw, qx, qy, qz]}
@@ -76,6 +77,7 @@ lengths: {wires: {left: {column: l}}, unit: V, scale: 0.2, spacing: 0.04}
 """
     )
     recording = read_recording(write_csv(tmp_path / "arm.csv", columns), config)
+    np.testing.assert_allclose(recording.time, time)
     np.testing.assert_allclose(recording.poses["tip"].p[-1], [0, 0, 0.2], atol=1e-12)
     by_y = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]  # a quarter turn about y: z lies along x, and x against z
     np.testing.assert_allclose(recording.poses["tip"].R[0], by_y, atol=1e-12)
