@@ -10,7 +10,7 @@ from refusals import refusal, refused
 
 from soft_gripper.commands import replay
 from soft_gripper.commands.run import run_folder
-from soft_gripper.diagrams.view import open_meshcat as meshcats
+from soft_gripper.diagrams.view import meshcat_view as meshcats
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario

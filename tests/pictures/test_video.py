@@ -11,10 +11,9 @@ from PIL import Image, ImageDraw, ImageSequence
 from refusals import refused
 from scenes import Scene
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.pictures.film import FOOTER, Film
-from soft_gripper.pictures.video import check_video, write_video
+from soft_gripper.pictures.video import FOOTER, Film, check_video, write_video
 from soft_gripper.scenario.scenario import Scenario
 
 pytestmark = pytest.mark.slow

@@ -13,7 +13,7 @@ from refusals import refused
 from scenario_plants import add_scene, arm_of
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.manipulation.arm_control import add_arm_control
+from soft_gripper.diagrams.arm import add_arm_control
 from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import make_station
 

@@ -8,7 +8,7 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 from refusals import refused
 
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import add_logs
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.scenario.scenario_file import load_scenario

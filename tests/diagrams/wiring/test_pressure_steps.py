@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from refusals import refused
 
-from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps, step_source
+from soft_gripper.diagrams.wiring.drive import pressure_steps, step_source
 from soft_gripper.scenario.scenario import PressureConfig, Scenario, SensorConfig
 
 

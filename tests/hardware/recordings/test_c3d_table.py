@@ -7,8 +7,8 @@ from hardware_files import MARKERS, swinging, write_csv
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.recordings import table as c3d_table
-from soft_gripper.hardware.recordings.read_recording import read_recording
+from soft_gripper.hardware import recordings as c3d_table
+from soft_gripper.hardware.recordings import read_recording
 
 ezc3d = pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
 

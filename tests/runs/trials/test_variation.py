@@ -7,9 +7,9 @@ import pytest
 import trimesh
 from refusals import refused
 
-from soft_gripper.diagrams.manipulation.path_check import reported_pose
+from soft_gripper.diagrams.task import reported_pose
 from soft_gripper.models import DIRECTORY
-from soft_gripper.runs.trials.variation import Variation, draw, random_numbers, varied, vary
+from soft_gripper.runs.trials.trial import Variation, draw, random_numbers, varied, vary
 from soft_gripper.scenario.scenario import Scenario, TrialsConfig
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
