@@ -19,8 +19,7 @@ from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import make_simulator, solver_config
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.drive import add_pressure_drive
-from soft_gripper.diagrams.wiring.pressure_steps import add_pressure_steps, pressure_steps
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive, add_pressure_steps, pressure_steps
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -2,15 +2,13 @@
 
 from pydrake.systems.framework import DiagramBuilder, InputPort
 
-from soft_gripper.diagrams.manipulation.arm import make_arm
-from soft_gripper.diagrams.manipulation.arm_control import add_arm_control, add_home
-from soft_gripper.diagrams.manipulation.task import add_task, add_tool_target
+from soft_gripper.diagrams.arm import add_arm_control, add_home, make_arm
 from soft_gripper.diagrams.station_parts import StationParts
-from soft_gripper.diagrams.wiring.drive import Drive
+from soft_gripper.diagrams.task import add_task, add_tool_target
+from soft_gripper.diagrams.wiring.drive import Drive, add_pressure_steps, check_steps, pressure_steps
 from soft_gripper.diagrams.wiring.external import add_external_joints, add_external_opening, add_external_pressures
 from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
-from soft_gripper.diagrams.wiring.pressure_steps import add_pressure_steps, check_steps, pressure_steps
 from soft_gripper.scenario.scenario import ArmConfig
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.systems.framework import Context, Diagram, System
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL

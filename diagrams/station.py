@@ -4,7 +4,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import add_logs
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view

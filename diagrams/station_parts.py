@@ -6,13 +6,11 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort
 
-from soft_gripper.control.task_machine import TaskMachine
-from soft_gripper.diagrams.manipulation.arm import Arm
-from soft_gripper.diagrams.manipulation.path_check import check_paths
-from soft_gripper.diagrams.recording.provenance import provenance
-from soft_gripper.diagrams.recording.recording import Recording, read_logs
-from soft_gripper.diagrams.recording.signal_logs import SignalLogs
+from soft_gripper.control.task import TaskMachine
+from soft_gripper.diagrams.arm import Arm
+from soft_gripper.diagrams.recording import Recording, SignalLogs, provenance, read_logs
 from soft_gripper.diagrams.scene import check_starts_apart
+from soft_gripper.diagrams.task import check_paths
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.scenario import Scenario

@@ -15,10 +15,10 @@ from . import scenario as scenario
 from . import sensors as sensors
 from . import truth as truth
 from .array_block import ArrayBlock as ArrayBlock
-from .diagrams.manipulation.arm import make_arm as make_arm
-from .diagrams.recording.recording import Recording as Recording
-from .diagrams.recording.recording import read_logs as read_logs
-from .diagrams.recording.signal_logs import add_logs as add_logs
+from .diagrams.arm import make_arm as make_arm
+from .diagrams.recording import Recording as Recording
+from .diagrams.recording import add_logs as add_logs
+from .diagrams.recording import read_logs as read_logs
 from .diagrams.simulation import make_simulator as make_simulator
 from .diagrams.simulation import run_station as run_station
 from .diagrams.simulation import seed_random_sources as seed_random_sources

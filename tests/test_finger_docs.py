@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from soft_gripper.fingers.materials import SILICONES
+from soft_gripper.fingers.finger_element import SILICONES
 
 TEXT = (Path(__file__).parents[1] / "docs/finger.md").read_text(encoding="utf-8")
 

@@ -10,8 +10,8 @@ from peers.task import Run, Setting, Task, Trial
 from soft_gripper import add_estimation, add_logs, add_pressure_drive, add_sensors, read_logs
 from soft_gripper.diagrams import solver_config
 from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.diagrams.wiring.drive import add_pressure_steps, pressure_steps
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
-from soft_gripper.diagrams.wiring.pressure_steps import add_pressure_steps, pressure_steps
 from soft_gripper.diagrams.wiring.sensors import add_joint_angles
 from soft_gripper.fingers import PlantFinger, forward_kinematics
 from soft_gripper.scenario import sensor_layout

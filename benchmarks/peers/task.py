@@ -10,7 +10,7 @@ import numpy as np
 from peers.bodies import Body, bodies_of
 from soft_gripper import Scenario, expand_urdf, load_scenario, model_path
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
+from soft_gripper.diagrams.wiring.drive import pressure_steps
 from soft_gripper.fingers import Finger
 from soft_gripper.fingers.urdf import ExpandedUrdf
 from soft_gripper.scenario.scenario import ModelConfig

@@ -12,19 +12,123 @@ beside the finger, because neither the finger nor what it touches can hide it th
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.drawn_finger import PROUD, DrawnFinger, put, rounded
-from soft_gripper.diagrams.view.estimate_shapes import arc_frames, arcs_of_table, curve_pieces, point_at, unit_circle
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimators.arcs import Arcs
+from soft_gripper.estimators.arcs import Arcs, join_arcs, points_on_arcs
 from soft_gripper.estimators.contact import face_offset
+from soft_gripper.fingers.finger import Finger
+
+PROUD = 1e-3  # m, how far the estimate protrudes from the sides of the finger
+_PIECES = 2  # of the curve, for every segment
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnFinger:
+    """A finger whose estimate is drawn."""
+
+    name: str
+    finger: Finger
+    section_ends: NDArray[np.int_]  # segments covered up to the end of each arc of the estimated curve, from 0 to N
+    base: BodyIndex  # body whose frame is B
+    skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of every link, base to tip
+    has_contact: bool = False  # a contact force is estimated
+    has_band: bool = False  # the uncertainty of the curve is estimated
+
+    @property
+    def sections(self) -> int:
+        """Number of arcs of the estimated curve."""
+        return len(self.section_ends) - 1
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces that each arc of the curve is drawn in."""
+        return int(np.ceil(_PIECES * self.finger.segments / self.sections))
+
+    @property
+    def piece_lengths(self) -> Array:
+        """Length of every piece, m."""
+        sections = np.diff(self.section_ends) * self.finger.segment_length
+        return np.repeat(sections / self.pieces, self.pieces)
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Distances from the bending plane between which the estimate is drawn on both sides, m.
+
+        Between the sides there is nothing: the curve runs close below the inner face and would hide it.
+        """
+        widths = self.finger.base.width, self.finger.tip.width
+        return min(widths) / 2 - PROUD, max(widths) / 2 + PROUD
+
+
+_STEPS = 2.0**20  # in a metre and in a radian: numbers of few digits, which a replay keeps in little room
+
+
+def put(meshcat: Meshcat, path: str, position: complex, heading: float, time: float) -> None:
+    """Poses an object in the frame above it, z + i x in m and rad from z to x.
+
+    In a recording this takes less room than a transform.
+    """
+    x, z, angle = (rounded(value) for value in (position.imag, position.real, heading))
+    meshcat.SetProperty(path, "position", [x, 0.0, z], time)
+    meshcat.SetProperty(path, "rotation[y]", angle, time)
+
+
+def rounded(value: float) -> float:
+    """A length, m, or an angle, rad, to about a millionth."""
+    return round(float(value) * _STEPS) / _STEPS
+
+
+def arcs_of_table(table: Array) -> Arcs:
+    """The arcs in a reshaped `arcs` port of an estimator, (S, 7)."""
+    _, _, _, kappa, length, _, _ = table.T
+    return join_arcs(kappa * length, length)
+
+
+def curve_pieces(arcs: Arcs, pieces: int) -> tuple[Planar, Array]:
+    """Middles (m in B) and headings (rad) of the chords of each arc's equal `pieces`, (S * pieces).
+
+    Pieces that are not known lie on the last one that is, so that the curve ends there.
+    """
+    sections, ends = np.arange(len(arcs.theta)), np.linspace(0, 1, pieces + 1)
+    points = points_on_arcs(arcs, np.repeat(sections, pieces + 1), np.tile(ends, len(sections)))
+    points = points.reshape(len(sections), pieces + 1)
+    middles = (points[:, :-1] + points[:, 1:]) / 2
+    headings = arcs.heading[:, None] + arcs.theta[:, None] * (ends[:-1] + ends[1:]) / 2
+    known = np.isfinite(headings.ravel())
+    last = np.maximum.accumulate(np.where(known, np.arange(known.size), 0))
+    return np.nan_to_num(middles.ravel()[last]), np.nan_to_num(headings.ravel()[last])
+
+
+def point_at(arcs: Arcs, s: float) -> tuple[complex, float]:
+    """The point at arc length s, m, as z + i x in B, and the heading there, rad; on the last arc beyond its end."""
+    ends = np.cumsum(arcs.length)
+    i = min(int(np.searchsorted(ends, s)), len(ends) - 1)
+    fraction = (s - (ends[i] - arcs.length[i])) / arcs.length[i]
+    (point,) = points_on_arcs(arcs, np.array([i]), np.array([fraction]))
+    return complex(point), float(arcs.heading[i] + fraction * arcs.theta[i])
+
+
+def arc_frames(arcs: Arcs) -> tuple[Planar, Array, Array]:
+    """Centres (m in B) of the arcs, headings (rad) of the radii to where they begin, and radii (m), each (S)."""
+    headings = arcs.heading - np.sign(arcs.theta) * np.pi / 2
+    return arcs.centers, headings, np.abs(arcs.start - arcs.centers)
+
+
+def unit_circle(edges: int = 96) -> Array:
+    """A circle of radius 1 m about y, (3, edges + 1) corners."""
+    angle = np.linspace(0, 2 * np.pi, edges + 1)
+    return np.array([np.sin(angle), np.zeros_like(angle), np.cos(angle)])
+
 
 BAND = "/drake/estimate/band"
 STDS = 2  # standard deviations, on either side

@@ -1,24 +1,156 @@
-"""What a user sees in Meshcat: the bodies, the estimates drawn over them, a legend and a camera."""
+"""What a user sees in Meshcat: the bodies, the estimates drawn over them, a legend and a camera.
 
-from collections.abc import Mapping, Sequence
+A Meshcat of this machine's own, and what is left to do where one has failed.
+
+A Meshcat takes commands and junk from whoever can connect: it checks neither Host nor Origin, and one message that is
+not MessagePack ends its thread. Every later call then raises a RuntimeError, and its destructor waits until the last
+client has gone of itself.
+"""
+
+import gzip
+import os
+import secrets
+import socket
+from base64 import b64encode
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from ipaddress import IPv4Address
+from itertools import product
+from pathlib import Path
+from urllib.parse import urlsplit
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role, SceneGraph
+from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role, SceneGraph
+from pydrake.math import RotationMatrix
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
-from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
-from soft_gripper.diagrams.view.estimate_visualizer import EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
-from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.diagrams.wiring.named_wires import inputs
+from soft_gripper.errors import InputError, first_line
 from soft_gripper.estimators.finger_shape import ARC
+from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.scenario import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
+
+LOOPBACK = "127.0.0.1"
+_MOST_DESCRIPTORS = 4096
+
+
+def open_meshcat() -> Meshcat:
+    """A Meshcat at the first of its ports that is free, for this machine alone.
+
+    Raises:
+        InputError: if there is none.
+    """
+    try:
+        return Meshcat(MeshcatParams(host=LOOPBACK))
+    except RuntimeError as error:
+        expected = f"none is free at {LOOPBACK}; end other viewers ({first_line(error)})"
+        raise InputError("Meshcat", "port", "7000 to 7099", expected) from None
+
+
+def hidden_meshcat() -> Meshcat:
+    """A Meshcat where no other program expects it: at an arbitrary address of the loopback, and an arbitrary port.
+
+    No page of a browser can guess both, of some 2^38. Where the loopback has a single address, as on macOS, the port
+    alone is arbitrary.
+
+    Raises:
+        InputError: if none is free.
+    """
+    address = IPv4Address("127.0.0.2") + secrets.randbelow(2**24 - 4)
+    for host in (str(address), LOOPBACK):
+        with suppress(RuntimeError):
+            return Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=False))
+    raise InputError("Meshcat", "port", "any", f"none is free at {LOOPBACK}")
+
+
+def has_failed(meshcat: Meshcat) -> bool:
+    """Whether the thread that serves a Meshcat has ended."""
+    try:
+        meshcat.web_url()  # which, unlike others, does not wait for the thread
+    except RuntimeError:
+        return True
+    return False
+
+
+def cut_off(address: str) -> None:
+    """Ends the connections of the Meshcat at an address, which has failed, lest its destructor wait for its clients."""
+    port = urlsplit(address).port
+    for descriptor in range(3, _MOST_DESCRIPTORS):
+        with suppress(OSError), socket.socket(fileno=os.dup(descriptor)) as copy:
+            if copy.getsockname()[1:2] == (port,):
+                copy.shutdown(socket.SHUT_RDWR)
+
+
+_ASIDE = np.radians(45.0)  # to the right of the arm, so that it is behind what it does, and not hidden by it
+_DOWNWARD = 0.35  # for every metre forward, so that the height above the bench is seen
+_CORNERS = np.array(list(product((-1, 1), repeat=3)))  # of a box, in halves of its widths
+
+
+def viewing_direction(
+    arm: ArmConfig | None, plant: MultibodyPlant, fingers: Sequence[PlantFinger], without_arm: Array
+) -> Array:
+    """The direction of sight into a scene, (3) in the world, of any length.
+
+    An arm is seen from in front of it, aside and above; front is where it begins to hold the fingers.
+    `without_arm` is the direction for fingers alone.
+    """
+    if arm is None:
+        return without_arm
+    foot = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(arm.model))[0])
+    p_WFoot = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), foot).translation()
+    ahead = np.mean([finger.X_WB.translation() for finger in fingers], axis=0) - p_WFoot
+    turn = RotationMatrix.MakeZRotation(np.arctan2(ahead[1], ahead[0]) + _ASIDE)
+    direction: Array = turn @ np.array([0.0, 1.0, -_DOWNWARD])
+    return direction
+
+
+def upright_view(direction: Array) -> RotationMatrix:
+    """The axes in the world of an upright picture: x to the right, y down and z in `direction`."""
+    z = direction / np.linalg.norm(direction)
+    x = np.cross(z, [0.0, 0.0, 1.0]) / np.hypot(z[0], z[1])
+    return RotationMatrix(np.column_stack([x, np.cross(z, x), z]))
+
+
+def nearest_eye(p_W: Array, R_WC: RotationMatrix, least: Array, most: Array) -> Array:
+    """The nearest point from which all points, (M, 3) m, lie within the edges of a picture, (3) m.
+
+    The axes of the picture are R_WC. Along them an eye at c sees a point p if, to the right and down, p - c is
+    between `least`, (2), and `most`, (2), times the distance p_z - c_z.
+    """
+    along = p_W @ R_WC.matrix()
+    lowest = np.max(along[:, :2] - most * along[:, 2:], axis=0)
+    highest = np.min(along[:, :2] - least * along[:, 2:], axis=0)
+    depth = np.min((highest - lowest) / (most - least))
+    eye: Array = R_WC.matrix() @ [*(lowest + highest + (least + most) * depth) / 2, depth]
+    return eye
+
+
+def box_corners(
+    plant: MultibodyPlant, scene_graph: SceneGraph, context: Context, models: Iterable[ModelInstanceIndex], role: Role
+) -> Array:
+    """Corners of the boxes around all shapes of a role that some models have, (M, 3) m in the world.
+
+    `context` is the plant's.
+    """
+    inspector = scene_graph.model_inspector()
+    corners = []
+    for body in (plant.get_body(index) for model in models for index in plant.GetBodyIndices(model)):
+        X_WBody = plant.EvalBodyPoseInWorld(context, body)
+        for shape in inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()), role):
+            box = inspector.GetObbInGeometryFrame(shape)
+            X_WBox = X_WBody @ inspector.GetPoseInFrame(shape) @ box.pose()
+            corners.append((X_WBox @ (_CORNERS * box.half_width()).T).T)
+    return np.concatenate([np.empty((0, 3)), *corners])
+
 
 PERIOD = 1 / 20  # s between frames
 FIELD_OF_VIEW = np.radians(35)  # from the lower to the upper edge
@@ -155,3 +287,26 @@ def _light_from_camera(meshcat: Meshcat, direction: Array) -> None:
     """A brighter light from beside the camera; Meshcat's own stand where fingers alone are seen from."""
     meshcat.SetProperty("/Lights/FillLight/<object>", "position", [*upright_view(direction) @ _FILL_LIGHT])
     meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", _FILL_INTENSITY)
+
+
+_PAGE = """<!DOCTYPE html>
+<html><head><meta charset="utf-8"><title>soft-gripper replay</title></head><body>
+<noscript>The replay needs JavaScript.</noscript>
+<script>
+// Meshcat's own page is kept compressed inside this one, which it replaces.
+(async () => {
+  const packed = await fetch("data:application/gzip;base64,%s");
+  const page = await new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
+  document.open();
+  document.write(page);
+  document.close();
+})();
+</script></body></html>
+"""
+
+
+def write_replay(meshcat: Meshcat, path: Path) -> None:
+    """Writes what Meshcat shows and has recorded."""
+    packed = gzip.compress(meshcat.StaticHtml().encode(), mtime=0)
+    with atomic_file(path) as partial:
+        partial.write_text(_PAGE % b64encode(packed).decode(), encoding="utf-8")

@@ -11,7 +11,7 @@ from soft_gripper.control.pid_controller import PidGains, SampledPidController
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.load.gripper_opening import Gripper, GripperOpening
+from soft_gripper.load.opening import Gripper, GripperOpening
 from soft_gripper.scenario.scenario import ControlConfig, PressureConfig
 from soft_gripper.signals import describe
 

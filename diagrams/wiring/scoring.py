@@ -13,7 +13,7 @@ from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.load.torque_balance import DELAY
+from soft_gripper.load.force_estimator import DELAY
 from soft_gripper.scenario.own_functions import seen_from
 from soft_gripper.scenario.scenario import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel

@@ -26,8 +26,7 @@ from soft_gripper.diagrams.wiring.sensors import add_sensors
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.load.gripper_opening import Gripper
-from soft_gripper.load.object_width import ObjectWidth
+from soft_gripper.load.opening import Gripper, ObjectWidth
 from soft_gripper.scenario.belief import Belief
 from soft_gripper.scenario.scenario import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import MakeSensor, uncertainty

@@ -11,8 +11,7 @@ from pydrake.systems.framework import Diagram, System
 import soft_gripper as sg
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.hardware.replay.arm_replay import ArmEstimation, BelievedArm, LogSource
-from soft_gripper.hardware.replay.stretched_arm import RigidParts
+from soft_gripper.hardware.replay.arm_replay import ArmEstimation, BelievedArm, LogSource, RigidParts
 from soft_gripper.sensors.wire_lengths import WireCalibration
 
 _SCENARIOS = {

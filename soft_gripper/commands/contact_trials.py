@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.commands.tables import print_table
-from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts
-from soft_gripper.evaluation.contacts.errors import BOTH, ContactErrorRow
+from soft_gripper.evaluation.contacts.dataset import SIDES, Contact, Contacts, as_arrays, load_contacts
 from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, check_estimator
-from soft_gripper.evaluation.contacts.random_contact import SIDES, Contact
 from soft_gripper.evaluation.contacts.trials import (
     ARRAYS,
+    BOTH,
     ERRORS,
     FIGURE,
     SCORES,
     TABLE,
+    ContactErrorRow,
     redrawn,
     run_contacts,
     score_contacts,

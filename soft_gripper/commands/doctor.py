@@ -14,7 +14,7 @@ import numpy as np
 
 from soft_gripper.commands.parser import PROGRAM, ExitCode
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import writable_folder
 from soft_gripper.pictures.rendering import SceneRenderer

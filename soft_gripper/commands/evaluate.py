@@ -16,8 +16,7 @@ from soft_gripper.evaluation.report.page import Evaluation
 from soft_gripper.evaluation.robustness.claims import realistic, summarize_robustness
 from soft_gripper.evaluation.robustness.jobs import FOLDER, NOISE_JOBS, PLANT_JOBS, run_robustness
 from soft_gripper.evaluation.robustness.jobs import unfinished as unfinished_robustness
-from soft_gripper.evaluation.robustness.plant_table import PlantRow
-from soft_gripper.evaluation.robustness.table import RobustnessRow
+from soft_gripper.evaluation.robustness.table import PlantRow, RobustnessRow
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow, mean_errors, of_estimator

@@ -7,11 +7,15 @@ from pathlib import Path
 from soft_gripper.commands.tables import print_identified
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import check_file, keep_inputs
-from soft_gripper.hardware.identification.figure import identify_figure
-from soft_gripper.hardware.identification.finger_file import read_finger, with_finger, write_finger
-from soft_gripper.hardware.identification.identification import identify
-from soft_gripper.hardware.identification.measured_motion import MeasuredMotion, measured_motion
-from soft_gripper.hardware.recordings.find_recordings import find_recordings, recording_paths
+from soft_gripper.hardware.identification.identification import (
+    identify,
+    identify_figure,
+    read_finger,
+    with_finger,
+    write_finger,
+)
+from soft_gripper.hardware.identification.simulated_motion import MeasuredMotion, measured_motion
+from soft_gripper.hardware.recordings import find_recordings, recording_paths
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.model_files import model_path

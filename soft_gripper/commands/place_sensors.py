@@ -17,12 +17,16 @@ from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.placement.assumptions import Assumptions
-from soft_gripper.placement.checks import check_contacts, check_runs
-from soft_gripper.placement.figure import placement_figure
-from soft_gripper.placement.held_finger import HeldFinger, held_fingers
 from soft_gripper.placement.place_sensors import PlacedSensors, place_sensors
-from soft_gripper.placement.tables import left_out_rows, placement_rows, run_rows
+from soft_gripper.placement.samples import Assumptions, HeldFinger, held_fingers
+from soft_gripper.placement.tables import (
+    check_contacts,
+    check_runs,
+    left_out_rows,
+    placement_figure,
+    placement_rows,
+    run_rows,
+)
 from soft_gripper.runs.scores.recorded_run import RecordedRun, load_run
 from soft_gripper.scenario.scenario import SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.scenario_file import load_scenario

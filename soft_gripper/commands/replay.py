@@ -7,23 +7,22 @@ from pathlib import Path
 
 from soft_gripper.commands.tables import print_replay
 from soft_gripper.commands.viewing import viewed
-from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
-from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, keep_inputs, lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.hardware.recordings.find_recordings import find_recordings, recording_paths
-from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
-from soft_gripper.hardware.replay.arm_recording import arm_recording
-from soft_gripper.hardware.replay.figure import drawn_rows, replay_figure
+from soft_gripper.hardware.recordings import HardwareRecording, find_recordings, recording_paths
+from soft_gripper.hardware.replay.arm_replay import arm_recording
 from soft_gripper.hardware.replay.recordings import (
     Replayed,
     ReplayRow,
     Rows,
+    drawn_rows,
     estimator_rows,
+    replay_figure,
     replay_recordings,
     replay_table,
 )

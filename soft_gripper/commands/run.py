@@ -14,21 +14,19 @@ from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
 from soft_gripper.commands.viewing import viewed
-from soft_gripper.control.task_phases import Outcome
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.control.task import Outcome
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
-from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_replay
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_file, check_file, keep_inputs, lock_folder
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
-from soft_gripper.runs.scores.phases import outcome, phase_table
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.scores.steps import step_table
+from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.runs.trials.trial import judged
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario

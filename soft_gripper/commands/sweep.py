@@ -5,9 +5,7 @@ from pathlib import Path
 
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.sweep.axes import Variation, points, read_axis
-from soft_gripper.runs.sweep.figure import sweep_figure
-from soft_gripper.runs.sweep.run import ERROR, NUMBER, TABLE, run_sweep
+from soft_gripper.runs.sweep.run import ERROR, NUMBER, TABLE, Variation, points, read_axis, run_sweep, sweep_figure
 from soft_gripper.scenario.scenario_file import read_override
 
 FIGURE = "sweep"

@@ -9,18 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from soft_gripper.control.task_phases import Outcome
+from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
+from soft_gripper.hardware.identification.fit import MotionScore
 from soft_gripper.hardware.identification.identification import Identified
-from soft_gripper.hardware.identification.motion_scores import MotionScore
 from soft_gripper.hardware.replay.recordings import ALL, Replayed, ReplayRow
-from soft_gripper.placement.assumptions import Assumptions
 from soft_gripper.placement.place_sensors import PlacedSensors
 from soft_gripper.placement.placements import as_borders
+from soft_gripper.placement.samples import Assumptions
 from soft_gripper.placement.tables import LeftOutRow, PlacementRow
-from soft_gripper.runs.scores.phases import PhaseRow
 from soft_gripper.runs.scores.poses import PoseRow
-from soft_gripper.runs.scores.steps import StepRow
+from soft_gripper.runs.scores.steps import PhaseRow, StepRow
 from soft_gripper.runs.trials.trial import Judged
 from soft_gripper.scenario.scenario import TaskConfig
 

@@ -1,8 +1,8 @@
 """What follows a set point."""
 
-from .arm_kinematics import movable_joints as movable_joints
 from .arm_motion import ArmLimits as ArmLimits
+from .arm_motion import movable_joints as movable_joints
 from .pid_controller import PidGains as PidGains
 from .pid_controller import SampledPidController as SampledPidController
-from .task_phases import QUIET_TIME as QUIET_TIME
-from .task_phases import Outcome as Outcome
+from .task import QUIET_TIME as QUIET_TIME
+from .task import Outcome as Outcome

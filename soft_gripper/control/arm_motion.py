@@ -5,19 +5,126 @@ A path is a pydrake Trajectory of the joint positions, (n, 1) rad or m; an arm p
 
 Timing is minimum-jerk, not TOPPRA: the jumps in acceleration of a time-optimal profile make soft fingers sway. The
 motion is still the quickest of its kind within the limits of velocity, acceleration and effort.
+
+The arm's kinematics: the pose of its tool, and joint positions for a pose of the tool.
+
+An arm plant is a finalized plant of the arm alone, welded at its base, of joints with one degree of freedom;
+n is their number. Joints that do not move the tool, such as fingers, are left alone.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
+from pydrake.multibody.inverse_kinematics import (
+    DifferentialInverseKinematicsParameters,
+    DifferentialInverseKinematicsStatus,
+    DoDifferentialInverseKinematics,
+    InverseKinematics,
+)
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, MultibodyForces
+from pydrake.multibody.tree import Frame, JacobianWrtVariable, Joint, MultibodyForces, RevoluteJoint
 from pydrake.polynomial import Polynomial
+from pydrake.solvers import SnoptSolver, SolverOptions
+from pydrake.systems.controllers import InverseDynamics
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, PiecewisePose, Trajectory
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.arm_kinematics import movable_joints, solve_posture, tool_pose
+
+POSE_TOLERANCE = 1e-6  # m and rad, by which a solution may miss
+NEAR_SEED = 1.0  # rad, distance from the seed within which no other branch is searched for
+NEAR_STARTS = 30  # initial postures of the solver in search of a nearer branch
+MAX_STARTS = 150  # the same while it has no solution
+
+
+def tool_pose(plant: MultibodyPlant, tool: Frame, q: Array) -> RigidTransform:
+    """X_WTool at joint positions q (n), rad or m."""
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, q)
+    return tool.CalcPoseInWorld(context)
+
+
+def solve_posture(plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, seed: Array) -> Array | None:
+    """Joint positions (n) that put the tool at X_WTool, within joint limits and near `seed` (n), rad or m.
+
+    Starts from the seed. If the solution is far away or there is none, it also starts from other postures, the same in
+    every call, and returns the solution nearest to the seed. Joints do not wind up: none makes a superfluous turn.
+
+    Returns:
+        The positions, exact to POSE_TOLERANCE; None if none were found.
+    """
+    moving = _moves_tool(plant, tool, seed)
+    nearest, distance = None, np.inf
+    for number, start in enumerate(_starts(plant, seed)):
+        if distance < NEAR_SEED or (nearest is not None and number >= NEAR_STARTS):
+            break
+        q = _solve(plant, tool, X_WTool, seed, start)
+        q = np.where(moving, _unwound(plant, q, seed), seed)
+        if np.linalg.norm(q - seed) < distance and _miss(tool_pose(plant, tool, q), X_WTool) <= POSE_TOLERANCE:
+            nearest, distance = q, float(np.linalg.norm(q - seed))
+    return nearest
+
+
+def movable_joints(plant: MultibodyPlant) -> list[Joint]:
+    """The joints that are not welds, in the order of their positions."""
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    return sorted((joint for joint in joints if joint.num_positions()), key=lambda joint: joint.position_start())
+
+
+def _starts(plant: MultibodyPlant, seed: Array) -> Array:
+    """The seed and random postures around it, NEAR_STARTS of them spread ever wider; (MAX_STARTS, n)."""
+    spread = np.pi * np.minimum(np.arange(MAX_STARTS) / NEAR_STARTS, 1.0)[:, None]
+    starts = seed + spread * np.random.default_rng(0).uniform(-1.0, 1.0, (MAX_STARTS, len(seed)))
+    inside = _unwound(plant, starts, starts)
+    return np.clip(inside, plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits())
+
+
+def _solve(plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, seed: Array, start: Array) -> Array:
+    """What SNOPT ends at, a solution or not, (n).
+
+    The pose is six equations: the tool's origin, a point on its z axis and one on its x axis lie on the origin,
+    on the positive z axis and in the xz half plane of the goal. They stay regular at the solution, unlike a bound
+    of zero on the angle between two orientations, whose gradient vanishes there.
+    """
+    ik = InverseKinematics(plant)
+    world, inf = plant.world_frame(), np.inf
+    ik.AddPositionConstraint(tool, [0, 0, 0], world, X_WTool, [0, 0, 0], [0, 0, 0])
+    ik.AddPositionConstraint(tool, [0, 0, 1], world, X_WTool, [0, 0, 0], [0, 0, inf])
+    ik.AddPositionConstraint(tool, [1, 0, 0], world, X_WTool, [0, 0, -inf], [inf, 0, inf])
+    ik.prog().AddQuadraticErrorCost(np.eye(len(seed)), seed, ik.q())
+    options = SolverOptions()
+    options.SetOption(SnoptSolver.id(), "Major feasibility tolerance", 1e-9)
+    options.SetOption(SnoptSolver.id(), "Major iterations limit", 100)
+    q: Array = SnoptSolver().Solve(ik.prog(), start, options).GetSolution(ik.q())
+    return np.clip(q, plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits())
+
+
+def _unwound(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
+    """q (..., n), the revolute joints by whole turns within limits and then as near to the seed as these allow."""
+    turn = 2 * np.pi
+    fewest = np.ceil((plant.GetPositionLowerLimits() - q) / turn)
+    most = np.floor((plant.GetPositionUpperLimits() - q) / turn)
+    turns = np.clip(np.round((seed - q) / turn), fewest, most)
+    is_revolute = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
+    return q + np.where(is_revolute, turns * turn, 0.0)
+
+
+def _moves_tool(plant: MultibodyPlant, tool: Frame, q: Array) -> Array:
+    """Which joints move the tool, (n) bool."""
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, q)
+    world, by_v = plant.world_frame(), JacobianWrtVariable.kV
+    jacobian = plant.CalcJacobianSpatialVelocity(context, by_v, tool, [0, 0, 0], world, world)
+    return jacobian.any(axis=0)
+
+
+def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:
+    """Distance, m, or angle, rad, between two poses, whichever is larger."""
+    X_AB = X_WA.InvertAndCompose(X_WB)
+    return max(float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle())
+
 
 TURN_SPACING = 0.1  # rad, that the tool turns at most between waypoints
 MIN_STEPS = 6  # of a straight path
@@ -178,3 +285,88 @@ def _check_inside(plant: MultibodyPlant, what: str, values: Array, lower: Array,
         name = movable_joints(plant)[i].name()
         limits = f"{lower[i]:.4g} to {upper[i]:.4g}"
         raise LimitError(f"joint '{name}': {what} {values[k, i]:.4g} is outside of its limits, {limits}")
+
+
+GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
+_FAR = 1e3  # rad, m and per second, instead of no limit
+
+
+class ToolFollower(LeafSystem):
+    """Lets the joints of an arm take its tool to a pose, within their limits of position, velocity and acceleration.
+
+    ::
+
+        X_WTool ------------> +--------------+
+                              | ToolFollower | ---> desired_state  (2 n) positions, then velocities, of the joints
+        robot_state (2 n) --> +--------------+
+
+    At every sample the desired tool velocity is GAIN times its error, turning and shifting evenly; Drake's
+    DoDifferentialInverseKinematics finds the joint velocities that come nearest to that in the same direction. Where
+    there are none, as when the target jumps aside in full motion, the joints brake. `robot_state` is read once, as the
+    simulation begins.
+    """
+
+    def __init__(self, arm: MultibodyPlant, tool: Frame, limits: ArmLimits, period: float):
+        """`arm` is a finalized plant of the arm alone, with `tool` in it; samples every `period` s."""
+        super().__init__()
+        n = arm.num_positions()
+        self._arm, self._tool, self._period = arm, tool, period
+        self._scratch, self._brake = arm.CreateDefaultContext(), limits.acceleration * period
+        self._parameters = _parameters(limits, n, period)
+        self._target = self.DeclareAbstractInputPort("X_WTool", AbstractValue.Make(RigidTransform()))
+        self._robot_state = self.DeclareVectorInputPort("robot_state", 2 * n)
+        self.DeclareStateOutputPort("desired_state", self.DeclareDiscreteState(2 * n))
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _begin(self, context: Context, values: DiscreteValues) -> None:
+        positions, velocities = np.split(self._robot_state.Eval(context), 2)
+        values.set_value(np.concatenate([positions, np.zeros_like(velocities)]))
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        state = context.get_discrete_state_vector().value()
+        self._arm.SetPositionsAndVelocities(self._scratch, state)
+        positions, velocities = np.split(state, 2)
+        missing = GAIN * self._missing(self._target.Eval(context))
+        found = DoDifferentialInverseKinematics(self._arm, self._scratch, missing, self._tool, self._parameters)
+        if found.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
+            velocity = velocities - np.clip(velocities, -self._brake, self._brake)
+        else:
+            velocity = found.joint_velocities
+        values.set_value(np.concatenate([positions + self._period * velocity, velocity]))
+
+    def _missing(self, X_WGoal: RigidTransform) -> Array:
+        """The rotation and translation to the desired pose of the tool, rad and m in the world, (6,)."""
+        X_WTool = self._tool.CalcPoseInWorld(self._scratch)
+        turn = (X_WGoal.rotation() @ X_WTool.rotation().inverse()).ToAngleAxis()
+        return np.concatenate([turn.angle() * turn.axis(), X_WGoal.translation() - X_WTool.translation()])
+
+
+def _parameters(limits: ArmLimits, n: int, period: float) -> DifferentialInverseKinematicsParameters:
+    parameters = DifferentialInverseKinematicsParameters(n, n)
+    lower, upper, velocity = (np.clip(limit, -_FAR, _FAR) for limit in (limits.lower, limits.upper, limits.velocity))
+    parameters.set_time_step(period)
+    parameters.set_joint_position_limits((lower, upper))
+    parameters.set_joint_velocity_limits((-velocity, velocity))
+    parameters.set_joint_acceleration_limits((-limits.acceleration, limits.acceleration))
+    return parameters
+
+
+class GravityCompensation(Diagram):
+    """Drake's InverseDynamics for gravity alone, together with the plant that it needs.
+
+    ::
+
+        state (2 n) ---> GravityCompensation ---> torque (n) N m or N, of the joints in the order of their velocities
+    """
+
+    def __init__(self, arm: MultibodyPlant):
+        """`arm` is a finalized plant of the arm alone, with its load."""
+        super().__init__()
+        self._arm = arm  # InverseDynamics does not keep it alive
+        builder = DiagramBuilder()
+        mode = InverseDynamics.InverseDynamicsMode.kGravityCompensation
+        dynamics = builder.AddNamedSystem("inverse_dynamics", InverseDynamics(arm, mode))
+        builder.ExportInput(dynamics.get_input_port_estimated_state(), "state")
+        builder.ExportOutput(dynamics.get_output_port(), "torque")
+        builder.BuildInto(self)

@@ -1,11 +1,11 @@
 """The estimators of the shape, and the block that holds one."""
 
 from .arc_shapes import ArcShape as ArcShape
+from .arc_shapes import BendSharing as BendSharing
 from .arc_shapes import ConstantCurvatureShape as ConstantCurvatureShape
 from .arcs import arcs_from_readings as arcs_from_readings
 from .arcs import joints_on_arcs as joints_on_arcs
 from .arcs import points_on_arcs as points_on_arcs
-from .bend_sharing import BendSharing as BendSharing
 from .calibration import Calibration as Calibration
 from .calibration import FreeBending as FreeBending
 from .calibration import calibrate as calibrate

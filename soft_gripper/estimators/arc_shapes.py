@@ -11,6 +11,24 @@ torque. `arcs` shares the bend as stiffness, driving torque and load require, se
 that of the dynamic balance.
 
 Leading axes are free; S sections, N joints. A reading that is NaN or infinite makes the curve NaN from its section on.
+
+How the joints of a sensor section share its bend.
+
+Two-sided readings give the sum of the joint angles of a section and no more. An arc shares it out equally. A finger
+does not. At every joint the elastic torque balances driving torque, weight and external load,
+
+    k q = u + w + tau ,
+
+with the stiffness k and the driving torque u, that of the pressure and what else is known of it.
+
+The load is smooth and zero beyond the tip: let it be linear between the middles of the sections, tau = T tau_S, with
+one unknown a section. The readings, A q = theta, determine these:
+
+    A (u + w + T tau_S) / k = theta .
+
+So the sum of each section's angles is the measured one, and free bending is exact for every number of sections.
+
+Leading axes are free; S sections, N joints.
 """
 
 from dataclasses import dataclass
@@ -20,10 +38,76 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.arcs import ArcCurve, bends_from_readings
-from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
+
+_ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the right pieces of the law are found
+_STEPS = 0.5 ** np.arange(4)  # parts of a step, of which the best is taken: whole steps alone may cycle
+
+
+@dataclass(frozen=True)
+class BendSharing:
+    """The shares of the joints of one finger, as far as its sensors and its stiffness are believed to be known."""
+
+    layout: SensorLayout
+
+    def joint_angles(self, theta: Array, driving: Array, gravity: Planar | complex) -> Array:
+        """Joint angles, (..., N) rad, of a finger under load.
+
+        Args:
+            theta: measured bend of the sections, rad, (..., S).
+            driving: torque at the joints, N m, (..., N).
+            gravity: in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
+        """
+        finger = self.layout.finger
+        if finger.elastic_law is not None:
+            q = self._by_elastic_law(theta, driving)
+            return self._by_elastic_law(theta, driving + gravity_torque(finger, q, gravity))
+        q = theta @ self._of_bend.T + driving @ self._of_torque.T
+        return q + gravity_torque(finger, q, gravity) @ self._of_torque.T
+
+    def _by_elastic_law(self, theta: Array, known: Array) -> Array:
+        """Newton's method for the loads of the sections, from none."""
+        finger, torque, q = self.layout.finger, np.zeros_like(theta), self.layout.finger.angle(known)
+        for _ in range(_ITERATIONS):
+            compliance = 1 / finger.joint_law.slope(q)
+            bends = self.layout.matrix @ (compliance[..., None] * self.interpolation)
+            step = np.linalg.solve(bends, (theta - self.layout.sums(q))[..., None])[..., 0]
+            torques = torque + np.multiply.outer(_STEPS, step)
+            shapes = finger.angle(torques @ self.interpolation.T + known)
+            best = np.linalg.norm(theta - self.layout.sums(shapes), axis=-1).argmin(axis=0)[None, ..., None]
+            torque, q = (np.take_along_axis(tried, best, axis=0)[0] for tried in (torques, shapes))
+        return q + self.layout.shared_equally(theta - self.layout.sums(q))
+
+    @cached_property
+    def _of_bend(self) -> Array:
+        """Joint angles by the bends of the sections if nothing but the load bends them, (N, S)."""
+        compliant = self.interpolation / self.layout.finger.stiffness[:, None]
+        return compliant @ np.linalg.inv(self.layout.matrix @ compliant)
+
+    @cached_property
+    def _of_torque(self) -> Array:
+        """Joint angles by known torques, rad/(N m), with no bend of any section, (N, N)."""
+        free = np.diag(1 / self.layout.finger.stiffness)
+        return free - self._of_bend @ self.layout.matrix @ free
+
+    @cached_property
+    def interpolation(self) -> Array:
+        """The matrix T from torques in the middles of the sections to torques at the joints, (N, S).
+
+        The torque is linear between the middles of the sections and beyond the first, and zero at the tip.
+        """
+        layout = self.layout
+        s = layout.finger.joint_arc_lengths
+        middles = np.add.reduceat(s, layout.section_ends[:-1]) / layout.joints_per_section
+        nodes = np.append(middles, layout.finger.length)
+        piece = np.clip(np.searchsorted(nodes, s) - 1, 0, layout.sections - 1)
+        along = (s - nodes[piece]) / (nodes[piece + 1] - nodes[piece])
+        joints = np.arange(len(s))
+        weights = np.zeros((len(s), len(nodes)))
+        weights[joints, piece], weights[joints, piece + 1] = 1 - along, along
+        return weights[:, :-1]
 
 
 @dataclass(frozen=True)

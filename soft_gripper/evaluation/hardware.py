@@ -13,15 +13,22 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.files.document import require
-from soft_gripper.hardware.identification.figure import MEASURED, displacement
-from soft_gripper.hardware.identification.finger_file import read_finger
-from soft_gripper.hardware.identification.identification import Identified, identify
-from soft_gripper.hardware.identification.measured_motion import MeasuredMotion, measured_motion, turned
-from soft_gripper.hardware.identification.motion_scores import MotionScore
-from soft_gripper.hardware.identification.simulated_motion import simulated_markers
-from soft_gripper.hardware.recordings.find_recordings import find_recordings
-from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
-from soft_gripper.hardware.replay.arm_recording import arm_recording
+from soft_gripper.hardware.identification.fit import MotionScore
+from soft_gripper.hardware.identification.identification import (
+    MEASURED,
+    Identified,
+    displacement,
+    identify,
+    read_finger,
+)
+from soft_gripper.hardware.identification.simulated_motion import (
+    MeasuredMotion,
+    measured_motion,
+    simulated_markers,
+    turned,
+)
+from soft_gripper.hardware.recordings import HardwareRecording, find_recordings
+from soft_gripper.hardware.replay.arm_replay import arm_recording
 from soft_gripper.hardware.replay.recordings import (
     ALL,
     Replayed,

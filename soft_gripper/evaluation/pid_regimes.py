@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from soft_gripper.control.pid_controller import PidGains
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.files.csv_table import write_csv

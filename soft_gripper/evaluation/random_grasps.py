@@ -14,7 +14,7 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
@@ -25,7 +25,7 @@ from soft_gripper.recognition.shape_model import ShapeModel, train_shape_model
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 from soft_gripper.runs.study import describe, run_study
-from soft_gripper.runs.trials.variation import RandomObject
+from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.mesh_object import read_scene
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario import ModelConfig, Scenario

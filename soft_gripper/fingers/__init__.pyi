@@ -3,6 +3,7 @@
 from .creep import CreepTorque as CreepTorque
 from .cross_section import CrossSection as CrossSection
 from .finger import Finger as Finger
+from .finger_element import SILICONES as SILICONES
 from .finger_parts import ContactMaterial as ContactMaterial
 from .finger_parts import CreepBranch as CreepBranch
 from .finger_parts import ElasticLaw as ElasticLaw
@@ -13,7 +14,6 @@ from .kinematics import as_points as as_points
 from .kinematics import forward_kinematics as forward_kinematics
 from .kinematics import gravity_torque as gravity_torque
 from .kinematics import in_space as in_space
-from .materials import SILICONES as SILICONES
 from .plant_finger import PlantFinger as PlantFinger
 from .pressure_drive import PressureDrive as PressureDrive
 from .pressure_drive import pressure_torque_map as pressure_torque_map

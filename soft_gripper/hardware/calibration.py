@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity

@@ -18,14 +18,11 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, System
 
 from soft_gripper.diagrams.simulation import solver_config
-from soft_gripper.diagrams.view.open_meshcat import open_meshcat
+from soft_gripper.diagrams.view.meshcat_view import open_meshcat
 from soft_gripper.errors import InputError, first_line
+from soft_gripper.learning.config import EnvironmentConfig, load_environment
 from soft_gripper.learning.episode_variation import Draw, apply_draw, draw, varied_fingers
-from soft_gripper.learning.schema.config import EnvironmentConfig
-from soft_gripper.learning.schema.environment_file import load_environment
-from soft_gripper.learning.station.actions import resting_action
-from soft_gripper.learning.station.learning_station import LearningStation, home, make_learning_station
-from soft_gripper.learning.station.observation import LARGEST
+from soft_gripper.learning.station import LARGEST, LearningStation, home, make_learning_station, resting_action
 from soft_gripper.learning.tasks import Grasp, Judgement, PickPlace, Reach, Task
 
 MODES = ("human", "rgb_array")

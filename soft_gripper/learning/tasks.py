@@ -7,8 +7,8 @@ from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.kinematics import as_planar, in_space
-from soft_gripper.learning.schema.config import GraspConfig, PickPlaceConfig, ReachConfig
-from soft_gripper.learning.station.learning_station import LearningStation
+from soft_gripper.learning.config import GraspConfig, PickPlaceConfig, ReachConfig
+from soft_gripper.learning.station import LearningStation
 
 
 class Judgement(NamedTuple):

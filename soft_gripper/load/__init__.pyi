@@ -2,8 +2,8 @@
 
 from .contact_detector import ContactDetector as ContactDetector
 from .force_estimator import ForceEstimator as ForceEstimator
-from .gripper_opening import Gripper as Gripper
-from .gripper_opening import GripperOpening as GripperOpening
-from .object_width import ObjectWidth as ObjectWidth
-from .torque_balance import Motion as Motion
-from .torque_balance import TorqueBalance as TorqueBalance
+from .force_estimator import Motion as Motion
+from .force_estimator import TorqueBalance as TorqueBalance
+from .opening import Gripper as Gripper
+from .opening import GripperOpening as GripperOpening
+from .opening import ObjectWidth as ObjectWidth

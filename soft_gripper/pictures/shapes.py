@@ -3,37 +3,159 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import BoxStyle, FancyArrowPatch, FancyBboxPatch, Polygon, Rectangle
+from matplotlib.transforms import Affine2D
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.view.estimate_shapes import arcs_of_table, point_at
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table, point_at
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
-from soft_gripper.estimators.arcs import Arcs
+from soft_gripper.estimators.arcs import Arcs, points_on_arcs
+from soft_gripper.estimators.contact import face_offset
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_planar
-from soft_gripper.pictures.finger_shapes import (
-    ESTIMATED_COLOR,
-    TRUE_COLOR,
-    Arrow,
-    arrow_of_force,
-    draw_arcs,
-    draw_band,
-    draw_base,
-    draw_force,
-    draw_segments,
-    draw_tube,
-    in_mm,
-    point_on_links,
-)
+from soft_gripper.fingers.kinematics import as_planar, as_points
 from soft_gripper.pictures.torque_bar import torque_limit
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
+from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_along
+
+SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
+TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
+_STDS = 2  # standard deviations, on either side
+_STRAIGHT = 10.0  # m; an arc of a larger radius is called straight
+_TEXT_DISTANCE = 9e-3  # m, from the side of the finger to where its radius is written
+_EDGE = "0.35"
+_LENGTH = 0.025  # m for a newton
+_LEAST = 0.02  # N, that is drawn
+
+
+def in_mm(planar: Planar) -> Array:
+    """(x, z) in mm, (..., 2), of points in m."""
+    return 1e3 * as_points(planar)
+
+
+def draw_base(axes: Axes, finger: Finger) -> None:
+    """What the finger is mounted on, as a dark block."""
+    width, depth = 1.8e3 * finger.base.thickness, 0.6e3 * finger.base.thickness
+    middle = -1e3 * float(finger.base.neutral_axis)
+    axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
+
+
+def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array) -> None:
+    """The segments as rounded rectangles of `colors`, (N, 3), between base, joints and tip, (N + 2, 3) m in B."""
+    middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
+    ends = as_planar(np.concatenate([corners[:1], middles, corners[-1:]])[:, ::2])
+    section, length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
+    faces = 1e3 * np.array([section.outer_face, section.inner_face]).T
+    style = BoxStyle.Round(pad=0, rounding_size=0.2 * length)
+    for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
+        corner, width = (outer, -length / 2), inner - outer
+        segment = FancyBboxPatch(corner, width, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6)
+        place = Affine2D().rotate(-np.angle(end - begin)).translate(*in_mm(np.array((begin + end) / 2)))
+        segment.set_transform(place + axes.transData)
+        axes.add_patch(segment)
+
+
+def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -> None:
+    """The finger as the arcs bend it: a piece of `colors`, (N, 3), for every segment, a line round every section."""
+    in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
+    for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
+        ends = np.array([i, i + 1]) / layout.joints_per_section[section]
+        piece = _outline(layout, arcs, section, *ends)
+        axes.add_patch(Polygon(piece, facecolor=rgb, edgecolor=rgb, lw=0.6))
+    for section in range(layout.sections):
+        axes.add_patch(Polygon(_outline(layout, arcs, section), fill=False, edgecolor=_EDGE, lw=0.8))
+
+
+def _outline(layout: MeasurementModel, arcs: Arcs, section: int, begin: float = 0.0, end: float = 1.0) -> Array:
+    """Round the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
+    fraction = np.linspace(begin, end, 17)
+    s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
+    normal = 1j * np.exp(1j * (arcs.heading[section] + fraction * arcs.theta[section]))
+    built = layout.finger.section(s)
+    axis = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
+    return in_mm(np.concatenate([axis + built.inner_face * normal, (axis + built.outer_face * normal)[::-1]]))
+
+
+def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
+    """The arcs with their centres, and with the radii to both of their ends, in mm."""
+    for section, (start, center, end) in enumerate(zip(arcs.start, arcs.centers, arcs.end, strict=True)):
+        look: dict[str, Any] = {"color": SECTION_COLORS[section % len(SECTION_COLORS)]}
+        fraction = np.linspace(0, 1, 31)
+        curve = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
+        axes.plot(*in_mm(curve).T, lw=2.4, solid_capstyle="butt", **look)
+        axes.plot(*in_mm(np.array([start, center, end])).T, lw=0.7, ls=(0, (4, 2)), **look)
+        axes.plot(*in_mm(np.array([center])).T, "+", ms=7, **look)
+        _write_radius(axes, layout, arcs, section, **look)
+
+
+def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int, **look: Any) -> None:
+    """The radius of an arc, mm, beside its middle on the outer side of the bend."""
+    (middle,) = points_on_arcs(arcs, np.array([section]), np.array([0.5]))
+    theta, radius = arcs.theta[section], abs(arcs.start[section] - arcs.centers[section])
+    normal = 1j * np.exp(1j * (arcs.heading[section] + theta / 2))
+    base = layout.finger.base
+    face = base.outer_face - _TEXT_DISTANCE if theta > 0 else base.inner_face + _TEXT_DISTANCE
+    x, z = in_mm(middle + face * normal)
+    text = f"{1e3 * radius:.0f}" if radius < _STRAIGHT else "straight"
+    axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
+
+
+class Arrow(NamedTuple):
+    """A force on a finger: from the face that it presses on to where it pushes, m in B."""
+
+    begin: complex
+    end: complex
+
+
+def arrow_of_force(finger: Finger, point: complex, heading: float, force: float, arc_length: float) -> Arrow | None:
+    """The arrow of a force across the finger; None where it is not known, or next to none.
+
+    Args:
+        finger: that is pressed.
+        point: of its axis at `arc_length` m, z + i x, m in B.
+        heading: of the axis there, rad.
+        force: N, positive on the inner side.
+        arc_length: m.
+    """
+    if not abs(force) >= _LEAST or not np.isfinite([point.real, heading, arc_length]).all():
+        return None
+    normal = 1j * np.exp(1j * heading)
+    begin = point + float(face_offset(finger, np.array(arc_length), np.array(force))) * normal
+    return Arrow(complex(begin), complex(begin - _LENGTH * force * normal))
+
+
+def point_on_links(finger: Finger, corners: Array, s: float) -> tuple[complex, float]:
+    """The point at arc length s, m, of links from corner to corner, z + i x in B, and the heading of its link, rad."""
+    link = int(np.searchsorted(finger.joint_arc_lengths, s))
+    point = as_planar(points_along(finger, corners, np.array([s]))[0, ::2])
+    return complex(point), float(np.angle(as_planar(corners[link + 1, ::2] - corners[link, ::2])))
+
+
+def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 1.4) -> None:
+    """An arrow with its name for the legend; a narrower one lies over a wider one."""
+    begin, end = (tuple(in_mm(np.array(point))) for point in arrow)
+    look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 6 * width, "shrinkA": 0, "shrinkB": 0}
+    axes.add_patch(FancyArrowPatch(begin, end, color=color, lw=width, zorder=5 + 1 / width, **look))
+    axes.plot([], [], color=color, lw=width, marker=">", ms=4, label=label)
+
+
+def draw_band(axes: Axes, finger: Finger, arcs: Arcs, std: Array) -> None:
+    """Two standard deviations on either side of the curve, from those of joints and tip, (N + 1) m."""
+    points, headings = (np.array(part) for part in zip(*(point_at(arcs, s) for s in finger.link_ends), strict=True))
+    aside = _STDS * np.concatenate([[0.0], std]) * 1j * np.exp(1j * headings)
+    outline = in_mm(np.concatenate([points + aside, (points - aside)[::-1]]))
+    axes.add_patch(
+        Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=f"± {_STDS} standard deviations")
+    )
+    axes.plot(*in_mm(points).T, color="black", lw=0.8, zorder=4)
+
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")

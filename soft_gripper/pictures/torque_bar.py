@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 
 MIN_LIMIT = 5e-3  # N m; smaller torques are noise, and are not to fill the bar
 

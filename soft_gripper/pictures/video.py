@@ -2,15 +2,92 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from io import BytesIO
 from pathlib import Path
 
-from PIL import Image
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from PIL import Image, ImageDraw, ImageFont
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.control.task import Outcome
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.view.torque_colors import add_torque_bar
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
-from soft_gripper.pictures.film import FRAME_RATE, Film
+from soft_gripper.pictures.phases import CloseUp
+from soft_gripper.pictures.rendering import SceneRenderer
+from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.scenario.scenario import Scenario
+
+FRAME_RATE = 10  # frames a second of simulated time
+FOOTER = 60  # pixels, below the scene
+_CLOSE_UP = 0.4  # of the width
+_GAP = 4  # pixels, between scene and close-up
+_FRAMED_TIMES = 20  # of a recording, that the close-up is chosen for
+
+
+class Film:
+    """What a recording of a scenario shows at its own pace; the scene is `width` x `height` pixels.
+
+    A gripper on an arm is small in the scene: beside it there is a close-up, which takes a part of the width.
+    """
+
+    def __init__(self, scenario: Scenario, recording: Recording, width: int, height: int):
+        self.duration = float(recording.data["time"][-1])  # s
+        self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
+        self.size = (width, height + FOOTER)  # pixels
+        limit, close_up = recorded_limit(recording), round(_CLOSE_UP * width) if scenario.arm is not None else 0
+        self._scenario, self._recording = scenario, recording
+        self._renderer = SceneRenderer(scenario, recording, height, width - close_up, limit)
+        framed = np.linspace(0, self.duration, _FRAMED_TIMES)
+        self._close_up = CloseUp(self._renderer, framed, height, close_up - _GAP) if close_up else None
+        self._scale = _draw_scale(limit, width // 2)
+
+    def frame(self, time: float) -> Image.Image:
+        """The frame of a time, s."""
+        width, height = self.size
+        frame = Image.new("RGB", self.size, "white")
+        frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))
+        if self._close_up is not None:
+            picture = self._renderer.render(time, self._close_up.camera(time))
+            frame.paste(Image.fromarray(picture), (self._renderer.camera.width + _GAP, 0))
+        frame.paste(self._scale, (width - self._scale.width, height - FOOTER))
+        font = ImageFont.load_default(0.025 * width)
+        place = (0.03 * width, height - FOOTER / 2)
+        ImageDraw.Draw(frame).text(place, self._caption(time), "black", font, anchor="lm")
+        return frame
+
+    def _caption(self, time: float) -> str:
+        """The time, the pressures in the fingers, and how the task stands; what is the same in all stands once."""
+        now = self._recording.data.sel(time=time, method="nearest")
+        signals = [signal for name, signal in now.data_vars.items() if str(name).endswith(".pressure")]
+        pressures = dict.fromkeys(f"{round(signal.item() / 1e3)} kPa" for signal in signals)
+        task = [self._phase(now)] if self._scenario.task is not None else []
+        return "     ".join([f"{time:4.1f} s", ", ".join(pressures), *task])
+
+    def _phase(self, now: xr.Dataset) -> str:
+        """The phase of the task; behind the last, and after a failure, the outcome."""
+        assert self._scenario.task is not None
+        phases, number = self._scenario.task.phases, int(now["task.phase"])
+        return phases[number].name if number < len(phases) else _words(Outcome(int(now["task.outcome"])))
+
+
+def _words(outcome: Outcome) -> str:
+    return outcome.words
+
+
+def _draw_scale(limit: float, width: int) -> Image.Image:
+    """The scale of the colours, which ends at `limit` N m, as high as the footer."""
+    figure = Figure(figsize=(width / 100, FOOTER / 100), dpi=100)
+    axes = figure.add_axes((0.05, 0.72, 0.87, 0.18))
+    bar = add_torque_bar(figure, limit, cax=axes, orientation="horizontal")
+    bar.ax.tick_params(labelsize=7, length=2, pad=1)
+    bar.ax.xaxis.label.set_fontsize(8)
+    picture = BytesIO()
+    figure.savefig(picture, format="png")
+    return Image.open(picture)
+
 
 ANIMATIONS = (".gif", ".webp", ".png")
 

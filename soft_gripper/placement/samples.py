@@ -8,24 +8,131 @@ read, and disturbed, once; placements that share a section share its errors, and
 T samples, N segments, M = N (N + 1) / 2 spans.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.wiring.named_blocks import find_estimator
+from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import driving_torques
 from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.placement.assumptions import Assumptions
-from soft_gripper.placement.held_finger import HeldFinger
+from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.placement.placements import Placement, as_borders
 from soft_gripper.runs.estimator_functions import estimator_function
-from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.runs.scores.poses import held_rows, held_samples
+from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
+from soft_gripper.scenario.belief import Belief
+from soft_gripper.scenario.scenario import BelievedConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios, strain_sensors
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
+from soft_gripper.truth.contact import touches
+
+SAMPLES = 2  # of every held step, spread evenly: the finger rests, and only noise differs
+
+
+@dataclass(frozen=True, eq=False)
+class HeldFinger:
+    """A finger of a run, T samples, of which K are held ones that count."""
+
+    layout: SensorLayout  # as the scenario has it; a placement gives it other sections
+    period: float  # s
+    q: Array  # (T, N) rad
+    held: NDArray[np.int_]  # (K), which of the T samples
+    pressure: Array  # (T) Pa
+    gravity: Planar  # (K) m/s^2, in the bending plane
+
+
+def held_fingers(name: str, run: RecordedRun) -> list[HeldFinger]:
+    """The fingers of a run that touch something at any held step; all, if none does.
+
+    `name` is that of the scenario or the file.
+
+    Raises:
+        InputError: if a signal was not recorded, or the recording ends before the scenario does.
+    """
+    lasts, duration = float(run.recording["time"][-1]), run.scenario.duration
+    if lasts < duration - 1.5 * run.scenario.sensor.period:
+        raise InputError(name, "time", lasts, f"the recording ends before the steps of its scenario, {duration:g} s")
+    touched = [finger for finger in run.fingers if _touches_anything(name, run, finger)]
+    return [_held_finger(name, run, finger) for finger in touched or run.fingers]
+
+
+def _touches_anything(name: str, run: RecordedRun, finger: PlantFinger) -> bool:
+    force = read_signal(name, run.recording, f"{finger.name}.link_contact_force", finger.finger.segments + 1)
+    return bool(touches(held_samples(run.scenario, run.recording, force).mean(axis=1)).any())
+
+
+def _held_finger(name: str, run: RecordedRun, finger: PlantFinger) -> HeldFinger:
+    scenario, recording = run.scenario, run.recording
+    q = read_signal(name, recording, f"{finger.name}.sampled_joint_angles", finger.finger.segments)
+    pressure = read_signal(name, recording, f"{finger.name}.sampled_pressure")
+    X_WB = read_signal(name, recording, f"{finger.name}.X_WB", 3, 4)
+    steps = held_rows(scenario, recording)
+    chosen = np.linspace(0, steps.shape[1] - 1, min(SAMPLES, steps.shape[1])).astype(int)
+    held = steps[:, chosen].ravel()
+    gravity = planar_gravity(X_WB[held], np.array(scenario.gravity))
+    layout = strain_sensors(sensor_layout(finger.finger, scenario.sensor), name)
+    return HeldFinger(layout, scenario.sensor.period, q, held, pressure, gravity)
+
+
+SETS = 16  # of sensors that are drawn, where they have errors
+USUAL_STRAIN = 0.05  # at which errors that are a share of the strain are believed
+
+
+@dataclass(frozen=True)
+class Assumptions:
+    """An estimator, the errors of its sensors, and by how much the stiffness is believed wrong.
+
+    Raises:
+        InputError: if there is no such estimator, or a finger cannot be believed so wrong.
+    """
+
+    estimator: str = "gaussian"
+    errors: StrainErrors | None = None  # None: ideal sensors
+    belief: float = 0.0  # %, of Young's modulus, up and down
+    seed: int = 1  # of what is random
+
+    def __post_init__(self) -> None:
+        find_estimator(self.estimator, field="--estimator")
+        if not 0 <= self.belief < 100:
+            raise InputError("place-sensors", "--belief", self.belief, "give a percentage from 0 to below 100")
+
+    @property
+    def sets(self) -> int:
+        """How many sets of sensors are drawn; ideal ones are all alike."""
+        return 1 if self.errors is None else SETS
+
+    def believed(self, finger: Finger) -> list[Finger]:
+        """The finger as it is believed to be, once too stiff and once too soft."""
+        signs = (1, -1) if self.belief else (1,)
+        changes = [BelievedConfig(youngs_modulus=f"{sign * self.belief:+g} %") for sign in signs]
+        return [Belief(change).finger(finger) for change in changes]
+
+    @cached_property
+    def uncertainty(self) -> Uncertainty:
+        """What the estimator believes of these errors: their sizes, no less than by default."""
+        least = Uncertainty()
+        bend = max(least.bend_per_pressure, self.belief / 100)
+        reading = least.reading if self.errors is None else max(least.reading, reading_std(self.errors))
+        return Uncertainty(reading=reading, bend_per_pressure=bend)
+
+
+def reading_std(errors: StrainErrors) -> float:
+    """About by how much extension ratios are read wrong: all errors together, at a usual strain, after a minute."""
+    absolute = errors.noise, errors.offset, errors.drift, errors.low_frequency_noise
+    relative = errors.gain_error, errors.hysteresis, errors.creep
+    return math.hypot(*absolute, *(USUAL_STRAIN * share for share in relative))
 
 
 class SpanRatios(NamedTuple):

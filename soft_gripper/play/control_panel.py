@@ -1,12 +1,112 @@
 """ControlPanel: the sliders and buttons of a station, for the thread that runs it and for one that serves its page."""
 
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from threading import Lock
+from typing import Any
 
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.framework import Context
 
-from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.play.sliders import ALL_KEYS, Slider, commands_of, pressure_slider
+from soft_gripper.diagrams.arm import Arm
+from soft_gripper.diagrams.station_parts import Station, StationParts
+from soft_gripper.diagrams.wiring.grip_control import find_gripper
+from soft_gripper.scenario.scenario import PressureConfig
+
+Keys = tuple[str, str]  # JavaScript's codes of the keys that make it less, and more
+ALL_KEYS: Keys = ("ArrowDown", "ArrowUp")
+FINGER_KEYS: tuple[Keys, ...] = (("KeyA", "KeyQ"), ("KeyS", "KeyW"), ("KeyD", "KeyE"), ("KeyF", "KeyR"))
+TOOL_KEYS: tuple[Keys, ...] = (("KeyK", "KeyI"), ("KeyL", "KeyJ"), ("KeyU", "KeyO"), ("Comma", "Period"))
+NO_KEYS: Keys = ("", "")
+_PRESSURE_STEP = 2.0  # kPa
+_OPENING_STEP = 1.0  # mm
+_TOOL_STEP = 5.0  # mm
+_YAW_STEP = 3.0  # degrees
+_WIDEST = 1.6  # openings of fingers that are straight
+_NEAR = 0.6  # of the distance from the foot of an arm to its tool: how far the tool goes from where it begins
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number that a user sets. Names and numbers are in the units that people read: kPa, mm, degrees."""
+
+    name: str
+    low: float
+    high: float
+    step: float
+    value: float  # where it begins
+    keys: Keys = NO_KEYS
+
+
+@dataclass(frozen=True)
+class Command:
+    """An input port of a station, and the sliders that it follows from."""
+
+    port: str
+    sliders: tuple[Slider, ...]
+    value: Callable[[Sequence[float]], Any]  # of the port, from the values of the sliders
+
+
+def commands_of(station: StationParts) -> list[Command]:
+    """The commands that a station of an `open_scenario` takes, in the order in which they are shown."""
+    if "grip.set_point" in station.inputs:
+        straight = find_gripper(station.fingers, "play").opening(
+            np.array([[0.0, 0.0, finger.finger.length] for finger in station.fingers])
+        )
+        grip = [_opening_command(float(straight))]
+    else:
+        grip = [*_pressure_commands([finger.name for finger in station.fingers], station.scenario.pressure)]
+    return grip if station.arm is None else [*grip, _tool_command(station.arm)]
+
+
+def _pressure_commands(fingers: Sequence[str], supply: PressureConfig) -> Iterator[Command]:
+    for i, name in enumerate(fingers):
+        keys = FINGER_KEYS[i] if i < len(FINGER_KEYS) else NO_KEYS
+        slider = pressure_slider(f"{name} [kPa]", supply, keys)
+        yield Command(f"{name}.pressure_command", (slider,), lambda values: [1e3 * values[0]])
+
+
+def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
+    """A slider over the pressures of the supply that begins at none, or as near to that as the supply comes."""
+    low, high = supply.minimum / 1e3, supply.maximum / 1e3
+    return Slider(name, low, high, _PRESSURE_STEP, min(max(0.0, low), high), keys)
+
+
+def _opening_command(straight: float) -> Command:
+    """`straight` is the opening of straight fingers, m."""
+    slider = Slider("opening [mm]", 0.0, round(1e3 * _WIDEST * straight), _OPENING_STEP, 1e3 * straight, ALL_KEYS)
+    return Command("grip.set_point", (slider,), lambda values: [values[0] / 1e3])
+
+
+def _tool_command(arm: Arm) -> Command:
+    """x, y, z of the tool in the world, and its turn about the vertical from where it begins."""
+    context = arm.plant.CreateDefaultContext()
+    arm.plant.SetPositions(context, arm.home)
+    X_WTool = arm.tool.CalcPoseInWorld(context)
+    foot = arm.plant.get_body(arm.plant.GetBodyIndices(arm.plant.GetModelInstanceByName(arm.name))[0])
+    home = X_WTool.translation()
+    reach = _NEAR * float(np.linalg.norm(home - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
+    places = (
+        Slider(f"tool {axis} [mm]", *_whole(1e3 * (at - reach), 1e3 * (at + reach)), _TOOL_STEP, 1e3 * at, keys)
+        for axis, at, keys in zip("xyz", home, TOOL_KEYS, strict=False)
+    )
+    yaw = Slider("tool yaw [deg]", -180.0, 180.0, _YAW_STEP, 0.0, TOOL_KEYS[3])
+    return Command(f"{arm.name}.X_WTool", (*places, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
+
+
+def _whole(low: float, high: float) -> tuple[float, float]:
+    """The nearest numbers that are whole steps of the tool."""
+    return _TOOL_STEP * round(low / _TOOL_STEP), _TOOL_STEP * round(high / _TOOL_STEP)
+
+
+def tool_pose(values: Sequence[float], R_WHome: RotationMatrix) -> RigidTransform:
+    """The pose X_WTool of a tool at x, y, z (mm), turned about the vertical from R_WHome by yaw (degrees)."""
+    *place, yaw = values
+    R_WTool = RollPitchYaw(0.0, 0.0, np.radians(yaw)).ToRotationMatrix() @ R_WHome
+    return RigidTransform(R_WTool, np.array(place) / 1e3)
+
 
 ALL_FINGERS = "all fingers [kPa]"
 

@@ -1,27 +1,167 @@
 """Session: a station that runs in real time, as its user commands, until the user ends it."""
 
+import json
+import math
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
-from pydrake.geometry import Meshcat
-from pydrake.systems.analysis import InitializeParams
+import xarray as xr
+from pydrake.geometry import Meshcat, MeshcatAnimation
+from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import PERIOD
-from soft_gripper.diagrams.view.open_meshcat import cut_off, has_failed, hidden_meshcat
+from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat, write_replay
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.files.output import atomic_folder
 from soft_gripper.play.control_panel import Button, ControlPanel
-from soft_gripper.play.pacer import Pacer
-from soft_gripper.play.recorder import Recorder
-from soft_gripper.play.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import dump_scenario
+
+
+class Recorder:
+    """Writes recordings of a station into folders 1, 2, 3 ... of `folder`.
+
+    Each holds `recording.nc`, every signal; `replay.html`, what Meshcat has shown; and `scenario.yaml`. Logs are kept
+    only while something is recorded, so that playing for hours takes no more memory than playing for a minute.
+    """
+
+    def __init__(self, station: Station, meshcat: Meshcat, folder: Path):
+        self._station, self._meshcat, self._folder = station, meshcat, folder
+        self.is_recording = False
+        # Imports what writes a recording; xarray leaves most of that, half a second, until it is used.
+        xr.Dataset({"time": [0.0]}).to_netcdf()
+
+    def begin(self, simulator: Simulator) -> None:
+        """Begins a recording: at time 0, which is now. The state of the station stays as it is."""
+        self._meshcat.DeleteRecording()
+        self._meshcat.StartRecording(frames_per_second=1 / PERIOD)
+        context = simulator.get_mutable_context()
+        self._station.logs.clear(context)
+        # Drake's ContactVisualizer hides new arrows at time 0, so that a recording cannot begin later.
+        context.SetTime(0.0)
+        simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+        self.is_recording = True
+
+    def forget(self, context: Context) -> None:
+        """Drops what was logged, unless it is being recorded."""
+        if not self.is_recording:
+            self._station.logs.clear(context)
+
+    def end(self, context: Context) -> Path | None:
+        """Ends the recording, if there is one, and writes it; returns its folder.
+
+        Where Meshcat has failed, there is no replay; the rest needs none.
+
+        Raises:
+            InputError: if it cannot be written.
+        """
+        if not self.is_recording:
+            return None
+        self.is_recording = False
+        self._meshcat.StopRecording()
+        folder = next(f for f in (self._folder / str(i) for i in count(1)) if not f.exists())
+        with atomic_folder(folder) as partial:
+            self._station.recording(context).save(partial / "recording.nc")
+            (partial / "scenario.yaml").write_text(dump_scenario(self._station.scenario, partial), encoding="utf-8")
+            with suppress(RuntimeError):
+                self._write_replay(partial / "replay.html")
+        return folder
+
+    def _write_replay(self, file: Path) -> None:
+        self._meshcat.PublishRecording()
+        write_replay(self._meshcat, file)
+        self._meshcat.SetAnimation(MeshcatAnimation())  # browsers go on showing what happens now
+
+
+PATIENCE = 0.5  # s by which the simulation may be late and catch up; more is given up
+WINDOW = 2.0  # s of real time over which the factor is measured
+
+
+class Pacer:
+    """Waits until real time has come as far as simulated time.
+
+    A simulation that is slower than that is not waited for; it does not run faster later to make up for it, beyond
+    PATIENCE.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep):
+        """`clock` gives the real time, s, and `sleep` waits for some."""
+        self._clock, self._sleep = clock, sleep
+        self.restart(0.0)
+
+    def restart(self, simulated: float) -> None:
+        """Begins at a simulated time, s: at first, and after whatever has made time stand still."""
+        self._ahead = self._clock() - simulated
+        self._past = deque([(self._clock(), simulated)])
+
+    def keep(self, simulated: float) -> None:
+        """Waits until real time has come as far as `simulated`, s."""
+        early = simulated + self._ahead - self._clock()
+        if early > 0:
+            self._sleep(early)
+        elif early < -PATIENCE:
+            self._ahead = self._clock() - simulated
+        self._past.append((self._clock(), simulated))
+        while self._past[-1][0] - self._past[0][0] > WINDOW and len(self._past) > 2:
+            self._past.popleft()
+
+    @property
+    def factor(self) -> float:
+        """Simulated over real time of late; 1 where nothing is known yet."""
+        (began, first), (now, last) = self._past[0], self._past[-1]
+        return (last - first) / (now - began) if now > began else 1.0
+
+
+Listener = Callable[[str], None]  # takes a message, JSON, and does not wait
+
+
+class SignalFeed:
+    """Hands messages to every listener, each with the signals that it has asked for."""
+
+    def __init__(self, known: Iterable[str]) -> None:
+        """`known` are the names of the signals that can be asked for."""
+        self.known = frozenset(known)
+        self._listeners: dict[Listener, frozenset[str]] = {}
+        self._lock = Lock()
+
+    def listen(self, listener: Listener, signals: Collection[str] = ()) -> None:
+        """From now on `listener` takes every message, with these signals.
+
+        Each has `status` as it was sent, and `values` of the signals that are asked for; what is not a finite number
+        is null.
+        """
+        with self._lock:
+            self._listeners[listener] = frozenset(signals)
+
+    def leave(self, listener: Listener) -> None:
+        """Ends what `listen` began."""
+        with self._lock:
+            self._listeners.pop(listener, None)
+
+    @property
+    def wanted(self) -> set[str]:
+        """The signals that anybody has asked for."""
+        with self._lock:
+            return {name for names in self._listeners.values() for name in names}
+
+    def send(self, status: Mapping[str, Any], values: Mapping[str, Collection[float]]) -> None:
+        """Sends every listener the status, and the signals, (size,) each, that it wants."""
+        finite = {name: [v if math.isfinite(v) else None for v in map(float, each)] for name, each in values.items()}
+        with self._lock:
+            for listener, names in self._listeners.items():
+                own = {name: value for name, value in finite.items() if name in names}
+                listener(json.dumps({"status": status, "values": own}))
+
 
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
 _IDLE = 0.1  # s between looks at the buttons while nothing runs

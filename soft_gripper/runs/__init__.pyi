@@ -1,17 +1,17 @@
 """Many runs: the executor, sweeps, trials and tuning."""
 
 from .executor import open_executor as open_executor
-from .scores.phases import outcome as outcome
-from .scores.phases import phase_table as phase_table
 from .scores.poses import held_samples as held_samples
 from .scores.readings import external_torque_again as external_torque_again
 from .scores.readings import read_again as read_again
+from .scores.steps import outcome as outcome
+from .scores.steps import phase_table as phase_table
 from .scores.steps import step_figure as step_figure
 from .scores.steps import step_table as step_table
 from .scores.steps import true_opening as true_opening
-from .sweep.axes import Range as Range
-from .sweep.axes import Values as Values
-from .sweep.axes import points as points
+from .sweep.run import Range as Range
+from .sweep.run import Values as Values
+from .sweep.run import points as points
 from .sweep.run import run_sweep as run_sweep
 from .sweep.run import run_variation as run_variation
 from .trials.trial import trial_row as trial_row

@@ -1,16 +1,80 @@
 """URDF files of real arms, made such that Drake simulates them."""
 
 import math
+import os
+import re
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
 from pathlib import Path
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.xml_text import number
+from soft_gripper.files.xml_text import number, read_xml
 from soft_gripper.fingers.finger_links import DRAKE
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
+from soft_gripper.models import package_map
+from soft_gripper.scenario.drake_reading import check_inside
 from soft_gripper.scenario.mesh_object import check_mesh_file, converted
 from soft_gripper.scenario.model_numbers import repair_inertia
+
+
+def is_known_package(name: str) -> bool:
+    """Whether a mesh lies in a package that the parser finds without help."""
+    package = name.removeprefix("package://").partition("/")[0]
+    return name.startswith("package://") and package_map().Contains(package)
+
+
+def mesh_file(name: str, urdf: Path) -> Path:
+    """The file behind a mesh name in a URDF file.
+
+    Packages are looked for above the URDF file and along ROS_PACKAGE_PATH and AMENT_PREFIX_PATH: folders of the
+    package's name, or whose package.xml gives it.
+
+    Raises:
+        InputError: if there is no such file.
+    """
+    uri = re.fullmatch(r"(?:package|model):/+([^/]+)/(.+)", name)
+    if uri is None:
+        candidates = [Path(os.path.realpath(urdf.parent)) / name.removeprefix("file://")]
+    else:
+        package, inside = uri.groups()
+        check_inside(urdf, f"package://{package}/{inside}")
+        candidates = [root / inside for root in _package_roots(package, urdf)]
+        if not candidates:
+            expected = (
+                f"no folder '{package}', and no package.xml of that name, in any folder above the file or along "
+                "ROS_PACKAGE_PATH or AMENT_PREFIX_PATH; set ROS_PACKAGE_PATH to the folder that holds the package"
+            )
+            raise InputError(urdf, "mesh", name, expected)
+    for candidate in candidates:
+        if os.path.isfile(candidate):
+            return candidate
+    raise InputError(urdf, "mesh", name, f"there is no file {', nor '.join(map(str, candidates))}")
+
+
+def _package_roots(package: str, urdf: Path) -> Iterator[Path]:
+    for folder in _search_path(urdf):
+        if os.path.isdir(folder / package):
+            yield folder / package
+        if _package_name(folder) == package:
+            yield folder
+
+
+def _search_path(urdf: Path) -> list[Path]:
+    ros, ament = (_folders(variable) for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"))
+    return [*Path(os.path.realpath(urdf)).parents, *ros, *(folder / "share" for folder in ament)]
+
+
+def _folders(variable: str) -> list[Path]:
+    return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
+
+
+def _package_name(folder: Path) -> str | None:
+    """What the package.xml of a folder, if it has one, calls the package."""
+    try:
+        return (read_xml(folder / "package.xml").findtext("name") or "").strip()
+    except InputError:
+        return None
+
 
 _MOVABLE = ("revolute", "continuous", "prismatic")
 _LIMIT = "<limit lower='...' upper='...' velocity='...' effort='...'/> in rad, rad/s and N m, or m, m/s and N"

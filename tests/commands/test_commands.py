@@ -13,7 +13,7 @@ import pytest
 from command_line import short, soft_gripper
 
 from soft_gripper.commands import main
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario

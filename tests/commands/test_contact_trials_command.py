@@ -9,8 +9,7 @@ from soft_gripper.commands import contact_trials
 from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.evaluation.contacts import estimates as contact_estimates
 from soft_gripper.evaluation.contacts.dataset import load_contacts
-from soft_gripper.evaluation.contacts.errors import ContactErrorRow
-from soft_gripper.evaluation.contacts.trials import ContactRow
+from soft_gripper.evaluation.contacts.trials import ContactErrorRow, ContactRow
 from soft_gripper.files.csv_table import read_csv
 
 

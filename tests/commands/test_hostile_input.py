@@ -9,7 +9,7 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.commands import replay
-from soft_gripper.diagrams.view import open_meshcat as meshcats
+from soft_gripper.diagrams.view import meshcat_view as meshcats
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
 

@@ -21,7 +21,7 @@ from identified import (
 )
 
 from soft_gripper.hardware.identification import fit as fit_module
-from soft_gripper.hardware.identification.finger_file import read_finger
+from soft_gripper.hardware.identification.identification import read_finger
 
 WRITTEN = {"fitted.urdf", "fitted.csv", "fitted.png", "fitted.svg"}
 

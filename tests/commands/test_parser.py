@@ -13,8 +13,8 @@ import pytest
 
 from soft_gripper.commands.parser import COMMANDS, command_parser, number, parsed, whole
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
-from soft_gripper.runs.sweep.axes import METHODS
+from soft_gripper.evaluation.contacts.dataset import PEG_FRICTION
+from soft_gripper.runs.sweep.run import METHODS
 
 HELP = command_parser().format_help()
 NAMES = re.findall(r"^    ([a-z-]+)(?:  |$)", HELP, re.MULTILINE)

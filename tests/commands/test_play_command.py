@@ -22,7 +22,7 @@ from command_line import LISTENING, soft_gripper
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 
 pytestmark = pytest.mark.slow
 

@@ -11,8 +11,7 @@ from soft_gripper.evaluation.report.evaluate import SCENARIOS
 from soft_gripper.evaluation.report.page import Evaluation
 from soft_gripper.evaluation.robustness.claims import Robustness
 from soft_gripper.evaluation.robustness.jobs import NOISE_JOBS
-from soft_gripper.evaluation.robustness.plant_table import PlantRow
-from soft_gripper.evaluation.robustness.table import RobustnessRow
+from soft_gripper.evaluation.robustness.table import PlantRow, RobustnessRow
 from soft_gripper.runs.scores.poses import PoseRow
 
 SECTIONS = (1, 2, 3, 4)

@@ -15,10 +15,10 @@ from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.runs.trials.run import run_trial
-from soft_gripper.runs.trials.variation import draw, random_numbers
+from soft_gripper.runs.trials.trial import draw, random_numbers
 from soft_gripper.scenario.scenario import TrialsConfig
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.shipped import SHIPPED

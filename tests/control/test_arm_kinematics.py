@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from soft_gripper.control.arm_kinematics import movable_joints, solve_posture, tool_pose
+from soft_gripper.control.arm_motion import movable_joints, solve_posture, tool_pose
 from soft_gripper.models import DIRECTORY
 
 HOME = np.array([0, -1.5, 1.5, -1.5, -1.5, 0])  # rad, of the UR5e

@@ -12,7 +12,6 @@ from pydrake.polynomial import Polynomial
 from pydrake.trajectories import PiecewisePolynomial
 from scipy.optimize import brentq
 
-from soft_gripper.control.arm_kinematics import tool_pose
 from soft_gripper.control.arm_motion import (
     MIN_DURATION,
     ArmLimits,
@@ -21,6 +20,7 @@ from soft_gripper.control.arm_motion import (
     joint_path,
     straight_path,
     timed,
+    tool_pose,
 )
 from soft_gripper.models import DIRECTORY
 

@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
-from soft_gripper.control.gravity_compensation import GravityCompensation
+from soft_gripper.control.arm_motion import GravityCompensation
 
 G = 9.81  # m/s^2
 MASSES, LENGTHS = (0.7, 0.4), (0.3, 0.2)  # kg, m, of two links

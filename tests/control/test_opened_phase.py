@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from task_rules import LATE, LONG, THRESHOLD, TIMEOUT, T, motion
 
-from soft_gripper.control.task_phases import (
+from soft_gripper.control.task import (
     OPENED_BAND,
     QUIET_BAND,
     QUIET_TIME,

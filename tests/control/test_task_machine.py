@@ -5,8 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.control.task_machine import TaskMachine
-from soft_gripper.control.task_phases import QUIET_TIME, Outcome, Phase, Progress, Rules
+from soft_gripper.control.task import QUIET_TIME, Outcome, Phase, Progress, Rules, TaskMachine
 from soft_gripper.signals import signal_of
 
 T = 0.01  # s

@@ -8,9 +8,8 @@ import pytest
 import xarray as xr
 from finger_plants import free_bending
 
-from soft_gripper.diagrams import kept_stations
-from soft_gripper.diagrams.kept_stations import MOST, kept_station
-from soft_gripper.diagrams.simulation import run_station, simulate
+from soft_gripper.diagrams import simulation as kept_stations
+from soft_gripper.diagrams.simulation import MOST, kept_station, run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario

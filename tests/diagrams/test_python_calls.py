@@ -16,7 +16,7 @@ from soft_gripper.scenario.scenario_file import load_scenario
 BEGIN = 0.5025  # s, between two samples
 OF_THE_PLANT = (
     "soft_gripper.truth.contact.",
-    "soft_gripper.control.task_phases._",
+    "soft_gripper.control.task._",
 )
 _REMEMBERED = "estimators.driving_torque._remember"
 CONTACT = "estimator.contact_threshold=2.5e-3"

@@ -17,7 +17,7 @@ from command_line import LISTENING, short
 from identified import BEAM, RELEASED, finger_of, recorded, release, write_motion
 from processes import Process, processes
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.evaluation.report.evaluate import RUNS
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

@@ -16,9 +16,8 @@ from pydrake.systems.primitives import (
 )
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.estimators.arc_shapes import ArcShape
+from soft_gripper.estimators.arc_shapes import ArcShape, BendSharing
 from soft_gripper.estimators.arcs import arcs_from_readings, bends_from_readings, joints_on_arcs
-from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.fingers.kinematics import as_points

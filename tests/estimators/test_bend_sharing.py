@@ -7,12 +7,12 @@ import pytest
 from finger_motion import at_rest
 from finger_plants import LENGTH, uniform_finger
 
+from soft_gripper.estimators.arc_shapes import BendSharing
 from soft_gripper.estimators.arcs import arcs_from_readings
-from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import free_bending_angles
-from soft_gripper.load.torque_balance import TorqueBalance
+from soft_gripper.load.force_estimator import TorqueBalance
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 PRESSURE = np.array(60e3)  # Pa

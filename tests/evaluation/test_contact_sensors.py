@@ -1,6 +1,6 @@
 """The sensors of the evaluations of contact."""
 
-from soft_gripper.evaluation.contacts.sensors import LAYOUTS, describe_borders
+from soft_gripper.evaluation.contacts.dataset import LAYOUTS, describe_borders
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 

@@ -7,8 +7,8 @@ import pytest
 from pick_and_place import recording
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.control.task_phases import Outcome, Phase
-from soft_gripper.runs.scores.phases import outcome, phase_table
+from soft_gripper.control.task import Outcome, Phase
+from soft_gripper.runs.scores.steps import outcome, phase_table
 
 STAY = PiecewisePolynomial(np.zeros((6, 1)))
 NAMES = ("approach", "close", "lift", "rescue: open", "rescue: home")

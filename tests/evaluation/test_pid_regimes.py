@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.evaluation.paper.scenario_run import is_finished
 from soft_gripper.evaluation.pid_regimes import (
     REGIMES,

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import same_color
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.runs.scores.steps import step_figure
 
 TIME = np.arange(0.0, 1.0, 0.1)

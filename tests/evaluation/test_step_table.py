@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.runs.scores import steps as module
 from soft_gripper.runs.scores.steps import step_table
 

@@ -6,7 +6,7 @@ import xarray as xr
 from command_line import soft_gripper
 from synthetic_hardware import CALIBRATION, free_bending
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.hardware.calibration import calibrate_recordings
 from soft_gripper.scenario.calibration_file import load_calibration

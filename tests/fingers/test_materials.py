@@ -4,7 +4,7 @@ import pytest
 from scipy.optimize import brentq
 
 from soft_gripper.fingers.cross_section import CrossSection
-from soft_gripper.fingers.materials import SILICONES
+from soft_gripper.fingers.finger_element import SILICONES
 
 
 def test_every_silicone_makes_a_section_and_names_its_source():

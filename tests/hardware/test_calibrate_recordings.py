@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from command_line import soft_gripper
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.hardware.calibration import calibrate_recordings

@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.math import RotationMatrix
 
-from soft_gripper.load.torque_balance import SAMPLES, Motion
+from soft_gripper.load.force_estimator import SAMPLES, Motion
 
 Y = np.array([0.0, 1.0, 0.0])
 UPRIGHT = np.eye(3)

@@ -7,7 +7,7 @@ import xarray as xr
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.scenario.scenario_file import load_scenario

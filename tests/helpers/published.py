@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.evaluation.contacts.sensors import LAYOUTS
+from soft_gripper.evaluation.contacts.dataset import LAYOUTS
 from soft_gripper.evaluation.paper.claims import Claim, claims
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.fingers.finger_links import joint_name
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -2,9 +2,9 @@
 
 import pytest
 
+from soft_gripper.learning.config import load_environment
 from soft_gripper.learning.environment import SoftGripperEnv
-from soft_gripper.learning.schema.environment_file import load_environment
-from soft_gripper.learning.station.learning_station import make_learning_station
+from soft_gripper.learning.station import make_learning_station
 
 
 @pytest.fixture(scope="session")

@@ -7,8 +7,8 @@ import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from soft_gripper.diagrams.simulation import solver_config
+from soft_gripper.learning.config import VariationConfig
 from soft_gripper.learning.episode_variation import Draw, apply_draw, draw, varied_fingers
-from soft_gripper.learning.schema.config import VariationConfig
 
 
 def begun(station, drawn):

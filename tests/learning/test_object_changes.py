@@ -7,7 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
 from soft_gripper.errors import InputError
-from soft_gripper.learning.object_changes import scale_shapes, scaled_shape, set_mass
+from soft_gripper.learning.episode_variation import scale_shapes, scaled_shape, set_mass
 
 SHAPES = (Sphere(0.1), Box(0.1, 0.2, 0.3), Capsule(0.1, 0.3), Cylinder(0.1, 0.3), Ellipsoid(0.1, 0.2, 0.3))
 

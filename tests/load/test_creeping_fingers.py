@@ -7,7 +7,7 @@ import pytest
 from creeping_fingers import FINGER, GRIPPER, write_creeping
 from finger_plants import free_bending
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.fingers.creep import advance
 from soft_gripper.fingers.finger import Finger

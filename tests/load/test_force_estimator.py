@@ -15,8 +15,7 @@ from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.load.force_estimator import ForceEstimator
-from soft_gripper.load.torque_balance import Motion, TorqueBalance, windows
+from soft_gripper.load.force_estimator import ForceEstimator, Motion, TorqueBalance, windows
 from soft_gripper.models import DIRECTORY
 from soft_gripper.signals import signal_of
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.load.gripper_opening import Gripper, GripperOpening, spread
+from soft_gripper.load.opening import Gripper, GripperOpening, spread
 from soft_gripper.signals import signal_of
 
 X_WB = [

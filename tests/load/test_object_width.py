@@ -7,10 +7,9 @@ from finger_plants import LENGTH, built_at, uniform_finger
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.bend_sharing import BendSharing
+from soft_gripper.estimators.arc_shapes import BendSharing
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.load.gripper_opening import Gripper, spread
-from soft_gripper.load.object_width import InnerSurface, ObjectWidth, narrowest
+from soft_gripper.load.opening import Gripper, InnerSurface, ObjectWidth, narrowest, spread
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.signals import signal_of

@@ -11,11 +11,11 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.tree import MultibodyForces
 
-from soft_gripper.estimators.bend_sharing import BendSharing
+from soft_gripper.estimators.arc_shapes import BendSharing
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf, joint_name
 from soft_gripper.fingers.finger_parts import ElasticLaw, TipLoad
-from soft_gripper.load.torque_balance import Motion, TorqueBalance, windows
+from soft_gripper.load.force_estimator import Motion, TorqueBalance, windows
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 GRAVITY = np.array([1.0, -2.0, -9.0])  # m/s^2

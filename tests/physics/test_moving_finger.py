@@ -11,11 +11,10 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.recording.recording import Recording, read_logs
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
 from soft_gripper.diagrams.simulation import simulate, solver_config
 from soft_gripper.diagrams.station import add_station
-from soft_gripper.load.torque_balance import SAMPLES
+from soft_gripper.load.force_estimator import SAMPLES
 from soft_gripper.scenario.scenario import ModelConfig
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -8,7 +8,7 @@ from matplotlib.patches import Polygon
 from soft_gripper.estimators.arcs import join_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
-from soft_gripper.pictures.finger_shapes import arrow_of_force, draw_band, point_on_links
+from soft_gripper.pictures.shapes import arrow_of_force, draw_band, point_on_links
 from soft_gripper.truth.poses import corners
 
 

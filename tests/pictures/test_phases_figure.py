@@ -8,11 +8,10 @@ from matplotlib.axes import Axes
 from pydrake.trajectories import PiecewisePolynomial
 from scenes import Scene
 
-from soft_gripper.control.task_phases import Phase
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.pictures import phases as module
-from soft_gripper.pictures.close_up import CloseUp
-from soft_gripper.pictures.phases import phases_figure
+from soft_gripper.pictures.phases import CloseUp, phases_figure
 from soft_gripper.pictures.rendering import SceneRenderer
 
 HOME, THERE = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0], [0.2, -1.2, 1.6, -2.0, -1.57, 0.3]

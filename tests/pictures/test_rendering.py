@@ -7,11 +7,10 @@ import pytest
 from scenes import Scene
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.view.meshcat_view import upright_view
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.diagrams.view.viewpoint import upright_view
-from soft_gripper.pictures.camera import MARGIN, framing_camera
-from soft_gripper.pictures.close_up import CloseUp
-from soft_gripper.pictures.rendering import SUN, Picture, SceneRenderer
+from soft_gripper.pictures.phases import CloseUp
+from soft_gripper.pictures.rendering import MARGIN, SUN, Picture, SceneRenderer, framing_camera
 from soft_gripper.pictures.scenes_figure import largest_pressure, scenes_figure
 from soft_gripper.scenario.scenario_file import load_scenario
 

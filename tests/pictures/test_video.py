@@ -11,11 +11,10 @@ from PIL import Image, ImageDraw, ImageSequence
 from scenes import Scene
 
 from soft_gripper.commands import run as run_command
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.pictures.film import FOOTER, Film
-from soft_gripper.pictures.video import check_video, write_video
+from soft_gripper.pictures.video import FOOTER, Film, check_video, write_video
 from soft_gripper.scenario.scenario import Scenario
 
 pytestmark = pytest.mark.slow

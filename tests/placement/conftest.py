@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.placement.held_finger import HeldFinger
+from soft_gripper.placement.samples import HeldFinger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

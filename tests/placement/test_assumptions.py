@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.placement.assumptions import USUAL_STRAIN, Assumptions, reading_std
+from soft_gripper.placement.samples import USUAL_STRAIN, Assumptions, reading_std
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
 

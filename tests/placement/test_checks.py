@@ -8,8 +8,8 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.placement.assumptions import Assumptions
-from soft_gripper.placement.checks import check_contacts, check_runs
+from soft_gripper.placement.samples import Assumptions
+from soft_gripper.placement.tables import check_contacts, check_runs
 from soft_gripper.scenario.scenario_file import load_scenario
 
 NOTHING = Contacts(*(np.zeros(0) for _ in range(10)))

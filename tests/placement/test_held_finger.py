@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.placement.held_finger import held_fingers
+from soft_gripper.placement.samples import held_fingers
 from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.scenario_file import load_scenario
 

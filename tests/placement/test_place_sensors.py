@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.placement.assumptions import Assumptions
-from soft_gripper.placement.figure import placement_figure
-from soft_gripper.placement.place_sensors import place_sensors
-from soft_gripper.placement.search import LeftOut
-from soft_gripper.placement.tables import left_out_rows, placement_rows, run_rows
+from soft_gripper.placement.place_sensors import LeftOut, place_sensors
+from soft_gripper.placement.samples import Assumptions
+from soft_gripper.placement.tables import left_out_rows, placement_figure, placement_rows, run_rows
 
 KINK = 5  # segments from the base, where the made-up finger begins to bend the other way
 

@@ -11,9 +11,8 @@ from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contacts.dataset import Contacts
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.placement.assumptions import SETS, Assumptions
-from soft_gripper.placement.errors import contact_errors, mean_pose_error
-from soft_gripper.placement.samples import read_contacts, read_held
+from soft_gripper.placement.place_sensors import contact_errors, mean_pose_error
+from soft_gripper.placement.samples import SETS, Assumptions, read_contacts, read_held
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors
 

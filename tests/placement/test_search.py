@@ -4,8 +4,8 @@ from collections import Counter
 
 import pytest
 
+from soft_gripper.placement.place_sensors import EXHAUSTIVE, ranked
 from soft_gripper.placement.placements import all_placements
-from soft_gripper.placement.search import EXHAUSTIVE, ranked
 
 
 def distance_to(best):

@@ -1,6 +1,6 @@
 import pytest
 
-from soft_gripper.play.pacer import PATIENCE, Pacer
+from soft_gripper.play.session import PATIENCE, Pacer
 
 FRAME = 0.05
 

@@ -17,11 +17,11 @@ from pydrake.geometry import Box, Meshcat, Rgba
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from soft_gripper.diagrams.view.open_meshcat import has_failed, hidden_meshcat
+from soft_gripper.diagrams.view.meshcat_view import has_failed, hidden_meshcat
 from soft_gripper.errors import InputError
 from soft_gripper.play import page_server as module
 from soft_gripper.play.page_server import LivePage, page_server
-from soft_gripper.play.signal_feed import SignalFeed
+from soft_gripper.play.session import SignalFeed
 
 HOST = "127.0.0.1"
 STOP = {"button": "stop"}

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from live_station import played
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.files.output import is_whole
 from soft_gripper.models import DIRECTORY
-from soft_gripper.play.recorder import Recorder
+from soft_gripper.play.session import Recorder
 from soft_gripper.scenario.scenario_file import load_scenario
 
 BEGIN, END = 0.3, 0.6  # s

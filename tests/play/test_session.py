@@ -12,17 +12,14 @@ from live_station import played
 from pydrake.geometry import Meshcat
 from websockets.sync.client import connect
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.open_meshcat import cut_off, has_failed
+from soft_gripper.diagrams.view.meshcat_view import cut_off, has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.play import session as session_module
 from soft_gripper.play.control_panel import ALL_FINGERS, Button
-from soft_gripper.play.pacer import Pacer
-from soft_gripper.play.recorder import Recorder
-from soft_gripper.play.session import Session, held_back, open_scenario
-from soft_gripper.play.signal_feed import SignalFeed
+from soft_gripper.play.session import Pacer, Recorder, Session, SignalFeed, held_back, open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = "left_finger.pressure"

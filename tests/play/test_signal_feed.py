@@ -2,7 +2,7 @@ import json
 import math
 from typing import Any
 
-from soft_gripper.play.signal_feed import SignalFeed
+from soft_gripper.play.session import SignalFeed
 
 KNOWN = ("a", "b")
 

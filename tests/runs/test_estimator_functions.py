@@ -10,16 +10,13 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.evaluation.contacts import estimates
-from soft_gripper.evaluation.contacts.bench import read_finger
-from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.robustness.plant_table import plant_table
+from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.robustness.plants import FINE, FingerAtRest
-from soft_gripper.evaluation.robustness.table import Belief, robustness_table
+from soft_gripper.evaluation.robustness.table import Belief, plant_table, robustness_table
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.hardware.replay.recordings import estimator_rows
-from soft_gripper.placement.assumptions import Assumptions
-from soft_gripper.placement.held_finger import held_fingers
 from soft_gripper.placement.place_sensors import place_sensors
+from soft_gripper.placement.samples import Assumptions, held_fingers
 from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.recorded_run import RecordedRun
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -4,7 +4,7 @@ import pytest
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.finger_changes import configured_finger
+from soft_gripper.scenario.model_files import configured_finger
 from soft_gripper.scenario.scenario import FingerConfig
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, parse_scenario
 

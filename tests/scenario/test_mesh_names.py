@@ -3,7 +3,7 @@
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.mesh_names import is_known_package, mesh_file
+from soft_gripper.scenario.arm_file import is_known_package, mesh_file
 
 NAME = "package://acme_arm/meshes/link.stl"
 

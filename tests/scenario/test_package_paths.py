@@ -7,9 +7,9 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import parse_xml
-from soft_gripper.scenario.mesh_names import mesh_file
+from soft_gripper.scenario.arm_file import mesh_file
+from soft_gripper.scenario.drake_reading import check_inside, check_uris
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.package_paths import check_inside, check_uris
 
 CLIMBING = ["../a.obj", "b/../../a.obj", "..", "b/../../package_of_another/a.obj", "", "b/.."]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.common.schema import Transform
 
-from soft_gripper.control.task_phases import Outcome
+from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty

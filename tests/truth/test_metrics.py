@@ -12,8 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from soft_gripper.diagrams.recording.recording import read_logs
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import add_logs, read_logs
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.sensing import add_sensing
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space

@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,14 +13,268 @@ from zipfile import ZipFile
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.geometry import AddContactMaterial, AddRigidHydroelasticProperties, Cylinder, ProximityProperties
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CalcContactFrictionFromSurfaceProperties,
+    CoulombFriction,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
+from pydrake.multibody.tree import FixedOffsetFrame, RigidBody, SpatialInertia, UnitInertia
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, DiagramBuilder
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.diagrams.wiring.scoring import add_true_contact
 from soft_gripper.errors import InputError, first_line, shortened
-from soft_gripper.evaluation.contacts.bench import MOST_FRICTION, read_finger
-from soft_gripper.evaluation.contacts.random_contact import SIDES, Contact
+from soft_gripper.estimators.plane import BendingPlane
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import check_regular
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.statics import resting_angles
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.scenario.model_files import add_fingers, model_path
+from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.truth.contact import touches
+
+FINGER = "package://soft_gripper/grippers/finger.urdf"
+G = 9.81  # m/s^2
+PEG_LENGTH, MESH_EDGE = 0.06, 0.001  # m
+PEG_FRICTION = 0.3  # Coulomb, of the peg's surface unless another is requested
+MOST_FRICTION = 100.0  # Coulomb; beyond, nothing slides
+PERIOD = 0.01  # s, of the plant
+PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s, s, rad/s: how long it is waited, at most, and for what
+
+
+@cache
+def read_finger() -> Finger:
+    """The finger of every bench."""
+    (finger,) = expand_urdf(model_path(FINGER)).fingers
+    return finger
+
+
+def combined_friction(friction: float) -> float:
+    """Coulomb coefficient between the finger and a peg of that coefficient, 2 a b / (a + b) as Drake combines them."""
+    of_finger, of_peg = (CoulombFriction(mu, mu) for mu in (read_finger().contact.friction, friction))
+    return float(CalcContactFrictionFromSurfaceProperties(of_finger, of_peg).static_friction())
+
+
+class Setting(NamedTuple):
+    """How a contact is set up."""
+
+    R_WB: RotationMatrix  # of the finger's base; gravity pulls along -z of the world
+    center: complex  # m, of the peg, z + i x in B
+    q: Array  # (N,) rad, where the finger begins
+    pressure: float  # Pa
+
+
+class Settled(NamedTuple):
+    """The finger and its contact, once it rests; see `TrueContact`."""
+
+    q: Array  # (N,) rad
+    velocity: float  # rad/s, the largest of the joints
+    torque: Array  # (N,) N m, true external torque
+    link_force: Array  # (N + 1,) N
+    force: float  # N
+    total: float  # N
+    arc_length: float  # m
+
+
+class ContactBench:
+    """One finger and one peg of a given radius along its bending axis."""
+
+    def __init__(self, radius: float, friction: float):
+        """`radius` of the peg, m, and the coefficient of friction of its surface."""
+        builder = DiagramBuilder()
+        config = MultibodyPlantConfig(time_step=PERIOD, use_sampled_output_ports=False, stiction_tolerance=1e-5)
+        plant, _ = AddMultibodyPlant(config, builder)
+        (self._plant_finger,) = add_fingers(Parser(plant), FINGER)
+        mount = plant.GetBodyByName("mount")
+        peg = _add_peg(plant, radius, friction)
+        self._base, self._peg = (_weld_to_movable_frame(plant, body) for body in (mount, peg))
+        plant.Finalize()
+        drive = add_pressure_drive(builder, [self._plant_finger], PressureConfig(time_constant=0.0))
+        builder.ExportInput(drive.commands[self._plant_finger.name], "pressure")
+        self._truth = add_true_contact(builder, [self._plant_finger])
+        self._plant, self._diagram = plant, builder.Build()
+
+    def press(self, setting: Setting) -> Settled:
+        """Lets the finger press against the peg until it rests, or `PATIENCE` is over."""
+        simulator = Simulator(self._diagram)
+        context = simulator.get_mutable_context()
+        self._diagram.GetInputPort("pressure").FixValue(context, setting.pressure)
+        of_plant = self._plant.GetMyMutableContextFromRoot(context)
+        X_WB = RigidTransform(setting.R_WB, [0, 0, 0])
+        p_BPeg = [setting.center.imag, 0.0, setting.center.real]
+        self._base.SetPoseInParentFrame(of_plant, X_WB)
+        self._peg.SetPoseInParentFrame(of_plant, X_WB @ RigidTransform(p_BPeg))
+        for joint, angle in zip(self._plant_finger.joints, setting.q, strict=True):
+            joint.set_angle(of_plant, angle)
+        simulator.Initialize()
+        while context.get_time() < PATIENCE:
+            simulator.AdvanceTo(context.get_time() + PAUSE)
+            if self._velocity(of_plant) < STILL:
+                break
+        return self._settled(context)
+
+    def _velocity(self, context: Context) -> float:
+        return float(np.abs(self._plant.GetVelocities(context)).max())
+
+    def _settled(self, context: Context) -> Settled:
+        finger, of_plant = self._plant_finger, self._plant.GetMyContextFromRoot(context)
+        q = finger.position_selector() @ self._plant.GetPositionsAndVelocities(of_plant)
+        forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(of_plant)
+        signals = ("link_contact_force", "true_contact_force", "true_contact_total", "true_contact_arc_length")
+        link_force, *others = (self._read(signal, context) for signal in signals)
+        torque = finger.torque_selector() @ forces
+        return Settled(q, self._velocity(of_plant), torque, link_force, *(float(value[0]) for value in others))
+
+    def _read(self, signal: str, context: Context) -> Array:
+        port = self._truth[f"{self._plant_finger.name}.{signal}"]
+        value: Array = port.Eval(port.get_system().GetMyContextFromRoot(context))
+        return value
+
+
+def _add_peg(plant: MultibodyPlant, radius: float, friction: float) -> RigidBody:
+    """A peg along y, of no account for its mass."""
+    inertia = SpatialInertia(1.0, [0, 0, 0], UnitInertia.SolidSphere(radius))
+    peg = plant.AddRigidBody("peg", plant.AddModelInstance("peg"), inertia)
+    properties = ProximityProperties()
+    AddContactMaterial(dissipation=2.0, friction=CoulombFriction(friction, friction), properties=properties)
+    AddRigidHydroelasticProperties(MESH_EDGE, properties)
+    lying = RigidTransform(RollPitchYaw(np.pi / 2, 0, 0), [0, 0, 0])
+    plant.RegisterCollisionGeometry(peg, lying, Cylinder(radius, PEG_LENGTH), "peg", properties)
+    return peg
+
+
+def _weld_to_movable_frame(plant: MultibodyPlant, body: RigidBody) -> FixedOffsetFrame:
+    """Welds a body to a frame in the world whose pose belongs to the context."""
+    frame = FixedOffsetFrame(f"{body.name()}_place", plant.world_frame(), RigidTransform())
+    place = plant.AddFrame(frame)
+    plant.WeldFrames(place, body.body_frame())
+    return place
+
+
+SIDES = {"inner": 1, "outer": -1}  # toward +x of B or away from it
+
+
+def peg_center(finger: Finger, q: Array, s: float, side: str, radius: float) -> complex:
+    """Centre, z + i x m in B, of a peg along y that touches the inner or the outer face at arc length `s` m."""
+    chain = forward_kinematics(q, finger.segment_length)
+    link = int(chain.link_at(np.array(s)))
+    section = finger.section((finger.link_ends[link] + finger.link_ends[link + 1]) / 2)
+    face = section.inner_face if side == "inner" else section.outer_face
+    return complex(chain.at(np.array([s]), float(face) + SIDES[side] * radius).points[0])
+
+
+RADIUS = (3, 12)  # mm, in whole ones, so that a bench serves many contacts
+PLACE = (0.4, 1.0)  # of the finger's length
+# kPa, pressure at which the finger would just touch the peg, and which then changes to the other.
+TOUCHING = {"inner": (0.0, 120.0), "outer": (-30.0, 120.0)}
+PRESSING = {"inner": 150.0, "outer": -50.0}  # the furthest that it goes from there
+LEAST_FORCE = 0.05  # N
+MOST_LINKS = 3
+EDGE = 1.003  # times what friction alone makes of the normal force: a total above is no force on a face
+
+
+@dataclass(frozen=True)
+class RandomContact:
+    """What is random about a contact."""
+
+    side: str  # of the finger, "inner" or "outer"
+    radius_mm: float  # of the peg
+    place_mm: float  # arc length at which it is put to the finger
+    touching_kpa: float  # pressure at which the finger would just touch it
+    pressure_kpa: float
+    orientation: tuple[float, float, float, float]  # of the finger's base, a unit quaternion w, x, y, z
+
+    @property
+    def R_WB(self) -> RotationMatrix:  # noqa: N802
+        return RotationMatrix(Quaternion(np.array(self.orientation)))
+
+    @property
+    def gravity(self) -> complex:
+        """In the bending plane, z + i x in B, m/s^2."""
+        plane = BendingPlane(self.R_WB.matrix()[:, ::2].T, np.zeros(3))
+        return complex(plane.planar(np.array([0.0, 0.0, -G])))
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A single contact at rest."""
+
+    number: int
+    drawn: RandomContact
+    found: Settled
+    redrawn: tuple[str, ...]  # why what was drawn before was none
+    friction: float  # Coulomb, between the finger and the peg
+
+
+def draw(rng: np.random.Generator, length: float) -> RandomContact:
+    """What is random about a contact of a finger, every part evenly distributed; `length` of the finger, m."""
+    side = str(rng.choice(list(SIDES)))
+    radius = int(rng.integers(*RADIUS, endpoint=True))
+    place = 1e3 * length * rng.uniform(*PLACE)
+    touching = rng.uniform(*TOUCHING[side])
+    pressure = touching + (PRESSING[side] - touching) * rng.uniform()
+    quaternion = rng.normal(size=4)
+    orientation = tuple(map(float, quaternion / np.linalg.norm(quaternion)))
+    return RandomContact(side, float(radius), float(place), float(touching), float(pressure), orientation)  # type: ignore[arg-type]
+
+
+def run_contact(seed: int, number: int, friction: float) -> Contact:
+    """Simulates what is drawn until it is a single contact; the same, whatever other contacts there are.
+
+    `friction` is the coefficient of the peg's surface, which combines with the finger's.
+    """
+    combined = combined_friction(friction)
+    redrawn: list[str] = []
+    while True:
+        rng = np.random.default_rng([seed, number, len(redrawn)])
+        drawn = draw(rng, read_finger().length)
+        found = press(drawn, friction)
+        flaw = flaw_of(drawn, found, combined)
+        if not flaw:
+            return Contact(number, drawn, found, tuple(redrawn), combined)
+        redrawn.append(flaw)
+
+
+@cache
+def bench(radius_mm: float, friction: float) -> ContactBench:
+    """The bench for pegs of a radius and a surface, one in a process: systems written in Python are not freed."""
+    return ContactBench(1e-3 * radius_mm, friction)
+
+
+def press(drawn: RandomContact, friction: float) -> Settled:
+    """The contact at rest, with a peg of that coefficient of friction."""
+    finger = read_finger()
+    q = resting_angles(finger, 1e3 * drawn.touching_kpa, drawn.gravity)
+    center = peg_center(finger, q, 1e-3 * drawn.place_mm, drawn.side, 1e-3 * drawn.radius_mm)
+    return bench(drawn.radius_mm, friction).press(Setting(drawn.R_WB, center, q, 1e3 * drawn.pressure_kpa))
+
+
+def flaw_of(drawn: RandomContact, found: Settled, friction: float) -> str:
+    """Why it is no single contact that can be measured; empty: it is one. `friction` is that of the contact."""
+    touching = np.flatnonzero(touches(found.link_force))
+    if not len(touching):
+        return "lost"
+    if found.velocity > STILL:
+        return "not at rest"
+    if len(touching) > MOST_LINKS or touching[-1] - touching[0] >= len(touching):
+        return "several places"
+    if found.total > EDGE * np.hypot(1, friction) * abs(found.force):
+        return "on an edge"
+    if found.force * SIDES[drawn.side] < LEAST_FORCE:
+        return "too weak"
+    return ""
+
 
 _LARGEST = 2**26  # bytes of all arrays of a file: 200 000 contacts
 
@@ -159,3 +414,13 @@ def _read_array(path: Path | str, name: str, content: bytes) -> NDArray[Any]:
     if len(wrong):
         raise InputError(path, name, wrong[0].item(), f"give {kind.range}")
     return values
+
+
+# Sections and where they meet, as shares of the length. A force near by bends the first of two sections alone, and
+# one reading does not tell force from place: so the first is made the shorter one, beside the same number equally long.
+LAYOUTS: tuple[tuple[int, tuple[float, ...] | None], ...] = ((2, None), (2, (1 / 3,)), (4, None))
+
+
+def describe_borders(layout: MeasurementModel) -> str:
+    """Where the sections meet, in mm from the base, for tables."""
+    return " ".join(f"{1e3 * end:g}" for end in layout.rest_lengths.cumsum()[:-1])

@@ -9,12 +9,18 @@ Here contacts follow from statics instead: a force on a face of the finger, and 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.evaluation.contacts.bench import PEG_FRICTION, G, combined_friction, read_finger
-from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.errors import contact_errors
+from soft_gripper.evaluation.contacts.dataset import (
+    LAYOUTS,
+    PEG_FRICTION,
+    SIDES,
+    Contacts,
+    G,
+    combined_friction,
+    describe_borders,
+    read_finger,
+)
 from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, Case, estimate_contacts, ideal_readings
-from soft_gripper.evaluation.contacts.random_contact import SIDES
-from soft_gripper.evaluation.contacts.sensors import LAYOUTS, describe_borders
+from soft_gripper.evaluation.contacts.trials import contact_errors
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import relaxed_law

@@ -1,29 +1,207 @@
 """Contact trials: random single contacts, simulated many at a time, and what estimators make of them."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from soft_gripper.evaluation.contacts.bench import PEG_FRICTION
-from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, save_contacts
-from soft_gripper.evaluation.contacts.errors import ContactErrorRow, error_rows
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.estimate import ContactForce
+from soft_gripper.evaluation.contacts.dataset import (
+    LAYOUTS,
+    PEG_FRICTION,
+    SIDES,
+    Contact,
+    Contacts,
+    as_arrays,
+    describe_borders,
+    run_contact,
+    save_contacts,
+)
 from soft_gripper.evaluation.contacts.estimates import (
     CASES,
     ESTIMATOR,
     SHOWN_CASES,
     SHOWN_LAYOUT,
+    Case,
     ContactEstimate,
     contact_estimates,
 )
-from soft_gripper.evaluation.contacts.figure import contact_errors_figure
-from soft_gripper.evaluation.contacts.random_contact import Contact, run_contact
-from soft_gripper.evaluation.contacts.sensors import LAYOUTS
 from soft_gripper.files.csv_table import write_csv
-from soft_gripper.pictures.style import save_figure
+from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.study import run_study
+
+BOTH = "both"  # sides
+STATED = 2  # standard deviations, within which 95 % of all errors lie if they are stated rightly
+_PERCENTILES = 50, 90
+
+
+@dataclass(frozen=True)
+class ContactErrorRow:
+    """One estimator in one case: of the contacts that it finds, the sizes of the errors."""
+
+    estimator: str
+    sections: int
+    borders: str  # mm from the base
+    belief: str
+    calibration: str
+    sensors: str
+    averaged: int  # samples
+    friction: float  # Coulomb
+    side: str  # "both", "inner" or "outer"
+    contacts: int  # by every set of sensors
+    found_percent: float
+    force_median_percent: float  # of the true force
+    force_90_percent: float  # 90th percentile
+    place_median_percent: float  # of the length
+    place_90_percent: float
+    force_within_2_std_percent: float
+    place_within_2_std_percent: float
+
+
+class Errors(NamedTuple):
+    """Of estimates of M contacts by E sets of sensors, each (E, M); NaN where no contact is found."""
+
+    force: Array  # share of the true force
+    place: Array  # share of the length
+    force_within: NDArray[np.bool_]  # STATED standard deviations
+    place_within: NDArray[np.bool_]
+
+    def of(self, chosen: NDArray[np.bool_]) -> "Errors":
+        """Those of some contacts, (M)."""
+        force, place = self.force[:, chosen], self.place[:, chosen]
+        return Errors(force, place, self.force_within[:, chosen], self.place_within[:, chosen])
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """Where a contact is found."""
+        return np.isfinite(self.force)
+
+
+def contact_errors(found: ContactForce, contacts: Contacts) -> Errors:
+    """The sizes of the errors; an estimate of no force, or of an unknown one, is no contact that is found."""
+    known = np.isfinite(found.force) & (found.force != 0)
+    force = np.where(known, np.abs(found.force - contacts.force), np.nan)
+    place = np.where(known, np.abs(found.arc_length - contacts.arc_length), np.nan)
+    return Errors(
+        force / np.abs(contacts.force),
+        place / contacts.finger.length,
+        force <= STATED * found.force_std,
+        place <= STATED * found.arc_length_std,
+    )
+
+
+def error_rows(estimates: Sequence[ContactEstimate], contacts: Contacts) -> list[ContactErrorRow]:
+    """A row for every estimate and both sides, the inner and the outer one."""
+    return [row for estimate in estimates for row in _rows(estimate, contacts)]
+
+
+def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErrorRow]:
+    errors, case = contact_errors(estimate.contact, contacts), estimate.case
+    for side in (BOTH, *SIDES):
+        chosen = contacts.side == side if side in SIDES else np.ones(len(contacts.side), bool)
+        if chosen.any():
+            yield ContactErrorRow(
+                estimate.estimator,
+                estimate.layout.sections,
+                describe_borders(estimate.layout),
+                case.belief,
+                case.calibration,
+                case.sensors,
+                case.averaged,
+                float(contacts.friction[0]),
+                side,
+                int(chosen.sum()),
+                *_summary(errors.of(chosen)),
+            )
+
+
+def _summary(errors: Errors) -> list[float]:
+    """The numbers of a row, from the share that is found on; NaN where none is."""
+    found = errors.found
+    percentiles = [
+        np.percentile(error[found], percentile) if found.any() else np.nan
+        for error in (errors.force, errors.place)
+        for percentile in _PERCENTILES
+    ]
+    stated = [within[found].mean() if found.any() else np.nan for within in (errors.force_within, errors.place_within)]
+    return [100 * float(value) for value in (found.mean(), *percentiles, *stated)]
+
+
+SIDE_COLORS = dict(zip(SIDES, (COLORS[4], COLORS[1]), strict=True))
+_LABELS = "force [N]", "place [mm from the base]"
+
+
+def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contacts) -> Figure:
+    """A column for every estimate, by the first of its sets of sensors: above the force, below the place.
+
+    Contacts that are not found are left out; what lies beyond the scales is drawn on their edges.
+    """
+    scales = (
+        (np.abs(contacts.force), (0.0, 1.05 * float(np.abs(contacts.force).max()))),
+        (1e3 * contacts.arc_length, (0.3e3 * contacts.finger.length, 1.03e3 * contacts.finger.length)),
+    )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3 * len(estimates), 6), layout="constrained")
+        panels = figure.subplots(2, len(estimates), sharex="row", sharey="row", squeeze=False)
+        for column, estimate in zip(panels.T, estimates, strict=True):
+            # A force on the wrong side counts as below none.
+            signed = estimate.contact.force[0] * np.sign(contacts.force)
+            found = signed, 1e3 * estimate.contact.arc_length[0]
+            for axes, estimated, (true, limits) in zip(column, found, scales, strict=True):
+                _draw(axes, true, np.clip(estimated, *limits), contacts)
+                axes.set(xlim=limits, ylim=limits, aspect="equal")
+            for axes, median in zip(column, _medians(estimate, contacts), strict=True):
+                where: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "fontsize": "small"}
+                axes.text(0.98, 0.04, f"median error {median}", **where)
+            column[0].set_title(_describe(estimate.case), fontsize="medium")
+        for row, label in zip(panels, _LABELS, strict=True):
+            row[0].set_ylabel(f"estimated {label}")
+            for axes in row:
+                axes.set_xlabel(f"true {label}")
+                axes.xaxis.set_major_locator(MaxNLocator(4))
+                axes.yaxis.set_major_locator(MaxNLocator(4))
+        panels[0, -1].legend(title="pressed on the", frameon=False, fontsize="small", loc="upper left")
+        layout = estimates[0].layout
+        figure.suptitle(
+            f"{layout.sections} sections, {describe_borders(layout)} mm from the base;"
+            f" coefficient of friction {contacts.friction[0]:.2g}",
+            fontsize="medium",
+        )
+    return figure
+
+
+def _draw(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> None:
+    axes.axline((0, 0), slope=1, color="0.75", lw=1, zorder=1)
+    for side, color in SIDE_COLORS.items():
+        chosen = contacts.side == side
+        look: dict[str, Any] = {"s": 13, "alpha": 0.75, "lw": 0.0, "zorder": 2}
+        axes.scatter(true[chosen], estimated[chosen], color=color, label=f"{side} side", clip_on=False, **look)
+
+
+def _medians(estimate: ContactEstimate, contacts: Contacts) -> tuple[str, str]:
+    """The medians of the errors of force and place, as they are written."""
+    errors = contact_errors(estimate.contact, contacts)
+    return f"{100 * np.nanmedian(errors.force):.2g} %", f"{100 * np.nanmedian(errors.place):.2g} % of the length"
+
+
+def _describe(case: Case) -> str:
+    """A case in three lines."""
+    sensors = f"{case.sensors} sensors" + (f", mean of {case.averaged} samples" if case.averaged > 1 else "")
+    if case.youngs_modulus is None:
+        return f"{sensors.capitalize()}\nfinger as simulated\n"
+    calibrated = "not calibrated" if case.calibration == "none" else f"calibrated {case.calibration}"
+    return f"{sensors.capitalize()}\nstiffness believed {case.youngs_modulus},\n{calibrated}"
+
 
 TABLE, ARRAYS = "contacts.csv", "contacts.npz"
 

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
+from soft_gripper.diagrams.wiring.drive import pressure_steps
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.truth.contact import changes_sign, contact_length, touches

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.arcs import arcs_from_lengths
 from soft_gripper.evaluation.paper.claims import PAPER_POSE_GAIN, PAPER_TIP_GAIN
 from soft_gripper.fingers.finger import Finger

@@ -6,9 +6,9 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.contacts.sensors import describe_borders
+from soft_gripper.evaluation.contacts.dataset import describe_borders
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.poses import HeldStep, held_samples, held_steps
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again

@@ -4,15 +4,14 @@ from pathlib import Path
 
 from PIL import Image
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.open_meshcat import hidden_meshcat
-from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_replay
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
-from soft_gripper.evaluation.contacts.sensors import LAYOUTS
+from soft_gripper.evaluation.contacts.dataset import LAYOUTS
 from soft_gripper.evaluation.paper.contact_table import contact_table
 from soft_gripper.evaluation.paper.forces import contact_force_table, force_table
 from soft_gripper.files.csv_table import write_csv

@@ -9,30 +9,32 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.paper.claims import claims
 from soft_gripper.evaluation.paper.contact_table import ContactRow, of_touched_fingers
 from soft_gripper.evaluation.paper.differences import differences, held_tip_errors
-from soft_gripper.evaluation.paper.figures import contact_figure, free_bending_figure
-from soft_gripper.evaluation.paper.force_figure import contact_force_figure, force_figure
+from soft_gripper.evaluation.paper.figures import (
+    contact_figure,
+    contact_force_figure,
+    force_figure,
+    free_bending_figure,
+)
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
 from soft_gripper.evaluation.paper.scenario_run import CONTACT, FREE, SCENARIOS, is_finished, run_scenario
 from soft_gripper.evaluation.pid_regimes import RegimeRow, read_regimes, regimes_figure, run_regimes
 from soft_gripper.evaluation.report.bars import estimator_claims
-from soft_gripper.evaluation.report.figures import difference_figure, estimators_figure
-from soft_gripper.evaluation.report.page import Evaluation, write_report
+from soft_gripper.evaluation.report.page import Evaluation, difference_figure, estimators_figure, write_report
 from soft_gripper.files.csv_table import Row, read_csv, write_csv
 from soft_gripper.files.output import atomic_folder, read_folder, write_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.phases import phases_figure
-from soft_gripper.pictures.scenes_figure import scenes_figure
-from soft_gripper.pictures.section_figure import section_figure
+from soft_gripper.pictures.scenes_figure import scenes_figure, section_figure
 from soft_gripper.pictures.shapes import shape_figure
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.scores.phases import PhaseRow, outcome, phase_table
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
 from soft_gripper.runs.study import run_study
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario

@@ -9,14 +9,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
-from soft_gripper.evaluation.robustness.plant_table import PlantRow, plant_table
 from soft_gripper.evaluation.robustness.plants import PLANTS, touched_fingers
-from soft_gripper.evaluation.robustness.table import NOISES, RobustnessRow, robustness_table
+from soft_gripper.evaluation.robustness.table import NOISES, PlantRow, RobustnessRow, plant_table, robustness_table
 from soft_gripper.files.csv_table import Row, read_csv, write_csv
 from soft_gripper.files.output import is_whole, read_folder, write_folder
 from soft_gripper.runs.study import run_study

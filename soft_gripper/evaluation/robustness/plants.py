@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.evaluation.paper.contact_table import contact_table, of_touched_fingers
 from soft_gripper.files.output import atomic_file

@@ -1,20 +1,114 @@
-"""The table of robustness: errors of every estimator, with sensors that err and beliefs that are wrong."""
+"""The table of robustness: errors of every estimator, with sensors that err and beliefs that are wrong.
+
+Errors with other plants: fingers that are known as they are, and one of rubber that is believed to be linear.
+
+Where plant and estimator are the same chain, an estimator may be right for the wrong reason: what a chain of twelve
+linear joints cannot be is wrong in both. So the rubber finger has twice the segments, another elastic law and another
+time step, its sensors have errors, and the estimators go on believing in the shipped one, whose modulus they know to a
+tenth.
+"""
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from soft_gripper.estimators.uncertainty import uncertainty_of
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.driving_torque import recorded_driving
+from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.recursive import RecursiveShape
+from soft_gripper.estimators.uncertainty import Uncertainty, position_std, uncertainty_of
 from soft_gripper.evaluation.paper.scenario_run import SECTIONS
-from soft_gripper.evaluation.robustness.plants import FingerAtRest
-from soft_gripper.evaluation.robustness.sample_errors import Errors, estimated, in_mm, together
+from soft_gripper.evaluation.robustness.plants import FingerAtRest, Plant
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.readings import with_sections
 from soft_gripper.scenario.belief import read_belief
+from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import strain_errors
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.truth.poses import fingertip_error, pose_error
+
+BAND = 1.96  # standard deviations either side, of 95 %
+
+
+class Errors(NamedTuple):
+    """Of any number of samples."""
+
+    pose: Array  # (samples) m
+    tip: Array  # (samples) m
+    covered: NDArray[np.bool_]  # whether places lie in their 95 % bands, (places); none without a covariance
+
+
+def estimated(
+    estimator: str,
+    layout: MeasurementModel,
+    uncertainty: Uncertainty,
+    held: FingerAtRest,
+    readings: Array,
+    gain: float = 1.0,
+) -> Errors:
+    """The errors of an estimator at the held samples of a finger.
+
+    Args:
+        estimator: its name, see `estimator_function`.
+        layout: sensors and finger as they are believed to be.
+        uncertainty: of these.
+        held: the finger.
+        readings: of its sensors, (T, seeds, paths * S).
+        gain: of the pressure sensor.
+    """
+    function, rows = estimator_function(estimator, layout, uncertainty, held.period), held.samples
+    seeds = (1, readings.shape[1])
+    pressure, gravity = (np.tile(values[:, None], seeds) for values in (gain * held.pressure, held.gravity))
+    finger = layout.finger
+    driving = recorded_driving(function, finger, readings, pressure, gravity, held.period)
+    if isinstance(function, RecursiveShape):
+        estimate = function.at(rows, readings, driving, gravity)
+    else:
+        estimate = function(readings[rows], driving[rows], gravity[rows])
+    truth = held.points(np.append(finger.joint_arc_lengths, finger.length))
+    return errors_of(finger, estimate, truth[:, None])
+
+
+def errors_of(believed: Finger, estimate: ShapeEstimate, truth: Array) -> Errors:
+    """The errors of an estimate, (...), from the true places of joints and tip, (..., N + 1, 3) m in B."""
+    points = in_space(estimate.points(believed))
+    pose = pose_error(truth[..., :-1, :], points[..., :-1, :])
+    tip = fingertip_error(truth[..., -1, :], points[..., -1, :])
+    return Errors(pose.ravel(), tip.ravel(), covered(believed, estimate, truth).ravel())
+
+
+def covered(believed: Finger, estimate: ShapeEstimate, truth: Array) -> NDArray[np.bool_]:
+    """Whether the true places lie in the 95 % bands across the finger, (..., N); the first joint rests."""
+    if estimate.covariance is None:
+        return np.zeros(0, dtype=bool)
+    normals = forward_kinematics(estimate.q, believed.segment_length).normals
+    across = (in_space(normals) * (truth - in_space(estimate.points(believed)))).sum(axis=-1)
+    band = BAND * position_std(believed, estimate.q, estimate.covariance)
+    within: NDArray[np.bool_] = (np.abs(across) <= band)[..., 1:]
+    return within
+
+
+def together(parts: list[Errors]) -> Errors:
+    """All samples in one."""
+    return Errors(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def in_mm(errors: Errors) -> tuple[float, float, float, float]:
+    """Mean, 95th percentile and worst of the pose error, mm, and the share that is covered, NaN if unknown."""
+    pose = 1e3 * errors.pose
+    share = float(errors.covered.mean()) if errors.covered.size else float("nan")
+    return float(pose.mean()), float(np.quantile(pose, 0.95)), float(pose.max()), share
+
 
 PRESET = "realistic"
 NOISES = (0.0, 1.0, 2.0, 4.0)  # times the errors of the preset
@@ -112,3 +206,63 @@ def _errors(
             for estimator in estimators:
                 found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + belief.pressure)
                 yield (estimator, belief.name, sections), found
+
+
+MODULUS = 0.1  # share, standard deviation of what is believed of the modulus of rubber
+
+
+@dataclass(frozen=True)
+class PlantRow:
+    """Of all touched fingers, held samples and seeds together."""
+
+    plant: str
+    scenario: str
+    estimator: str
+    sections: int
+    mean_mm: float
+    p95_mm: float  # 95th percentile
+    worst_mm: float
+    tip_mm: float  # mean
+    coverage: float  # share of places in their 95 % bands; NaN for an estimator that gives no covariance
+    seeds: int
+
+
+def plant_table(
+    plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int, estimators: Sequence[str]
+) -> list[PlantRow]:
+    """A row for every number of sections and estimator, in this order; of rubber with realistic sensors, else ideal."""
+    found: dict[tuple[int, str], list[Errors]] = {}
+    for held in fingers:
+        for key, errors in _plant_errors(plant, name, held, seeds, estimators):
+            found.setdefault(key, []).append(errors)
+    rows = []
+    for (sections, estimator), parts in found.items():
+        errors = together(parts)
+        mean, p95, worst, coverage = in_mm(errors)
+        tip = 1e3 * float(errors.tip.mean())
+        rows.append(PlantRow(plant.name, name, estimator, sections, mean, p95, worst, tip, coverage, seeds))
+    return rows
+
+
+def _plant_errors(
+    plant: Plant, name: str, held: FingerAtRest, seeds: int, estimators: Sequence[str]
+) -> Iterator[tuple[tuple[int, str], Errors]]:
+    errors = errors_at(1.0) if plant.rubber else None
+    believed = shipped_finger(name, held.simulated.name) if plant.rubber else held.simulated
+    uncertainty = uncertainty_of(errors, None, MODULUS) if plant.rubber else Uncertainty()
+    layout = sensor_layout(believed, held.station.scenario.sensor)
+    for sections in SECTIONS:
+        readings: Array = held.readings(sections, errors, seeds if plant.rubber else 1)
+        for estimator in estimators:
+            found = estimated(estimator, with_sections(layout, sections), uncertainty, held, readings)
+            yield (sections, estimator), found
+
+
+def shipped_finger(scenario: str, name: str) -> Finger:
+    """A finger of a shipped scenario, by its name; of a model with a single finger it is that of the model."""
+    for model in load_scenario(scenario).models:
+        if model.file.endswith(".urdf"):
+            fingers = {finger.name: finger for finger in expand_urdf(model_path(model.file)).fingers}
+            if name in fingers or (model.name == name and len(fingers) == 1):
+                return fingers.get(name) or next(iter(fingers.values()))
+    raise KeyError(name)

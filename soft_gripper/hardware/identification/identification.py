@@ -1,18 +1,38 @@
 """Recordings of hardware -> the parameters of a finger, their confidence, and their predictions."""
 
+import re
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.text import read_text
+from soft_gripper.files.xml_text import parse_xml
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.hardware.identification.fit import Confidence, Fit, Report, confidence, fit, fit_events
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.hardware.identification.fit import (
+    Confidence,
+    Fit,
+    MotionScore,
+    Report,
+    confidence,
+    fit,
+    fit_events,
+    score,
+)
 from soft_gripper.hardware.identification.free_parameters import Model, free_parameters
-from soft_gripper.hardware.identification.measured_motion import MeasuredMotion
-from soft_gripper.hardware.identification.motion_scores import MotionScore, score
+from soft_gripper.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers, turned
+from soft_gripper.pictures.style import STYLE
 
 _JITTER = 2.0  # usual changes, standard deviation of where further fits begin
 
@@ -83,3 +103,122 @@ def _best(fit_from: Callable[[Array], Fit], starts: Sequence[Array]) -> Fit:
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
     timed = fit_events(model, motion) if role == "test" else motion
     return timed, score(model, timed, role)
+
+
+MEASURED: dict[str, Any] = {"color": "0.6", "lw": 3.0, "label": "measured", "solid_capstyle": "round"}
+SIMULATED: dict[str, Any] = {"color": "#b2182b", "lw": 1.1, "label": "simulated"}
+_WIDTH, _HEIGHT = 2.6, 2.1  # inches, of a panel
+
+
+def identify_figure(found: Identified) -> Figure:
+    """A column for every recording: how far the tip is displaced, and how far it has turned."""
+    roles = [score.role for score in found.scores]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            2,
+            len(roles),
+            figsize=(max(_WIDTH * len(roles), 5.0), 2 * _HEIGHT),
+            sharex="col",
+            squeeze=False,
+            constrained_layout=True,
+        )
+        for column, motion, role in zip(axes.T, found.motions, roles, strict=True):
+            draw_motion(column, found.model, motion)
+            column[0].set_title(f"{motion.name}\n{'fitted' if role == 'fit' else 'held out'}")
+            column[1].set_xlabel("time [s]")
+        axes[0, 0].set_ylabel("displacement of the tip [mm]")
+        axes[1, 0].set_ylabel("turn of the tip [degrees]")
+        axes[0, 0].legend(frameon=False)
+    plt.close(figure)
+    return figure
+
+
+def draw_motion(axes: Sequence[Any], model: Model, motion: MeasuredMotion) -> None:
+    """One recording: displacement and turn, measured and simulated."""
+    simulated = simulated_markers(model.finger, model.setup, motion)
+    for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
+        axes[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)
+        axes[1].plot(motion.time, np.degrees(turned(markers, motion.reference)), **style)
+
+
+def displacement(markers: Planar, motion: MeasuredMotion) -> Array:
+    """Of the middle of markers from where it was before the event, m, (T,)."""
+    distance: Array = np.abs(np.mean(markers - motion.reference, axis=1))
+    return distance
+
+
+_PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # what may stand before the root element
+_OF_BODY = ("length", "relaxation_time", "shear_factor")
+_OF_SECTION = ("youngs_modulus", "density", "chamber_width", "chamber_thickness")
+
+
+def read_finger(path: Path) -> Finger:
+    """The finger of a file.
+
+    Raises:
+        InputError: if the file cannot be read or does not hold exactly one finger.
+    """
+    fingers = expand_urdf(path).fingers
+    if len(fingers) != 1:
+        raise InputError(path, "finger", [finger.name for finger in fingers], "give a file with one finger")
+    return fingers[0]
+
+
+def with_finger(path: Path, finger: Finger) -> str:
+    """The text of a finger file with the numbers of another finger; comments and everything else are kept.
+
+    Raises:
+        InputError: if the result is not a valid finger file.
+    """
+    text = read_text(path)
+    robot = parse_xml(path, text)
+    element = robot.find("finger")
+    assert element is not None
+    before = read_finger(path)
+    for name in _OF_BODY:
+        _set(element, "body", name, getattr(finger, name), getattr(before, name))
+    for end in ("base", "tip"):
+        section = element.find(end)
+        assert section is not None
+        part, part_before = getattr(finger, end), getattr(before, end)
+        if (part.youngs_modulus, part.density) != (part_before.youngs_modulus, part_before.density):
+            section.attrib.pop("material", None)
+            part_before = None  # the material stood for both
+        for name in _OF_SECTION:
+            _set(element, end, name, getattr(part, name), part_before and getattr(part_before, name))
+    if finger.creep != before.creep:
+        for name in ("share", "time"):
+            _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
+    law = finger.pressure_law
+    if law is not None and law != before.pressure_law:
+        _child(element, "pressure_law").set("pressure", _text(*law.pressure))
+        _child(element, "pressure_law").set("effective", _text(*law.effective))
+    ET.indent(robot)
+    before_root = _PROLOG.match(text)
+    assert before_root is not None
+    text = before_root[0] + ET.tostring(robot, encoding="unicode") + "\n"
+    with TemporaryDirectory(prefix="soft-gripper-") as folder:
+        written = Path(folder) / path.name
+        written.write_text(text, encoding="utf-8")
+        read_finger(written)  # so that what is written runs
+    return text
+
+
+def write_finger(path: Path, text: str) -> None:
+    """Writes the text of a finger file, whole."""
+    with atomic_file(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+def _set(element: ET.Element, tag: str, name: str, value: float, before: float | None) -> None:
+    if value != before and not (before is None and value == 0):
+        _child(element, tag).set(name, _text(value))
+
+
+def _child(element: ET.Element, tag: str) -> ET.Element:
+    child = element.find(tag)
+    return ET.SubElement(element, tag) if child is None else child
+
+
+def _text(*values: float) -> str:
+    return " ".join(f"{value:.6g}" for value in values)

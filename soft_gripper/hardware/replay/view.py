@@ -7,8 +7,8 @@ from pydrake.geometry import Box, Capsule, Meshcat, Rgba
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.diagrams.view.drawn_finger import put
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.view.estimate_visualizer import put
 from soft_gripper.fingers.kinematics import as_planar
 
 _FRAMES = 20.0  # a second

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps
+from soft_gripper.diagrams.wiring.drive import pressure_steps
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.plant_finger import PlantFinger

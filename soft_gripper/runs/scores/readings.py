@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.driving_torque import recorded_driving
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger

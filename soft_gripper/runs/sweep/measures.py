@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, described
 from soft_gripper.files.csv_table import columns
-from soft_gripper.runs.scores.phases import outcome
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
-from soft_gripper.runs.scores.steps import step_table
+from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.runs.trials.trial import Judged, judged
 from soft_gripper.scenario.own_functions import find_function
 from soft_gripper.scenario.scenario import Scenario

@@ -1,21 +1,253 @@
 """A sweep: many variations of a scenario run by an executor, into a folder from which it goes on if it is cut short."""
 
+import itertools
 import json
+import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
+from dataclasses import dataclass
 from importlib.metadata import version
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
-from soft_gripper.diagrams.kept_stations import kept_station
-from soft_gripper.diagrams.simulation import check_closed, run_station
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+from scipy.stats import qmc
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.simulation import check_closed, kept_station, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import lock_folder
+from soft_gripper.files.yaml_text import parse_yaml
+from soft_gripper.pictures.style import STYLE
 from soft_gripper.runs.study import StudyTables, describe, run_study
-from soft_gripper.runs.sweep.axes import Variation
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
+
+PANELS = 4  # measures that are drawn, at most
+Column = Sequence[str]
+
+
+def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], title: str) -> Figure | None:
+    """Measures against one key as lines of points, against two as maps; None for more keys, or if nothing is a number.
+
+    Args:
+        varied: cells of the keys that vary.
+        measured: cells of the measures; empty where a run failed.
+        title: of the figure.
+    """
+    numbers = {name: _numbers(cells) for name, cells in measured.items()}
+    drawn = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
+    if len(varied) not in (1, 2) or not drawn:
+        return None
+    with mpl.rc_context(STYLE):
+        drawn = dict(list(drawn.items())[:PANELS])
+        figure = Figure(figsize=(4.2 * len(drawn), 3.6), layout="constrained")
+        figure.suptitle(title, x=0.01, ha="left")
+        for axes, (name, values) in zip(figure.subplots(1, len(drawn), squeeze=False)[0], drawn.items(), strict=True):
+            places = [_place(axes, axis, cells) for axis, cells in zip("xy", varied.values(), strict=False)]
+            for axis, key in zip("xy", varied, strict=False):
+                axes.set(**{f"{axis}label": key})
+            if len(places) == 1:
+                _draw_line(axes, places[0], values, name)
+            else:
+                _draw_map(figure, axes, places, values, name)
+    return figure
+
+
+def _numbers(cells: Column) -> Array:
+    """Cells as numbers; NaN for those that are none."""
+    found = np.full(len(cells), np.nan)
+    for i, text in enumerate(cells):
+        with suppress(ValueError):
+            found[i] = {"True": 1.0, "False": 0.0}.get(text) or float(text.removesuffix("%"))
+    return found
+
+
+def _place(axes: Axes, axis: str, cells: Column) -> Array:
+    """Where cells lie along an axis; in the order in which they appear if they are no numbers."""
+    numbers = _numbers(cells)
+    if np.isfinite(numbers).all():
+        return numbers
+    labels = list(dict.fromkeys(cells))
+    axes.set(**{f"{axis}ticks": range(len(labels)), f"{axis}ticklabels": labels})
+    return np.array([float(labels.index(text)) for text in cells])
+
+
+def _draw_line(axes: Axes, place: Array, values: Array, name: str) -> None:
+    order = np.argsort(place, kind="stable")
+    axes.plot(place[order], values[order], "o-", ms=4)
+    axes.set_ylabel(name)
+    axes.grid(alpha=0.3)
+
+
+def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array, name: str) -> None:
+    """A field a point where they lie on a grid, a dot a point where not; failed runs are crosses."""
+    (x, y), failed = places, ~np.isfinite(values)
+    columns, rows = np.unique(x), np.unique(y)
+    if len(columns) * len(rows) == len(x) and min(len(columns), len(rows)) > 1:
+        grid = np.full((len(rows), len(columns)), np.nan)
+        grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = values
+        drawn: ScalarMappable = axes.pcolormesh(columns, rows, grid, shading="nearest")
+    else:
+        drawn = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20)
+    axes.grid(False)
+    axes.plot(x[failed], y[failed], "x", color="#b2182b")
+    figure.colorbar(drawn, ax=axes, label=name)
+
+
+MOST_RUNS = 10_000  # of a sweep: more than anybody waits for
+METHODS = ("grid", "latin", "sobol")
+Variation = dict[str, Any]  # values by dotted keys, see `changed_scenario`
+
+_NUMBER = r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)"
+_RANGE = re.compile(rf"\s*{_NUMBER}\s*\.\.\s*{_NUMBER}\s*(%?)\s*(?::\s*([0-9]+))?\s*")
+_ENDS = "give the lower end, the higher end, and 2 values or more"
+_EXPECTED = "write KEY=1,2,3 or KEY=0.5..0.9:5 (five values) or, with --sample, KEY=0.5..0.9"
+
+
+@dataclass(frozen=True)
+class Values:
+    """A key takes each of some values."""
+
+    key: str
+    values: tuple[Any, ...]
+
+    def __post_init__(self) -> None:
+        listed = isinstance(self.values, Sequence | np.ndarray) and not isinstance(self.values, str)
+        if not listed or not len(self.values):
+            raise InputError("sweep", self.key, self.values, "give at least one value, in a tuple")
+
+    def at(self, share: float) -> Any:
+        """The value that lies so far along them, 0 to 1."""
+        return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+
+
+@dataclass(frozen=True)
+class Range:
+    """A key takes any value of a range; whole numbers if its ends are whole numbers, percent if they are."""
+
+    key: str
+    least: float
+    most: float
+    is_whole: bool = False
+    is_relative: bool = False
+
+    def __post_init__(self) -> None:
+        fine = isinstance(self.least, Real) and isinstance(self.most, Real)
+        if not fine or not -math.inf < self.least < self.most < math.inf:
+            raise InputError("sweep", self.key, [self.least, self.most], "give the lower end, and then the higher end")
+
+    def at(self, share: float) -> Any:
+        """The value that lies so far along it, 0 to 1."""
+        if self.is_whole:
+            return min(int(self.least + math.floor(share * (self.most - self.least + 1))), int(self.most))
+        value = self.least + share * (self.most - self.least)
+        return f"{value:+.9g} %" if self.is_relative else float(f"{value:.12g}")
+
+    def spread(self, count: int) -> Values:
+        """So many values, two at least, as far from each other, from end to end."""
+        if not isinstance(count, Integral) or count < 2:
+            raise InputError("sweep", self.key, count, "give a whole number of values, 2 or more")
+        shares = [i / (count - 1) for i in range(count)]
+        exact = [self.least + share * (self.most - self.least) for share in shares]
+        if self.is_whole and all(value.is_integer() for value in map(float, exact)):
+            return Values(self.key, tuple(int(value) for value in exact))
+        continuous = Range(self.key, self.least, self.most, False, self.is_relative)
+        return Values(self.key, tuple(continuous.at(share) for share in shares))
+
+
+Axis = Values | Range
+
+
+def read_axis(text: str) -> Axis:
+    """What "KEY=VALUES" means: "1,2,3", "0.5..0.9:5", "0.5..0.9", or "-10..10 %:5".
+
+    Raises:
+        InputError: if it means nothing.
+    """
+    key, equals, values = text.partition("=")
+    if not equals or not key or not values.strip():
+        raise InputError("sweep", "--vary", text, _EXPECTED)
+    if match := _RANGE.fullmatch(values):
+        return _read_range(key, text, *match.groups())
+    try:
+        listed = parse_yaml("sweep", f"values: {values if values.lstrip().startswith('[') else f'[{values}]'}")
+    except InputError:
+        raise InputError("sweep", "--vary", text, _EXPECTED) from None
+    found = listed["values"]
+    if not isinstance(found, list) or not found:
+        raise InputError("sweep", "--vary", text, _EXPECTED)
+    return Values(key, tuple(found))
+
+
+def _read_range(key: str, text: str, least: str, most: str, percent: str, count: str | None) -> Axis:
+    if count in ("0", "1"):
+        raise InputError("sweep", "--vary", text, _ENDS)
+    try:
+        is_whole = not percent and all(end.lstrip("+-").isdecimal() for end in (least, most))
+        ends = float(least), float(most)
+    except ValueError:
+        raise InputError("sweep", "--vary", text, _EXPECTED) from None
+    number = 2.0 if count is None else float(count)
+    if not -math.inf < ends[0] < ends[1] < math.inf or number > MOST_RUNS:
+        raise InputError("sweep", "--vary", text, f"{_ENDS}, {MOST_RUNS} at most")
+    found = Range(key, *ends, is_whole, bool(percent))
+    return found if count is None else found.spread(int(number))
+
+
+def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[Variation]:
+    """The points of a sweep, in the order in which they are numbered.
+
+    Args:
+        axes: the keys that vary, each once.
+        method: "grid": all combinations of the values, the last key fastest; "latin" (Latin hypercube) or "sobol"
+            (scrambled) sample them and ranges (scipy.stats.qmc).
+        number: of samples.
+        seed: of them.
+
+    Raises:
+        InputError: if keys repeat, a range has no values on a grid, the number does not suit the method, or there
+            would be more than MOST_RUNS.
+    """
+    if not isinstance(axes, Sequence) or not axes or not all(isinstance(axis, Axis) for axis in axes):
+        raise InputError("sweep", "axes", axes, "give a list of Values and Ranges, one at least")
+    if method not in METHODS:
+        raise InputError("sweep", "method", method, f"known: {', '.join(METHODS)}")
+    for name, value in (("number", number), ("seed", seed)):
+        if not isinstance(value, Integral) or value < 0:
+            raise InputError("sweep", name, value, "give a whole number, 0 or more")
+    keys = [axis.key for axis in axes]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError("sweep", "--vary", key, "appears more than once")
+    if method == "grid":
+        number = math.prod(len(_listed(axis)) for axis in axes)
+    if number > MOST_RUNS:
+        expected = f"would be {number} runs, of at most {MOST_RUNS}: give fewer values, or a smaller --sample"
+        raise InputError("sweep", "--vary", ", ".join(keys), expected)
+    if method == "grid":
+        return [dict(zip(keys, values, strict=True)) for values in itertools.product(*map(_listed, axes))]
+    if number < 1 or (method == "sobol" and number & (number - 1)):
+        expected = "give a power of 2: the points of a Sobol sequence are balanced then" if number else "give a number"
+        raise InputError("sweep", "--sample", number, expected)
+    engine = {"latin": qmc.LatinHypercube, "sobol": qmc.Sobol}[method]
+    shares = engine(len(axes), rng=np.random.default_rng(seed)).random(number)
+    return [{axis.key: axis.at(float(share)) for axis, share in zip(axes, row, strict=True)} for row in shares]
+
+
+def _listed(axis: Axis) -> tuple[Any, ...]:
+    if isinstance(axis, Range):
+        expected = "say how many values, such as 0.5..0.9:5, or give --sample"
+        raise InputError("sweep", "--vary", axis.key, expected)
+    return axis.values
 
 
 def run_variation(scenario: str, changes: Mapping[str, Any], own: Sequence[str] = ()) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.task_phases import Outcome
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.control.task import Outcome
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
-from soft_gripper.diagrams.manipulation.arm import carried_models, gripper_model
+from soft_gripper.diagrams.arm import carried_models, gripper_model
 from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_links import link_name

@@ -12,7 +12,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from scenario_plants import add_scene, arm_of
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.manipulation.arm_control import add_arm_control
+from soft_gripper.diagrams.arm import add_arm_control
 from soft_gripper.diagrams.simulation import run_station, solver_config
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError

@@ -6,8 +6,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.task_phases import Outcome
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.control.task import Outcome
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station

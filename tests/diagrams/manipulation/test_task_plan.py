@@ -10,8 +10,8 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
-from soft_gripper.control.arm_kinematics import tool_pose
-from soft_gripper.diagrams.manipulation.task_plan import RESCUE, end_of, plan_phases
+from soft_gripper.control.arm_motion import tool_pose
+from soft_gripper.diagrams.task import RESCUE, end_of, plan_phases
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 

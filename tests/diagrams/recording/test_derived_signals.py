@@ -8,8 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput, Sine
 
 from soft_gripper.array_block import ArrayBlock
-from soft_gripper.diagrams.recording.derived_signals import Logged, Output, SignalSources
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import Logged, Output, SignalSources, add_logs
 from soft_gripper.diagrams.simulation import seed_random_sources, solver_config
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.estimators.finger_shape import ARC

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.recording.provenance import provenance
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording, provenance
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

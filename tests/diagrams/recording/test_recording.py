@@ -6,15 +6,15 @@ import xarray as xr
 from finger_plants import free_bending
 from scipy.io import netcdf_file
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.estimators.arc_shapes import BendSharing
 from soft_gripper.estimators.arcs import arcs_from_readings, joints_on_arcs
-from soft_gripper.estimators.bend_sharing import BendSharing
 from soft_gripper.estimators.plane import bending_plane, pose_entries, to_world
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
 from soft_gripper.fingers.statics import free_bending_angles
-from soft_gripper.load.torque_balance import SAMPLES, Motion, TorqueBalance, windows
+from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import extension_ratios

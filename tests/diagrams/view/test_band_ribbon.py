@@ -5,8 +5,7 @@ from drawing import Drawing
 from pydrake.multibody.tree import BodyIndex
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
-from soft_gripper.diagrams.view.estimate_visualizer import BAND, draw_ribbon, place_ribbon
+from soft_gripper.diagrams.view.estimate_visualizer import BAND, DrawnFinger, draw_ribbon, place_ribbon
 from soft_gripper.estimators.arcs import join_arcs
 from soft_gripper.fingers.finger import Finger
 

@@ -5,8 +5,7 @@ import pytest
 from drawing import Drawing
 from pydrake.multibody.tree import BodyIndex
 
-from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
-from soft_gripper.diagrams.view.estimate_visualizer import CONTACT, LENGTH, draw_arrow, place_arrow
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT, LENGTH, DrawnFinger, draw_arrow, place_arrow
 from soft_gripper.estimators.arcs import Arcs, join_arcs
 from soft_gripper.fingers.finger import Finger
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.multibody.tree import BodyIndex
 
-from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
+from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout
 

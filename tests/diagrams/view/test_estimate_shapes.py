@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.view.estimate_shapes import point_at
+from soft_gripper.diagrams.view.estimate_visualizer import point_at
 from soft_gripper.estimators.arcs import join_arcs
 
 ARCS = join_arcs(np.array([0.4, -0.3, 0.0]), np.array([0.03, 0.05, 0.04]))

@@ -14,8 +14,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.drawn_finger import DrawnFinger
-from soft_gripper.diagrams.view.estimate_visualizer import ARCS, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.estimators.arc_shapes import ArcShape
 from soft_gripper.estimators.plane import pose_entries

@@ -15,9 +15,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, BAND, CONTACT, CURVE
-from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW
-from soft_gripper.diagrams.view.replay import write_replay
-from soft_gripper.diagrams.view.viewpoint import upright_view
+from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW, upright_view, write_replay
 from soft_gripper.play.session import open_scenario
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -3,8 +3,8 @@ from urllib.parse import urlsplit
 import pytest
 from pydrake.geometry import MeshcatParams
 
-from soft_gripper.diagrams.view import open_meshcat as module
-from soft_gripper.diagrams.view.open_meshcat import LOOPBACK, has_failed, hidden_meshcat, open_meshcat
+from soft_gripper.diagrams.view import meshcat_view as module
+from soft_gripper.diagrams.view.meshcat_view import LOOPBACK, has_failed, hidden_meshcat, open_meshcat
 
 
 def test_a_hidden_meshcat_is_elsewhere_each_time() -> None:

@@ -10,7 +10,7 @@ from pydrake.geometry import Meshcat
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.view.replay import write_replay
+from soft_gripper.diagrams.view.meshcat_view import write_replay
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.scenario.scenario_file import load_scenario
 

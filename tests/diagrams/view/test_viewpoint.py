@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.viewpoint import box_corners, nearest_eye, upright_view, viewing_direction
+from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.scenario.scenario_file import load_scenario
 
 ALONE = np.array([0.2, 1.0, -0.2])

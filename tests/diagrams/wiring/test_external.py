@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import add_logs
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.errors import InputError

@@ -10,8 +10,8 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.grip_control import GripControl, Supply
 from soft_gripper.errors import InputError
-from soft_gripper.load.gripper_opening import Gripper
-from soft_gripper.load.torque_balance import SAMPLES
+from soft_gripper.load.force_estimator import SAMPLES
+from soft_gripper.load.opening import Gripper
 from soft_gripper.runs.scores.steps import step_table
 from soft_gripper.scenario.scenario import ControlConfig
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arm_plants import MASS, joint, motor, small_arm
 
-from soft_gripper.diagrams.recording.recording import read_logs
+from soft_gripper.diagrams.recording import read_logs
 from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.plant_signals import state_units

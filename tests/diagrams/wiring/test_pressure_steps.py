@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.wiring.pressure_steps import pressure_steps, step_source
+from soft_gripper.diagrams.wiring.drive import pressure_steps, step_source
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario import PressureConfig, Scenario, SensorConfig
 

@@ -11,7 +11,7 @@ from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.scoring import FingerScoring
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
-from soft_gripper.load.torque_balance import DELAY, SAMPLES
+from soft_gripper.load.force_estimator import DELAY, SAMPLES
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import fingertip_error, pose_error

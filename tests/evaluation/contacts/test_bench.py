@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from pydrake.math import RollPitchYaw
 
-from soft_gripper.evaluation.contacts.bench import (
+from soft_gripper.evaluation.contacts.dataset import (
+    SIDES,
     STILL,
     ContactBench,
     G,
     Setting,
     Settled,
     combined_friction,
+    peg_center,
     read_finger,
 )
-from soft_gripper.evaluation.contacts.random_contact import SIDES, peg_center
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import resting_angles
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.estimate import ContactForce
-from soft_gripper.evaluation.contacts.bench import read_finger
-from soft_gripper.evaluation.contacts.dataset import Contacts
-from soft_gripper.evaluation.contacts.errors import contact_errors, error_rows
+from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.contacts.estimates import Case, ContactEstimate
+from soft_gripper.evaluation.contacts.trials import contact_errors, error_rows
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 SIDES = np.array(["inner", "outer", "outer", "inner"])

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from soft_gripper.evaluation.contacts import estimates as contact_estimates
-from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays
-from soft_gripper.evaluation.contacts.errors import ContactErrorRow
-from soft_gripper.evaluation.contacts.random_contact import run_contact
-from soft_gripper.evaluation.contacts.trials import SCORES, score_contacts
+from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, run_contact
+from soft_gripper.evaluation.contacts.trials import SCORES, ContactErrorRow, score_contacts
 from soft_gripper.files.csv_table import read_csv
 
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from soft_gripper.evaluation.contacts.bench import Settled
-from soft_gripper.evaluation.contacts.random_contact import Contact, RandomContact, run_contact
+from soft_gripper.evaluation.contacts.dataset import Contact, RandomContact, Settled, run_contact
 from soft_gripper.evaluation.contacts.trials import contact_row, redrawn, run_contacts
 from soft_gripper.runs.executor import open_executor
 

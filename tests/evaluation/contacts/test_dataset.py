@@ -10,9 +10,15 @@ import pytest
 from damaged_files import archive, as_npy, damaged_archives
 
 from soft_gripper.errors import InputError
-from soft_gripper.evaluation.contacts.bench import Settled
-from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, load_contacts, save_contacts
-from soft_gripper.evaluation.contacts.random_contact import Contact, RandomContact
+from soft_gripper.evaluation.contacts.dataset import (
+    Contact,
+    Contacts,
+    RandomContact,
+    Settled,
+    as_arrays,
+    load_contacts,
+    save_contacts,
+)
 
 
 def contact(number: int, side: str) -> Contact:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.contacts.bench import read_finger
-from soft_gripper.evaluation.contacts.errors import contact_errors
+from soft_gripper.evaluation.contacts.dataset import read_finger
 from soft_gripper.evaluation.contacts.estimates import Case, estimate_contacts, ideal_readings
 from soft_gripper.evaluation.contacts.friction_cone import rubbing_contacts, rubbing_torque
+from soft_gripper.evaluation.contacts.trials import contact_errors
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import relaxed_law
 from soft_gripper.sensors.sensor_layout import SensorLayout

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.contacts.random_contact import SIDES, peg_center
+from soft_gripper.evaluation.contacts.dataset import SIDES, peg_center
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles

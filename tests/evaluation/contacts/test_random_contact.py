@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.contacts.bench import STILL, G, Settled
-from soft_gripper.evaluation.contacts.random_contact import (
+from soft_gripper.evaluation.contacts.dataset import (
     LEAST_FORCE,
     PLACE,
     RADIUS,
+    STILL,
+    G,
     RandomContact,
+    Settled,
     draw,
     flaw_of,
     run_contact,

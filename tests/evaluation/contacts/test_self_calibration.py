@@ -8,7 +8,7 @@ import pytest
 
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.evaluation.contacts.self_calibration import FreeMotion, Scale, trusting_chamber, trusting_stiffness
+from soft_gripper.evaluation.contacts.estimates import FreeMotion, Scale, trusting_chamber, trusting_stiffness
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import gravity_torque

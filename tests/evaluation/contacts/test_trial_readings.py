@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from soft_gripper.evaluation.contacts.bench import read_finger
-from soft_gripper.evaluation.contacts.dataset import Contacts
+from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.contacts.estimates import HELD, PRESSURES, disturbed_readings, ideal_readings
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors

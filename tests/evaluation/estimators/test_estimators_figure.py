@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from soft_gripper.evaluation.report.figures import LEAST, PAPER, estimators_figure
+from soft_gripper.evaluation.report.page import LEAST, PAPER, estimators_figure
 from soft_gripper.runs.scores.poses import PoseRow
 
 SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp")

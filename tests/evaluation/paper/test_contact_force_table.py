@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.evaluation.contacts.sensors import LAYOUTS
+from soft_gripper.evaluation.contacts.dataset import LAYOUTS
 from soft_gripper.evaluation.paper.forces import ContactForceRow, contact_force_table
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.paper.contact_table import (
     ContactRow,

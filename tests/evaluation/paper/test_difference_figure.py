@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.evaluation.paper.differences import TipErrors
-from soft_gripper.evaluation.report.figures import difference_figure
+from soft_gripper.evaluation.report.page import difference_figure
 
 BEND = np.radians([0.0, 30.0, 60.0, 30.0])
 SIZES = np.arange(16.0).reshape(4, 4) * 1e-3  # m, (sections, steps)

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from soft_gripper.evaluation.paper.force_figure import contact_force_figure, force_figure
+from soft_gripper.evaluation.paper.figures import contact_force_figure, force_figure
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow
 
 SCENARIOS = {"obstructed_inside": (0.0, 60.0, 180.0), "obstructed_outside": (0.0, -30.0, -90.0)}  # kPa

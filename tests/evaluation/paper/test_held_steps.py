@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.scenario.scenario import PressureConfig, Scenario, SensorConfig
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from creeping_fingers import FINGER, write_creeping
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station

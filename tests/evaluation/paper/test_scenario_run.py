@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.contact_table import ContactRow
 from soft_gripper.evaluation.paper.forces import ContactForceRow, ForceRow

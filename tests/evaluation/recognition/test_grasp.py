@@ -9,8 +9,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.recording.recording import read_logs
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import add_logs, read_logs
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.errors import InputError
@@ -25,7 +24,7 @@ from soft_gripper.evaluation.random_grasps import (
 )
 from soft_gripper.recognition.recognizer import ShapeRecognizer
 from soft_gripper.recognition.shape_model import ShapeModel
-from soft_gripper.runs.trials.variation import RandomObject
+from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
 DRAWN = RandomObject(x_mm=2.0, y_mm=-3.0, yaw_deg=15.0, mass_g=25.0, friction=0.6, size=1.1)

@@ -28,7 +28,7 @@ from soft_gripper.evaluation.random_grasps import (
     with_object,
 )
 from soft_gripper.recognition.shape_model import load_shape_model
-from soft_gripper.runs.trials.variation import RandomObject
+from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
 NUMBERS = {"train": 10, "test": 5}

@@ -16,8 +16,8 @@ from command_line import LISTENING
 from here_executor import HereExecutor
 from matplotlib.figure import Figure
 
-from soft_gripper.control.task_phases import Outcome
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.control.task import Outcome
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.evaluation.paper.contact_table import ContactRow
@@ -38,8 +38,8 @@ from soft_gripper.evaluation.report.evaluate import (
 )
 from soft_gripper.files.csv_table import read_csv, write_csv
 from soft_gripper.files.output import atomic_folder
-from soft_gripper.runs.scores.phases import PhaseRow
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
+from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 COMMAND = [*LISTENING, "evaluate"]

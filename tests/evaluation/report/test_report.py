@@ -14,8 +14,8 @@ from soft_gripper.evaluation.paper.differences import Difference
 from soft_gripper.evaluation.pid_regimes import RegimeRow
 from soft_gripper.evaluation.report.evaluate import CAPTIONS
 from soft_gripper.evaluation.report.page import TEMPLATE, Evaluation, write_report
-from soft_gripper.runs.scores.phases import PhaseRow
 from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import load_scenario
 
 HOLDS = Claim("paper", "one sensor is within 3 mm", True, "2.42 mm")

@@ -13,8 +13,7 @@ from soft_gripper.evaluation.robustness.jobs import (
     run_robustness,
     unfinished,
 )
-from soft_gripper.evaluation.robustness.plant_table import PlantRow
-from soft_gripper.evaluation.robustness.table import RobustnessRow
+from soft_gripper.evaluation.robustness.table import PlantRow, RobustnessRow
 from soft_gripper.files.csv_table import read_csv, write_csv
 from soft_gripper.files.output import SUMS, atomic_folder
 

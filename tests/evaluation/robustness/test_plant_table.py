@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from soft_gripper.evaluation.robustness import plant_table as module
-from soft_gripper.evaluation.robustness.plant_table import plant_table, shipped_finger
+from soft_gripper.evaluation.robustness import table as module
 from soft_gripper.evaluation.robustness.plants import FINE, RUBBER
-from soft_gripper.evaluation.robustness.sample_errors import Errors
+from soft_gripper.evaluation.robustness.table import Errors, plant_table, shipped_finger
 from soft_gripper.fingers.statics import softened
 
 

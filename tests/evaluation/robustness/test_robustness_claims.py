@@ -9,9 +9,8 @@ import pytest
 from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.report.bars import BARS
 from soft_gripper.evaluation.robustness.claims import realistic, robustness_claims
-from soft_gripper.evaluation.robustness.plant_table import PlantRow
 from soft_gripper.evaluation.robustness.plants import PLANTS
-from soft_gripper.evaluation.robustness.table import BELIEFS, RobustnessRow
+from soft_gripper.evaluation.robustness.table import BELIEFS, PlantRow, RobustnessRow
 
 MEANS = {"arcs": 0.9, "gaussian": 0.8}
 ROWS = [

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.evaluation.robustness import table as module
-from soft_gripper.evaluation.robustness.sample_errors import estimated
-from soft_gripper.evaluation.robustness.table import Belief, robustness_table
+from soft_gripper.evaluation.robustness.table import Belief, estimated, robustness_table
 
 NAMES = ("arcs", "gaussian")
 BELIEFS = (Belief(), Belief(-0.1, 0.01))

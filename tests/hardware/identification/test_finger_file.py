@@ -11,7 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper import add_fingers
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.hardware.identification.finger_file import read_finger, with_finger, write_finger
+from soft_gripper.hardware.identification.identification import read_finger, with_finger, write_finger
 
 
 @pytest.fixture

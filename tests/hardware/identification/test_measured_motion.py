@@ -7,9 +7,9 @@ import pytest
 from identified import CLOSES, OPENS, REFERENCE, RELEASE, RELEASED, STEPPED, write_motion
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.identification.measured_motion import measured_motion, settled, turned
-from soft_gripper.hardware.recordings.read_recording import read_recording
-from soft_gripper.hardware.recordings.schema import load_description
+from soft_gripper.hardware.identification.simulated_motion import measured_motion, settled, turned
+from soft_gripper.hardware.recording_schema import load_description
+from soft_gripper.hardware.recordings import read_recording
 
 TIME = np.arange(0, 2, 0.01)
 FALLS = 0.02j * np.clip((TIME - RELEASE) / 0.1, 0, 1)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from identified import CLOSES, OPENS, REFERENCE, RELEASE, recorded, release, step
 
+from soft_gripper.hardware.identification.fit import _swing, score, tip_turn
 from soft_gripper.hardware.identification.free_parameters import Model
-from soft_gripper.hardware.identification.motion_scores import _swing, score, tip_turn
 from soft_gripper.hardware.identification.simulated_motion import Setup
 
 MIDDLE = REFERENCE.mean()

@@ -10,10 +10,15 @@ from identified import CLOSES, LET_GO, OPENS, REFERENCE, RELEASE, release, step
 from soft_gripper.fingers.finger_parts import PressureLaw, TipLoad
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.hardware.identification.finger_file import read_finger
-from soft_gripper.hardware.identification.measured_motion import measured_motion
-from soft_gripper.hardware.identification.simulated_motion import Setup, _pressure, simulated_markers, tip_motion
-from soft_gripper.hardware.recordings.find_recordings import find_recordings
+from soft_gripper.hardware.identification.identification import read_finger
+from soft_gripper.hardware.identification.simulated_motion import (
+    Setup,
+    _pressure,
+    measured_motion,
+    simulated_markers,
+    tip_motion,
+)
+from soft_gripper.hardware.recordings import find_recordings
 from soft_gripper.models import DIRECTORY
 
 

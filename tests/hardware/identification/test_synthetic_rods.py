@@ -22,12 +22,11 @@ from synthetic_hardware import (
 
 from soft_gripper.commands import identify as identify_command
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.hardware.identification.finger_file import read_finger
+from soft_gripper.hardware.identification.fit import score
 from soft_gripper.hardware.identification.free_parameters import Model
-from soft_gripper.hardware.identification.measured_motion import measured_motion
-from soft_gripper.hardware.identification.motion_scores import score
-from soft_gripper.hardware.identification.simulated_motion import Setup
-from soft_gripper.hardware.recordings.find_recordings import find_recordings
+from soft_gripper.hardware.identification.identification import read_finger
+from soft_gripper.hardware.identification.simulated_motion import Setup, measured_motion
+from soft_gripper.hardware.recordings import find_recordings
 from soft_gripper.models import DIRECTORY
 
 SEGMENTS = 6  # of the chain; its error falls with their square, to 1 % here

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from hardware_files import DESCRIPTION
 
-from soft_gripper.hardware.recordings.schema import RecordingConfig, load_description
+from soft_gripper.hardware.recording_schema import RecordingConfig, load_description
 
 Describe = Callable[..., RecordingConfig]
 

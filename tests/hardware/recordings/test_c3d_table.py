@@ -6,8 +6,8 @@ from damaged_files import damaged_bytes
 from hardware_files import MARKERS, swinging, write_csv
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.recordings import table as c3d_table
-from soft_gripper.hardware.recordings.read_recording import read_recording
+from soft_gripper.hardware import recordings as c3d_table
+from soft_gripper.hardware.recordings import read_recording
 
 ezc3d = pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
 

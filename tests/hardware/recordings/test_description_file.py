@@ -3,7 +3,7 @@
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.recordings.schema import description_names, load_description
+from soft_gripper.hardware.recording_schema import description_names, load_description
 
 
 @pytest.mark.parametrize("name", description_names())

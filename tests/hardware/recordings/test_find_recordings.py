@@ -4,7 +4,7 @@ import pytest
 from hardware_files import DESCRIPTION, swinging, write_csv
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.recordings.find_recordings import find_recordings
+from soft_gripper.hardware.recordings import find_recordings
 
 
 @pytest.fixture

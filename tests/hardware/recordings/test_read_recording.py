@@ -5,8 +5,8 @@ import pytest
 from hardware_files import MARKERS, published, swinging, write_csv
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.recordings.read_recording import read_recording
-from soft_gripper.hardware.recordings.schema import load_description
+from soft_gripper.hardware.recording_schema import load_description
+from soft_gripper.hardware.recordings import read_recording
 
 
 def test_markers_are_metres_in_frame_b(tmp_path, describe):

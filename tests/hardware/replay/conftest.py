@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.hardware.replay.arm_recording import PERIOD, ArmRecording
-from soft_gripper.hardware.replay.stretched_arm import RigidParts, stretched_arm
+from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.models import DIRECTORY
 
 SPACING = 0.043

@@ -7,10 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.recordings.body_poses import BodyPose
-from soft_gripper.hardware.recordings.hardware_recording import HardwareRecording
-from soft_gripper.hardware.recordings.schema import load_description
-from soft_gripper.hardware.replay.arm_recording import PERIOD, arm_recording
+from soft_gripper.hardware.recording_schema import load_description
+from soft_gripper.hardware.recordings import BodyPose, HardwareRecording
+from soft_gripper.hardware.replay.arm_replay import PERIOD, arm_recording
 
 
 @pytest.fixture

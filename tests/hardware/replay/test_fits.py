@@ -7,10 +7,8 @@ import pytest
 
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import gravity_torque
-from soft_gripper.hardware.replay.arm_recording import PERIOD, ArmRecording
-from soft_gripper.hardware.replay.drive_fit import bend_under, fit_drive
-from soft_gripper.hardware.replay.geometry_fit import ArmGeometry, fit_geometry, measured
-from soft_gripper.hardware.replay.stretched_arm import RigidParts, stretched_arm
+from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, fit_geometry, measured
 from soft_gripper.sensors.wire_lengths import WireCalibration
 
 DOWN = np.array([0.0, 0.0, 9.81])

@@ -4,8 +4,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.diagrams.recording.recording import read_logs
-from soft_gripper.diagrams.recording.signal_logs import add_logs
+from soft_gripper.diagrams.recording import add_logs, read_logs
 from soft_gripper.hardware.replay.arm_replay import LogSource
 
 

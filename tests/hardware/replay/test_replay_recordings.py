@@ -8,11 +8,9 @@ from hardware_files import published
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.hardware.recordings.find_recordings import find_recordings
-from soft_gripper.hardware.replay.arm_recording import arm_recording
-from soft_gripper.hardware.replay.figure import replay_figure
-from soft_gripper.hardware.replay.recordings import ALL, estimator_rows, replay_recordings, replay_table
-from soft_gripper.hardware.replay.stretched_arm import stretched_arm
+from soft_gripper.hardware.recordings import find_recordings
+from soft_gripper.hardware.replay.arm_replay import arm_recording, stretched_arm
+from soft_gripper.hardware.replay.recordings import ALL, estimator_rows, replay_figure, replay_recordings, replay_table
 
 DOWN = np.array([0.0, 0.0, 9.81])
 ROWS = {"arcs 1": ("arcs", 1), "arcs 2": ("arcs", 2), "gaussian 1": ("gaussian", 1)}

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from pydrake.geometry import Meshcat
 
-from soft_gripper.diagrams.recording.recording import Recording
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.hardware.replay.view import show_replays
 
 

@@ -8,12 +8,11 @@ import pytest
 from command_line import soft_gripper
 from synthetic_hardware import ARM, ARM_NOMINAL, TRIALS, arm_bodies, arm_state, write_arm
 
-from soft_gripper.diagrams.recording.recording import Recording
-from soft_gripper.hardware.recordings.find_recordings import find_recordings
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.hardware.recordings import find_recordings
 from soft_gripper.hardware.replay import geometry_fit
-from soft_gripper.hardware.replay.arm_recording import PERIOD, arm_recording
-from soft_gripper.hardware.replay.drive_fit import fit_drive
-from soft_gripper.hardware.replay.geometry_fit import fit_geometry
+from soft_gripper.hardware.replay.arm_replay import PERIOD, arm_recording
+from soft_gripper.hardware.replay.geometry_fit import fit_drive, fit_geometry
 from soft_gripper.hardware.replay.recordings import fit_arm, readings
 
 DOWN = np.array([0.0, 0.0, 9.81])

@@ -3,7 +3,7 @@
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.learning.schema.environment_file import environment_names, load_environment
+from soft_gripper.learning.config import environment_names, load_environment
 
 
 @pytest.mark.parametrize("name", environment_names())

@@ -7,8 +7,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import PassThrough
 
 from soft_gripper.errors import InputError
-from soft_gripper.learning.schema.config import ActionConfig
-from soft_gripper.learning.station.actions import add_action, resting_action
+from soft_gripper.learning.config import ActionConfig
+from soft_gripper.learning.station import add_action, resting_action
 
 CONFIG = ActionConfig(range=[-20e3, 100e3], rest=10e3, joints={"z": [0.0, 0.2]}, settling=0.1)
 HOME = {"x": 0.3, "z": 0.05}

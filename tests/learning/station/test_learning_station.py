@@ -2,8 +2,8 @@
 
 import pytest
 
-from soft_gripper.learning.schema.environment_file import load_environment
-from soft_gripper.learning.station.learning_station import home, make_learning_station
+from soft_gripper.learning.config import load_environment
+from soft_gripper.learning.station import home, make_learning_station
 
 
 def test_joints_begin_where_the_scenario_has_them():

@@ -6,8 +6,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from soft_gripper.errors import InputError
-from soft_gripper.learning.schema.config import ObservedConfig
-from soft_gripper.learning.station.observation import LARGEST, add_observation, scaled
+from soft_gripper.learning.config import ObservedConfig
+from soft_gripper.learning.station import LARGEST, add_observation, scaled
 
 
 def observe(*observed):

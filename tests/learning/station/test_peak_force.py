@@ -5,7 +5,7 @@ import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from soft_gripper.diagrams.simulation import solver_config
-from soft_gripper.learning.station import peak_force as module
+from soft_gripper.learning import station as module
 from soft_gripper.truth.contact import Patch
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.learning.station.tip_target import TipTarget
+from soft_gripper.learning.station import TipTarget
 
 GRAVITY = 9.81 + 0j
 LIMITS = (-20e3, 120e3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.learning.schema.config import GraspConfig
+from soft_gripper.learning.config import GraspConfig
 from soft_gripper.learning.tasks import Grasp, Handled, HandledObject
 
 CONFIG = GraspConfig(object="block", height=0.05, force_weight=0.2, crushing_force=5.0)

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from soft_gripper.learning.config import PickPlaceConfig, load_environment
 from soft_gripper.learning.episode_variation import Draw, apply_draw
-from soft_gripper.learning.schema.config import PickPlaceConfig
-from soft_gripper.learning.schema.environment_file import load_environment
-from soft_gripper.learning.station.learning_station import make_learning_station
+from soft_gripper.learning.station import make_learning_station
 from soft_gripper.learning.tasks import Handled, HandledObject, PickPlace
 
 BEGINS = -0.08  # m, along x in the world

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from soft_gripper.learning.schema.config import ReachConfig
-from soft_gripper.learning.schema.environment_file import load_environment
-from soft_gripper.learning.station.learning_station import make_learning_station
+from soft_gripper.learning.config import ReachConfig, load_environment
+from soft_gripper.learning.station import make_learning_station
 from soft_gripper.learning.tasks import Reach
 
 CONFIG = ReachConfig(pressure=[-20e3, 120e3], period=[2.0, 5.0], scale=0.01)

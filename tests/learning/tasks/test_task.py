@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from soft_gripper.learning.episode_variation import Draw, apply_draw
-from soft_gripper.learning.station.peak_force import PeakForce
+from soft_gripper.learning.station import PeakForce
 from soft_gripper.learning.tasks import Handled, HandledObject
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.axes import MOST_RUNS, Range, Values, points, read_axis
+from soft_gripper.runs.sweep.run import MOST_RUNS, Range, Values, points, read_axis
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from pick_and_place import FINGERS, box_station, recording, state
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.control.task_phases import Outcome
+from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.runs.trials.trial import TrialRow, failed_row, trial_row
 from soft_gripper.runs.trials.trial_run import detection_delay, false_alarm

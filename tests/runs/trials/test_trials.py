@@ -9,8 +9,7 @@ from here_executor import HereExecutor
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 from soft_gripper.runs.trials import run as trials
 from soft_gripper.runs.trials.run import run_trials
-from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow
-from soft_gripper.runs.trials.variation import draw, random_numbers
+from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow, draw, random_numbers
 from soft_gripper.scenario.scenario import TrialsConfig
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")

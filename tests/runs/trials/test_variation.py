@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from soft_gripper.diagrams.manipulation.path_check import reported_pose
+from soft_gripper.diagrams.task import reported_pose
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
-from soft_gripper.runs.trials.variation import Variation, draw, random_numbers, varied, vary
+from soft_gripper.runs.trials.trial import Variation, draw, random_numbers, varied, vary
 from soft_gripper.scenario.scenario import Scenario, TrialsConfig
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 

@@ -1,0 +1,167 @@
+"""The arm: a plant of its own for planning and for its weight.
+
+Planning and gravity compensation use a plant of the arm alone (`Arm.plant`), in which the gripper is one rigid body.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pydrake.common.schema import Transform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex, PdControllerGains, SpatialInertia
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
+
+from soft_gripper.arrays import Array
+from soft_gripper.control.arm_motion import GravityCompensation
+from soft_gripper.diagrams.scene import add_model, arm_joints, find_frame, own_frame
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.scenario import ArmConfig, ModelConfig
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm that carries a gripper."""
+
+    name: str
+    model: ModelInstanceIndex  # in the plant of the station
+    plant: MultibodyPlant  # of the arm alone, what it carries being one rigid body
+    tool: Frame  # in this plant: the frame by which the gripper is welded
+    tool_model: ModelConfig  # what is welded by it
+    config: ArmConfig
+
+    @property
+    def home(self) -> Array:
+        """The posture in which it begins, (n) rad or m."""
+        return np.array(self.config.home)
+
+
+def make_arm(
+    plant: MultibodyPlant, models: Sequence[ModelConfig], arm: ArmConfig, fingers: Sequence[PlantFinger] = ()
+) -> Arm:
+    """The arm among the models of the finalized `plant`.
+
+    Raises:
+        InputError: if it does not carry the fingers.
+    """
+    index = [model.name for model in models].index(arm.model)
+    config, gripper = models[index], gripper_model(models, arm.model, fingers)
+    alone = MultibodyPlant(0.0)
+    alone.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
+    X_WBase = own_frame(plant, config, f"models[{index}]").CalcPoseInWorld(plant.CreateDefaultContext())
+    add_model(alone, replace(config, parent="world", X_PC=Transform(X_WBase)), f"models[{index}]", is_arm=True)
+    inertia = _inertia(plant, gripper, carried_models(models, arm.model))
+    body = alone.AddRigidBody("payload", alone.AddModelInstance("carried"), inertia)
+    parent = find_frame(alone, gripper.parent, "models", "parent")
+    alone.WeldFrames(parent, body.body_frame(), gripper.X_PC.GetDeterministicValue())
+    alone.Finalize()
+    model = plant.GetModelInstanceByName(config.name)
+    return Arm(config.name, model, alone, body.body_frame(), gripper, arm)
+
+
+def carried_models(models: Sequence[ModelConfig], arm: str) -> list[ModelConfig]:
+    """The models that the arm carries, itself not among them."""
+    names = [arm]
+    for model in models:
+        if model.parent.rpartition("::")[0] in names and not model.free:
+            names.append(model.name)
+    return [model for model in models if model.name in names[1:]]
+
+
+def gripper_model(models: Sequence[ModelConfig], arm: str, fingers: Sequence[PlantFinger]) -> ModelConfig:
+    """The model, welded to the arm, that is or carries the fingers; without fingers, the first that is carried.
+
+    Raises:
+        InputError: if the fingers do not hang on the arm, or on several models that are welded to it.
+    """
+    of_name = {model.name: model for model in models}
+    tips = {finger.model_name for finger in fingers} or {model.name for model in carried_models(models, arm)[:1]}
+    welded = set()
+    for name in tips:
+        while name in of_name and of_name[name].parent.rpartition("::")[0] != arm:
+            name = of_name[name].parent.rpartition("::")[0]
+        welded.add(name)
+    if len(welded) != 1 or not welded <= set(of_name):
+        raise InputError("arm", "model", arm, f"does not carry the gripper; weld that to it: parent: {arm}::...")
+    return of_name[welded.pop()]
+
+
+def _inertia(plant: MultibodyPlant, gripper: ModelConfig, carried: Sequence[ModelConfig]) -> SpatialInertia:
+    """All that is carried as one body, about and in the frame by which the gripper is welded."""
+    bodies = [index for model in carried for index in plant.GetBodyIndices(plant.GetModelInstanceByName(model.name))]
+    return plant.CalcSpatialInertia(plant.CreateDefaultContext(), own_frame(plant, gripper, "models"), bodies)
+
+
+def add_home(builder: DiagramBuilder, arm: Arm, desired: InputPort) -> OutputPort:
+    """Adds `{arm}.home`, which keeps the arm in its home posture; returns its desired state."""
+    home = ConstantVectorSource([*arm.home, *np.zeros(len(arm.home))])
+    builder.AddNamedSystem(f"{arm.name}.home", home)
+    builder.Connect(home.get_output_port(), desired)
+    return home.get_output_port()
+
+
+def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) -> InputPort:
+    """Adds `{arm}.gravity_compensation` and gives every actuator of the arm a PD.
+
+    ::
+
+        desired state ----------------------------> PDs, solved with the plant's own equations
+        state of the arm -> GravityCompensation -> actuators, within their effort limits
+
+    The compensation knows the gripper's weight but not that of what it grasps.
+
+    Returns:
+        where the desired state goes in, positions and then velocities in the order of the joints, (2 n).
+    """
+    _check_actuators(plant, arm)
+    _set_gains(plant, arm)
+    compensation = builder.AddNamedSystem(f"{arm.name}.gravity_compensation", GravityCompensation(arm.plant))
+    builder.Connect(plant.get_state_output_port(arm.model), compensation.get_input_port())
+    of_actuators = _actuator_rows(plant, arm)
+    torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(of_actuators))
+    builder.Connect(compensation.get_output_port(), torque.get_input_port())
+    builder.Connect(torque.get_output_port(), plant.get_actuation_input_port(arm.model))
+    desired = builder.AddNamedSystem(f"{arm.name}.desired", MatrixGain(np.kron(_folded(arm.config), of_actuators)))
+    builder.Connect(desired.get_output_port(), plant.get_desired_state_input_port(arm.model))
+    return desired.get_input_port()
+
+
+def _check_actuators(plant: MultibodyPlant, arm: Arm) -> None:
+    driven = [plant.get_joint_actuator(i).joint().name() for i in plant.GetJointActuatorIndices(arm.model)]
+    for joint in arm_joints(plant, arm.model):
+        if joint.name() not in driven:
+            expected = "has no actuator; give it an effort limit above 0, in a URDF also a <transmission>"
+            raise InputError(f"arm '{arm.name}'", "joint", joint.name(), expected)
+
+
+def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
+    """Gains of a joint for the wanted frequency, from the inertia that it moves in the home posture."""
+    context = arm.plant.CreateDefaultContext()
+    arm.plant.SetPositions(context, arm.home)
+    inertia = np.diag(arm.plant.CalcMassMatrix(context))
+    angular_frequency, ratio = 2 * np.pi * arm.config.frequency, arm.config.damping_ratio  # rad/s, 1
+    gains = {
+        joint.name(): PdControllerGains(p=moment * angular_frequency**2, d=2 * ratio * moment * angular_frequency)
+        for joint, moment in zip(arm_joints(plant, arm.model), inertia, strict=True)
+    }
+    for index in plant.GetJointActuatorIndices(arm.model):
+        actuator = plant.get_joint_actuator(index)
+        actuator.set_controller_gains(gains[actuator.joint().name()])
+
+
+def _folded(arm: ArmConfig) -> Array:
+    """Matrix from a wanted position and velocity to a position alone that a PD answers with the same torque.
+
+    Drake's cenic (1.51 and 1.58) takes a wanted velocity with the wrong sign; so it is wanted to be zero.
+    """
+    angular_frequency = 2 * np.pi * arm.frequency
+    return np.array([[1.0, 2 * arm.damping_ratio / angular_frequency], [0.0, 0.0]])
+
+
+def _actuator_rows(plant: MultibodyPlant, arm: Arm) -> Array:
+    """Matrix from the order of the joints to that of the actuators, (n, n)."""
+    names = [joint.name() for joint in arm_joints(plant, arm.model)]
+    actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(arm.model))
+    return np.eye(len(names))[[names.index(actuator.joint().name()) for actuator in actuators]]

@@ -1,1 +1,0 @@
-"""An arm that carries a gripper, and the tasks that they do together."""

@@ -1,0 +1,474 @@
+"""Recording: every named signal of a run over time, as labelled arrays with units.
+
+Which ports need a log, and how signals follow from the logged ones.
+
+An ArrayBlock gives its outputs at all samples of a recording from its inputs at all of them. So a port of such a block
+needs no log, and is not computed while the diagram runs, as long as its inputs lead back to ports that are logged.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    EventStatus,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    PortDataType,
+    System,
+)
+from pydrake.systems.primitives import Multiplexer, VectorLogSink
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.cached import Cached
+from soft_gripper.control.task import Phase
+from soft_gripper.errors import InputError, first_line, shortened
+from soft_gripper.files.document import require
+from soft_gripper.files.output import atomic_file
+from soft_gripper.files.text import check_regular
+from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.signals import Signal, signal_of
+
+
+class Logged(NamedTuple):
+    """A port that has a log, by its place among `SignalSources.ports`.
+
+    Logs keep it after the diagram is built; a port that was kept would keep the diagram alive.
+    """
+
+    number: int
+
+
+@dataclass(eq=False)
+class Derived:
+    """Outputs of a block that follow from the same outputs of others."""
+
+    block: ArrayBlock
+    leaves: dict[str, "Source"]  # by the names of the block's ports
+    outputs: list[str] = field(default_factory=list)  # names of the requested ones
+
+
+class Output(NamedTuple):
+    """One output of such a block."""
+
+    of: Derived
+    name: str
+
+
+Source = Logged | Output
+
+
+class _Level(NamedTuple):
+    """The wires around a system."""
+
+    wires: Mapping[tuple[System, int], tuple[System, int]]  # outputs by the inputs that they feed
+    diagram: Diagram | None = None  # None: the builder of the whole
+    above: "_Level | None" = None
+
+    def source(self, port: InputPort) -> "tuple[OutputPort, _Level] | None":
+        """The output that feeds an input, and where it is; None if there is none yet."""
+        key = port.get_system(), port.get_index()
+        if key in self.wires:
+            system, index = self.wires[key]
+            return system.get_output_port(index), self
+        if self.diagram is None or self.above is None:
+            return None
+        outer = map(self.diagram.get_input_port, range(self.diagram.num_input_ports()))
+        fed = (each for each in outer if key in map(tuple, self.diagram.GetInputPortLocators(each.get_index())))
+        port_above = next(fed, None)
+        return None if port_above is None else self.above.source(port_above)
+
+    def exported(self, port: OutputPort) -> OutputPort | None:
+        """The port of the whole that shows an output; None if none does."""
+        if self.diagram is None or self.above is None:
+            return port
+        key = port.get_system(), port.get_index()
+        outer = map(self.diagram.get_output_port, range(self.diagram.num_output_ports()))
+        shown = (each for each in outer if tuple(self.diagram.get_output_port_locator(each.get_index())) == key)
+        port_above = next(shown, None)
+        return None if port_above is None else self.above.exported(port_above)
+
+
+class SignalSources:
+    """Finds what signals of a diagram follow from, at samples `period` s apart. Use it before the diagram is built.
+
+    `ports` are those that may need a log.
+    """
+
+    def __init__(self, builder: DiagramBuilder, period: float):
+        self.ports: list[OutputPort] = []
+        self._root, self._period = _Level(builder.connection_map()), period
+        self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
+        self._outputs: dict[tuple[System, str], Output | None] = {}
+
+    def find(self, port: OutputPort) -> Source:
+        """What gives a port of the builder's systems."""
+        return self._trace(port, self._root) or self._logged(port)
+
+    def _logged(self, port: OutputPort) -> Logged:
+        if port not in self.ports:
+            self.ports.append(port)
+        return Logged(self.ports.index(port))
+
+    def _trace(self, port: OutputPort, level: _Level) -> Source | None:
+        """The same anywhere; None if it follows from what no port of the whole shows."""
+        system = port.get_system()
+        if isinstance(system, Diagram):
+            inner, index = system.get_output_port_locator(port.get_index())
+            return self._trace(inner.get_output_port(index), _Level(system.connection_map(), system, level))
+        if isinstance(system, ArrayBlock) and system.follows(port.get_name(), self._period):
+            output = self._follow(system, port.get_name(), level)
+            if output is not None:
+                return output
+        shown = level.exported(port)
+        return None if shown is None else self._logged(shown)
+
+    def _follow(self, system: ArrayBlock, name: str, level: _Level) -> Output | None:
+        """An output of a block, if all that it follows from is known; None too while that is looked for, in a loop."""
+        key = system, name
+        if key not in self._outputs:
+            self._outputs[key] = None
+            leaves = {leaf: self._leaf(system, leaf, level) for leaf in system.leaves(name)}
+            found = {leaf: source for leaf, source in leaves.items() if source is not None}
+            if len(found) == len(leaves):
+                block = self._blocks.setdefault((system, frozenset(found)), Derived(system, found))
+                block.outputs.append(name)
+                self._outputs[key] = Output(block, name)
+        return self._outputs[key]
+
+    def _leaf(self, system: ArrayBlock, name: str, level: _Level) -> Source | None:
+        if system.HasInputPort(name):
+            fed = level.source(system.GetInputPort(name))
+            return None if fed is None else self._trace(*fed)
+        shown = level.exported(system.GetOutputPort(name))
+        return None if shown is None else self._logged(shown)
+
+
+def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]) -> dict[str, Array]:
+    """Signals at all samples, (T, size) each, by their names.
+
+    Args:
+        sources: of the signals.
+        time: of the samples, s, (T,).
+        logged: what the logs hold, (T, size) each or lists of T, by the numbers of their ports.
+    """
+    known: dict[Derived, dict[str, Array]] = {}
+
+    def values(source: Source) -> Any:
+        if isinstance(source, Logged):
+            return logged[source.number]
+        block = source.of
+        if block not in known:
+            leaves = {name: values(each) for name, each in block.leaves.items()}
+            known[block] = block.block.over_time(time, leaves, block.outputs)
+        return known[block][source.name]
+
+    return {name: values(source) for name, source in sources.items()}
+
+
+class ValueLog(LeafSystem):
+    """Keeps the values of a port, as a VectorLogSink keeps vectors: in its context, from the beginning of a run.
+
+    ::
+
+        value (any Python object) ---> ValueLog
+    """
+
+    def __init__(self, period: float):
+        """Takes a value every `period` s."""
+        super().__init__()
+        self._value = self.DeclareAbstractInputPort("value", AbstractValue.Make(object()))
+        self._log = Cached(self, "log", lambda _, value: value.set_value([]), {self.nothing_ticket()})
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._keep)
+        self.DeclareForcedPublishEvent(self._keep)
+
+    def values(self, root_context: Context) -> list[Any]:
+        """The kept values, in the context of the whole diagram."""
+        log: list[Any] = self._log.Eval(self.GetMyContextFromRoot(root_context))
+        return log
+
+    def _keep(self, context: Context) -> EventStatus:
+        self._log.Eval(context).append(self._value.Eval(context))
+        return EventStatus.Succeeded()
+
+
+class SignalLogs(Diagram):
+    """Keeps what signals follow from, sampled each `period` s; an input port for each.
+
+    Vectors go into one log side by side, since every additional system in a diagram costs time at every step.
+    """
+
+    def __init__(self, signals: Mapping[str, OutputPort], sources: SignalSources, period: float):
+        """`signals` are vector ports by their names in the recording; units and axes are read from the ports."""
+        super().__init__()
+        builder = DiagramBuilder()
+        self.signals: dict[str, Signal] = {name: signal_of(port) for name, port in signals.items()}
+        self._sources = {name: sources.find(port) for name, port in signals.items()}
+        names = _logged_ports(self._sources, sources.ports)
+        self._sizes = {i: sources.ports[i].size() for i in names if _is_vector(sources.ports[i])}
+        self._values: dict[int, ValueLog] = {}
+        together = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
+        self._sink = builder.AddNamedSystem("log", VectorLogSink(together.get_output_port().size(), period))
+        builder.Connect(together.get_output_port(), self._sink.get_input_port())
+        for i, number in enumerate(self._sizes):
+            builder.ExportInput(together.get_input_port(i), names[number])
+        for number, name in names.items():
+            if number not in self._sizes:
+                self._values[number] = builder.AddNamedSystem(name, ValueLog(period))
+                builder.ExportInput(self._values[number].get_input_port(), name)
+        builder.BuildInto(self)
+
+    @property
+    def logged(self) -> list[int]:
+        """The ports that have a log, in the order of the inputs, by their places among those of the sources."""
+        return [*self._sizes, *self._values]
+
+    def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
+        """Times, (T,) s, and all signals, (T, size) each, in the context of the whole diagram."""
+        log = self._sink.FindLog(root_context)
+        ends = np.cumsum([*self._sizes.values()])
+        vectors = dict(zip(self._sizes, np.split(log.data().T, ends[:-1], axis=1), strict=True))
+        values = {number: sink.values(root_context) for number, sink in self._values.items()}
+        time: Array = log.sample_times()
+        return time, derive(self._sources, time, vectors | values)
+
+    def clear(self, root_context: Context) -> None:
+        """Forgets all samples, in the context of the whole diagram."""
+        self._sink.FindMutableLog(root_context).Clear()
+        for sink in self._values.values():
+            sink.values(root_context).clear()
+
+
+def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:
+    """Adds `logs` to any diagram; `read_logs` makes a Recording of all signals of them after a run.
+
+    Signals of an ArrayBlock are not computed while the diagram runs, unless something else reads them.
+
+    Args:
+        builder: of the diagram, in which the sources of the signals are connected.
+        signals: vector ports by their names in the recording, such as "left_finger.strain".
+        period: between the samples, s.
+    """
+    sources = SignalSources(builder, period)
+    logs = SignalLogs(signals, sources, period)
+    builder.AddNamedSystem("logs", logs)
+    for i, number in enumerate(logs.logged):
+        builder.Connect(sources.ports[number], logs.get_input_port(i))
+    return logs
+
+
+def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort]) -> dict[int, str]:
+    """The ports that need a log, and its name: that of the signal, if the port is one."""
+    found = {source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
+    blocks = [source.of for source in sources.values() if not isinstance(source, Logged)]
+    while blocks:
+        for source in blocks.pop().leaves.values():
+            if isinstance(source, Logged):
+                port = ports[source.number]
+                found.setdefault(source.number, f"{port.get_system().get_name()}.{port.get_name()}")
+            else:
+                blocks.append(source.of)
+    return found
+
+
+def _is_vector(port: OutputPort) -> bool:
+    return bool(port.get_data_type() == PortDataType.kVectorValued)
+
+
+_MAGICS = (b"CDF\x01", b"CDF\x02")  # the first bytes of a netCDF 3 file
+_LARGEST = 8  # times the size of the file: its arrays in memory, where text takes more
+
+_LEGEND_LINES = 12  # entries; with more there is no legend
+_NO_UNIT = {"units": "1"}
+_OWN_COLORS = 10  # in Matplotlib's cycle; more lines take their colours from a scale
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One variable per named signal, such as `left_finger.strain`, over a common `time` (s).
+
+    Every variable and every coordinate has the attribute `units`, "1" for none, as in the CF conventions; if entries
+    differ, the units of those along the last axis, "m, m, rad", which are in the coordinate `{axis}_units` too.
+    A signal that numbers states names them in `flag_meanings`. A value at time t is the value of the port at t: a
+    sampled signal still has the sample before the one that is taken at t. The attributes of the recording describe the
+    run, see `provenance`.
+    """
+
+    data: xr.Dataset
+
+    def __getitem__(self, signal: str) -> xr.DataArray:
+        return self.data[signal]
+
+    def save(self, path: Path | str) -> None:
+        """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open."""
+        with atomic_file(Path(path)) as partial:
+            self.data.to_netcdf(partial, engine="scipy")
+
+    @staticmethod
+    def load(path: Path | str) -> "Recording":
+        """Reads a file that `save` wrote.
+
+        Raises:
+            InputError: if there is no such file, or it is not a netCDF 3 file, or damaged.
+        """
+        file = Path(path)
+        check_regular(file)
+        try:
+            with file.open("rb") as opened:
+                begin = opened.read(len(_MAGICS[0]))
+            require(begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file")
+            with xr.open_dataset(file, engine="scipy") as data:
+                fits = data.nbytes <= _LARGEST * file.stat().st_size
+                require(fits, file, "size", data.nbytes, "is damaged: its arrays are larger than the file")
+                return Recording(data.load())
+        except InputError:
+            raise
+        except Exception as error:  # parsers do not document their exceptions
+            expected = f"is a damaged netCDF 3 file: {shortened(first_line(error), 100)}"
+            raise InputError(file, "file", file.name, expected) from None
+
+    def plot(self, *signals: str) -> Figure:
+        """Plots signals over time, one below the other, with a line for every entry of a vector."""
+        figure = Figure(figsize=(8, 2.2 * len(signals)), layout="constrained")
+        panels = figure.subplots(len(signals), sharex=True, squeeze=False)[:, 0]
+        for axes, signal in zip(panels, signals, strict=True):
+            _draw(axes, self.data[signal])
+        panels[-1].set_xlabel("time [s]")
+        return figure
+
+
+def _draw(axes: Axes, signal: xr.DataArray) -> None:
+    others = [str(dim) for dim in signal.dims if dim != "time"]
+    lines = signal.stack(entry=others) if others else signal.expand_dims(entry=[("",)], axis=1)
+    count = len(lines["entry"])
+    many = mpl.colormaps["viridis"](np.linspace(0, 0.95, count))
+    colors = [f"C{i}" for i in range(count)] if count <= _OWN_COLORS else many
+    for entry, line, color in zip(lines["entry"].values, lines.transpose("entry", "time"), colors, strict=True):
+        axes.plot(signal["time"], line, label=" ".join(map(str, np.atleast_1d(entry).tolist())), color=color)
+    if 1 < count <= _LEGEND_LINES:
+        axes.legend(title=", ".join(others), fontsize="x-small", ncols=3)
+    axes.set_title(str(signal.name), loc="left", fontsize="medium")
+    axes.set_ylabel(f"[{', '.join(dict.fromkeys(signal.attrs.get('units', '1').split(', ')))}]")
+    axes.grid(alpha=0.3)
+
+
+def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] | None = None) -> Recording:
+    """Collects the logs of a diagram after a run.
+
+    Args:
+        logs: of the diagram.
+        root_context: of the whole diagram.
+        about: attributes of the recording, see `provenance`.
+    """
+    names, variables = _axis_names(logs.signals), {}
+    coords: dict[str, Any] = {}
+    time, samples = logs.samples(root_context)
+    for name, signal in logs.signals.items():
+        labels = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
+        values = samples[name].reshape(-1, *map(len, labels.values()))
+        variables[name] = (["time", *labels], values, _attributes(signal))
+        coords |= {axis: (axis, np.array(entries), _NO_UNIT) for axis, entries in labels.items()}
+        if not isinstance(signal.unit, str):
+            last = list(labels)[-1]
+            coords[f"{last}_units"] = (last, np.array(signal.unit), _NO_UNIT)
+    coords["time"] = ("time", time, {"units": "s"})
+    return Recording(xr.Dataset(variables, coords, dict(about or {})))
+
+
+def _axis_names(signals: Mapping[str, Signal]) -> dict[tuple[str, str], str]:
+    """The name of each axis of each signal: its own; prefixed with that of the owner or the signal if kinds differ.
+
+    Two fingers with as many joints share the axis `joint`; else there are `left_finger.joint` and `right_finger.joint`.
+    """
+    axes = [(name, axis, _kind(signal, axis)) for name, signal in signals.items() for axis in signal.axes]
+    names: dict[tuple[str, str], str] = {}
+    for form in ("{axis}", "{owner}.{axis}", "{name}.{axis}"):
+        called = {
+            (name, axis): form.format(axis=axis, owner=name.rpartition(".")[0] or name, name=name)
+            for name, axis, _ in axes
+            if (name, axis) not in names
+        }
+        found: dict[str, set[Any]] = {}
+        for name, axis, kind in axes:
+            if (name, axis) in called:
+                found.setdefault(called[name, axis], set()).add(kind)
+        names |= {key: full for key, full in called.items() if len(found[full]) == 1}
+    return names
+
+
+def _kind(signal: Signal, axis: str) -> tuple[Any, ...]:
+    """The labels along an axis, and their units if these differ."""
+    are_mixed = not isinstance(signal.unit, str) and axis == list(signal.axes)[-1]
+    return tuple(signal.axes[axis]), signal.unit if are_mixed else None
+
+
+def _attributes(signal: Signal) -> dict[str, Any]:
+    unit = {"units": signal.unit if isinstance(signal.unit, str) else ", ".join(signal.unit)}
+    if not signal.meanings:
+        return unit
+    meanings = " ".join(meaning.replace(" ", "_") for meaning in signal.meanings)
+    return {**unit, "flag_values": np.arange(len(signal.meanings), dtype=float), "flag_meanings": meanings}
+
+
+class Span(NamedTuple):
+    """A phase that was run."""
+
+    phase: Phase
+    begin: float  # s
+    end: float
+
+
+def phase_spans(recording: Recording, phases: Sequence[Phase]) -> list[Span]:
+    """The phases in the order in which they were run, without the time after the last.
+
+    `phases` are those of the TaskMachine, rescues too, by their numbers.
+    """
+    signal = recording["task.phase"]
+    times, numbers = signal["time"].values, signal.values.astype(int)
+    bounds = pairwise([0, *(np.flatnonzero(np.diff(numbers)) + 1), len(times) - 1])
+    return [
+        Span(phases[numbers[begin]], float(times[begin]), float(times[end]))
+        for begin, end in bounds
+        if numbers[begin] < len(phases) and begin < end
+    ]
+
+
+FRAMES = (
+    "SI units. W: the world. B: base of a finger, +z along the straight finger, +x toward the object; positive joint"
+    " angles close it. joint_positions and tip_pose are in B, joint_positions_world, contact_center and the rows of"
+    " X_WB in W. A {object}.pose is its first link in W, a quaternion w x y z and a position; a contact_wrench acts on"
+    " it about its origin, in W. An external torque is positive where it closes the finger and belongs to two samples"
+    " before; true_external_torque to the sample. A true_contact_force acts across the finger, positive on the inner"
+    " side; true_contact_arc_length is its place from the base."
+)
+
+
+def provenance(scenario: Scenario, sensor: str, estimator: str) -> dict[str, str]:
+    """Attributes of a recording: description, scenario as YAML, versions, frames.
+
+    `sensor` and `estimator` name the blocks, which a user may have given instead of the scenario's.
+    """
+    versions = (f"{name} {version(name)}" for name in ("soft-gripper", "drake", "numpy"))
+    return {
+        "description": scenario.description,
+        "scenario": dump_scenario(scenario),
+        "sensor": sensor,
+        "estimator": estimator,
+        "versions": ", ".join(versions),
+        "frames": FRAMES,
+    }

@@ -1,1 +1,0 @@
-"""Recordings: every named signal over time."""

@@ -1,0 +1,354 @@
+"""The task of a scenario, applied: planned before anything moves, then led by a TaskMachine.
+
+The pose of an object is reported with an error (`task.pose_error`), so that a moved object is reported where it then
+is. The path check uses the reported pose too, because the true one is not known before the fingers arrive. Pick and
+place uses steps of 5 ms and a stiction tolerance of 0.1 mm/s: at 10 ms and 1 mm/s a heavy or slippery object creeps
+in the fingers and turns.
+"""
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import PenetrationAsPointPair, SceneGraph, SceneGraphInspector
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, Frame
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+from pydrake.trajectories import Trajectory
+
+from soft_gripper.arrays import Array
+from soft_gripper.control.arm_motion import (
+    ArmLimits,
+    LimitError,
+    ToolFollower,
+    UnreachableError,
+    joint_path,
+    solve_posture,
+    straight_path,
+    timed,
+    tool_pose,
+)
+from soft_gripper.control.task import Phase, Rules, TaskMachine
+from soft_gripper.diagrams.arm import Arm, carried_models
+from soft_gripper.diagrams.scene import first_body, own_frame
+from soft_gripper.diagrams.wiring.external import External
+from soft_gripper.errors import InputError
+from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, TaskConfig
+
+TOUCH_DEPTH = 1e-3  # m, depth of a touch
+
+
+@dataclass(frozen=True)
+class Collision:
+    """A body of the robot inside something that is not of the robot."""
+
+    index: int  # of the positions in which it happens
+    body: str  # of the robot; names are model::body
+    obstacle: str
+    depth: float  # m
+
+    def __str__(self) -> str:
+        return f"'{self.body}' is {self.depth * 1e3:.1f} mm inside '{self.obstacle}'"
+
+
+def first_collision(
+    diagram: Diagram,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    robot: Collection[BodyIndex],
+    positions: Array,
+    allowed: float = TOUCH_DEPTH,
+) -> Collision | None:
+    """Walks through positions of the whole plant, (K, nq), until the robot meets something.
+
+    Meshes count as their convex hulls. What is welded to the same body, and what a model filters, never collides.
+
+    Args:
+        diagram: holds plant and scene_graph.
+        plant: the plant.
+        scene_graph: its geometry.
+        robot: its bodies, what it carries among them; they may touch each other.
+        positions: rad and m; no finer steps are looked at.
+        allowed: depth that passes for a touch, m.
+
+    Returns:
+        The deepest collision of the first positions that have one.
+    """
+    root = diagram.CreateDefaultContext()
+    context, scene_context = plant.GetMyMutableContextFromRoot(root), scene_graph.GetMyContextFromRoot(root)
+    own = frozenset(robot)
+    for index, q in enumerate(positions):
+        plant.SetPositions(context, q)
+        query = scene_graph.get_query_output_port().Eval(scene_context)
+        for pair in sorted(query.ComputePointPairPenetration(), key=lambda pair: -pair.depth):
+            bodies = _bodies(plant, query.inspector(), pair)
+            if pair.depth > allowed and len(bodies & own) == 1:
+                (body,), (obstacle,) = bodies & own, bodies - own
+                return Collision(index, _name(plant, body), _name(plant, obstacle), pair.depth)
+    return None
+
+
+def _bodies(
+    plant: MultibodyPlant, inspector: SceneGraphInspector, pair: PenetrationAsPointPair
+) -> frozenset[BodyIndex]:
+    frames = [inspector.GetFrameId(geometry) for geometry in (pair.id_A, pair.id_B)]
+    return frozenset(plant.GetBodyFromFrameId(frame).index() for frame in frames)
+
+
+def _name(plant: MultibodyPlant, body: BodyIndex) -> str:
+    return str(plant.get_body(body).scoped_name())
+
+
+def reported_pose(task: TaskConfig, models: Sequence[ModelConfig]) -> RigidTransform:
+    """Reported pose of the first link of the task's object in the world: the true one and `pose_error`."""
+    (X_WO,) = (model.X_PC.GetDeterministicValue() for model in models if model.name == task.object)
+    error = task.pose_error
+    shift = np.array([error.x, error.y, 0.0])
+    turned = RotationMatrix.MakeZRotation(error.yaw) @ X_WO.rotation()
+    return RigidTransform(turned, X_WO.translation() + shift)
+
+
+POSTURE_SPACING = 0.02  # rad or m, that a joint moves at most between two postures that are checked
+OUT_OF_THE_WAY = RigidTransform([0.0, 0.0, 1e3])
+
+
+def check_paths(
+    diagram: Diagram,
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    models: Sequence[ModelConfig],
+    arm: Arm,
+    task: TaskConfig,
+    phases: Sequence[Phase],
+) -> None:
+    """Checks arm, gripper and, while it is held, the object, all along the motions of a task.
+
+    The fingers are straight. The object stands where it is reported, then lies in them as it is to be grasped; in a
+    rescue nobody knows where it is.
+
+    Raises:
+        InputError: naming the phase, what meets what, and where.
+    """
+    names = [arm.name, *(model.name for model in carried_models(models, arm.name))]
+    robot = {body for name in names for body in plant.GetBodyIndices(plant.GetModelInstanceByName(name))}
+    tool = own_frame(plant, arm.tool_model, "models")
+    for i, phase in enumerate(phases):
+        postures = _postures(phase)
+        positions = _positions(plant, arm, task, tool, postures, _place(models, task, i))
+        held = {first_body(plant, task.object).index()} if phase.holds and task.object is not None else set()
+        collision = first_collision(diagram, plant, scene_graph, robot | held, positions)
+        if collision is not None:
+            failed = next((k for k, other in enumerate(phases) if other.rescue in range(i - 2, i + 1)), i)
+            where = f"task.phases[{failed if i >= len(task.phases) else i}]"
+            part = collision.index / (len(postures) - 1)
+            raise InputError(where, "name", phase.name, f"leads through something: {part:.0%} on its way {collision}")
+
+
+def _postures(phase: Phase) -> Array:
+    """Postures along the motion of a phase, about evenly spaced, (K, n)."""
+    fine = phase.motion.vector_values(np.linspace(0.0, phase.duration, 500)).T
+    travel = np.concatenate([[0.0], np.abs(np.diff(fine, axis=0)).max(axis=1).cumsum()])
+    count = 2 + int(travel[-1] / POSTURE_SPACING)
+    evenly = np.linspace(0.0, travel[-1], count)
+    return np.array([np.interp(evenly, travel, joint) for joint in fine.T]).T
+
+
+def _place(models: Sequence[ModelConfig], task: TaskConfig, number: int) -> RigidTransform | None:
+    """Where the object lies in a phase, as far as is known; None: in the fingers."""
+    configs = task.phases
+    if number >= len(configs) or task.object is None:
+        return OUT_OF_THE_WAY
+    if configs[number].holds:
+        return None
+    if any(config.holds for config in configs[:number]):
+        return task.X_WGoal.GetDeterministicValue()
+    return reported_pose(task, models)
+
+
+def _positions(
+    plant: MultibodyPlant,
+    arm: Arm,
+    task: TaskConfig,
+    tool: Frame,
+    postures: Array,
+    X_WO: RigidTransform | None,
+) -> Array:
+    """Positions of the whole plant at postures (K, n) of the arm, (K, nq)."""
+    context = plant.CreateDefaultContext()
+    X_GO = task.X_OG.GetDeterministicValue().inverse()
+    positions = []
+    for posture in postures:
+        plant.SetPositions(context, arm.model, posture)
+        if task.object is not None:
+            pose = tool.CalcPoseInWorld(context) @ X_GO if X_WO is None else X_WO
+            plant.SetFreeBodyPose(context, first_body(plant, task.object), pose)
+        positions.append(plant.GetPositions(context))
+    return np.array(positions)
+
+
+RESCUE = ("rescue: open", "rescue: rise", "rescue: home")
+
+
+def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tuple[Phase, ...]:
+    """The phases of the task, and behind them a rescue for each that can fail: fingers open, straight up, home.
+
+    Raises:
+        InputError: naming the phase whose goal the arm cannot reach, or not in the way that is asked for.
+    """
+    planner, configs = MotionPlanner(task, models, arm), task.phases
+    watched = [i for i, config in enumerate(configs) if config.holds or config.until]
+    end = len(configs) + len(RESCUE) * len(watched)
+    phases: list[Phase] = []
+    posture, opening = arm.home, math.nan
+    for i, config in enumerate(configs):
+        motion = planner.motion(f"task.phases[{i}] '{config.name}'", config, posture)
+        posture, opening = end_of(motion), opening if config.opening is None else config.opening
+        follower = i + 1 if i + 1 < len(configs) else end
+        rescue = len(configs) + len(RESCUE) * watched.index(i) if i in watched else None
+        phases.append(Phase(config.name, motion, opening, follower, config.until, config.rest, config.holds, rescue))
+    for i in watched:
+        motions = planner.rescue(f"task.phases[{i}] '{configs[i].name}', its rescue", end_of(phases[i].motion))
+        for name, motion in zip(RESCUE, motions, strict=True):
+            follower = end if name == RESCUE[-1] else len(phases) + 1
+            until = "released" if name == RESCUE[0] else None
+            phases.append(Phase(name, motion, phases[0].opening, follower, until))
+    return tuple(phases)
+
+
+def end_of(motion: Trajectory) -> Array:
+    """The posture in which a motion ends, (n) rad or m."""
+    return motion.value(motion.end_time())[:, 0]
+
+
+class MotionPlanner:
+    """Plans single motions of the arm of a task."""
+
+    def __init__(self, task: TaskConfig, models: Sequence[ModelConfig], arm: Arm):
+        self._arm, self._task, self._models = arm, task, models
+        try:
+            self._limits = ArmLimits.of_plant(arm.plant, arm.config.acceleration)
+        except LimitError as error:
+            raise InputError("arm", "model", arm.name, str(error)) from None
+
+    def motion(self, where: str, config: PhaseConfig, start: Array) -> Trajectory:
+        """What the arm does in a phase that begins in the posture `start`.
+
+        Raises:
+            InputError: if it cannot.
+        """
+        if config.posture is not None:
+            if len(config.posture) != len(start):
+                raise InputError(where, "posture", config.posture, f"give {len(start)} numbers, one a joint of the arm")
+            return self._timed(where, joint_path(start, np.array(config.posture)), config.speed)
+        if config.to == "home":
+            return self._timed(where, joint_path(start, self._arm.home), config.speed)
+        if config.to is not None:
+            return self._to_pose(where, config, self._goal(config), start)
+        return self._timed(where, joint_path(start, start), config.speed)
+
+    def rescue(self, where: str, start: Array) -> tuple[Trajectory, Trajectory, Trajectory]:
+        """What is done from the end of a phase that failed: stay, rise as high as the task goes, and home.
+
+        Raises:
+            InputError: if the arm cannot.
+        """
+        X_WTool = tool_pose(self._arm.plant, self._arm.tool, start)
+        goals = [self._goal(phase) for phase in self._task.phases if phase.to in ("object", "goal")]
+        rise = max((X_WGoal.translation()[2] for X_WGoal in goals), default=-np.inf) - X_WTool.translation()[2]
+        stay = up = self._timed(where, joint_path(start, start), 1.0)
+        if rise > 0:
+            above = RigidTransform([0.0, 0.0, rise]) @ X_WTool
+            up = self._to_pose(where, PhaseConfig(to="straight up", straight=True), above, start)
+        return stay, up, self._timed(where, joint_path(end_of(up), self._arm.home), 1.0)
+
+    def _goal(self, config: PhaseConfig) -> RigidTransform:
+        """Where the gripper is to be, in the world."""
+        task = self._task
+        to_object = config.to == "object"
+        X_WO = reported_pose(task, self._models) if to_object else task.X_WGoal.GetDeterministicValue()
+        return RigidTransform([0.0, 0.0, config.height]) @ X_WO @ task.X_OG.GetDeterministicValue()
+
+    def _to_pose(self, where: str, config: PhaseConfig, X_WTool: RigidTransform, start: Array) -> Trajectory:
+        plant, tool = self._arm.plant, self._arm.tool
+        try:
+            if config.straight:
+                path = straight_path(plant, tool, start, X_WTool)
+            else:
+                path = joint_path(start, self._posture(X_WTool, start))
+        except UnreachableError as error:
+            raise InputError(where, "to", config.to, f"is out of the arm's reach: {error}") from None
+        return self._timed(where, path, config.speed)
+
+    def _posture(self, X_WTool: RigidTransform, start: Array) -> Array:
+        posture = solve_posture(self._arm.plant, self._arm.tool, X_WTool, start)
+        if posture is None:
+            raise UnreachableError(f"no posture puts the gripper at {X_WTool.translation().round(3).tolist()} m")
+        return posture
+
+    def _timed(self, where: str, path: Trajectory, speed: float) -> Trajectory:
+        try:
+            return timed(self._arm.plant, path, self._limits, speed)
+        except LimitError as error:
+            raise InputError(where, "motion", self._arm.name, f"is more than the arm can do: {error}") from None
+
+
+def add_task(
+    builder: DiagramBuilder,
+    task: TaskConfig,
+    models: Sequence[ModelConfig],
+    arm: Arm,
+    period: float,
+    desired_state: InputPort,
+    grip: tuple[InputPort, OutputPort, OutputPort] | None,
+) -> tuple[TaskMachine, dict[str, OutputPort]]:
+    """Adds `task`; returns it and the signals.
+
+    Args:
+        builder: of a diagram with the arm's plant.
+        task: the `task` part of a scenario.
+        models: the `models` part, with the object that is handled.
+        arm: that moves.
+        period: of the samples, s.
+        desired_state: of the arm, where `add_arm_control` takes it in.
+        grip: of a task that commands the gripper, the set point, opening and torque of its grip control.
+
+    Raises:
+        InputError: if a phase leads where the arm cannot go.
+    """
+    rules = Rules(plan_phases(task, models, arm), task.grip_threshold, task.timeout, task.quiet_band)
+    machine = builder.AddNamedSystem("task", TaskMachine(rules, period))
+    builder.Connect(machine.GetOutputPort("desired_state"), desired_state)
+    signals = {f"task.{name}": machine.GetOutputPort(name) for name in ("phase", "outcome", "desired_state")}
+    if grip is not None:
+        set_point, opening, torque = grip
+        builder.Connect(opening, machine.GetInputPort("opening"))
+        builder.Connect(torque, machine.GetInputPort("torque"))
+        builder.Connect(machine.GetOutputPort("set_point"), set_point)
+        signals["grip.set_point"] = machine.GetOutputPort("set_point")
+    return machine, signals
+
+
+def add_tool_target(
+    builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm, period: float, desired_state: InputPort
+) -> External:
+    """Adds `{arm}.tool_follower`.
+
+    Returns:
+        where `{arm}.X_WTool` goes in, a RigidTransform, the pose of the frame by which the gripper is welded; and
+        `{arm}.desired_state`, what is desired of the joints, (2 n).
+
+    Raises:
+        InputError: if the arm's file leaves a limit open.
+    """
+    try:
+        limits = ArmLimits.of_plant(arm.plant, arm.config.acceleration)
+    except LimitError as error:
+        raise InputError("arm", "model", arm.name, str(error)) from None
+    follower = ToolFollower(arm.plant, arm.tool, limits, period)
+    builder.AddNamedSystem(f"{arm.name}.tool_follower", follower)
+    builder.Connect(plant.get_state_output_port(arm.model), follower.GetInputPort("robot_state"))
+    builder.Connect(follower.GetOutputPort("desired_state"), desired_state)
+    target, desired = follower.GetInputPort("X_WTool"), follower.GetOutputPort("desired_state")
+    return External({f"{arm.name}.X_WTool": target}, {f"{arm.name}.desired_state": desired})

@@ -1,0 +1,608 @@
+"""Files of a described experiment -> recordings as arrays.
+
+The columns of a recorded file: comma-separated text, or C3D.
+
+C3D files of motion capture (https://www.c3d.org), read with ezc3d.
+
+A damaged file can crash ezc3d or keep it busy without end, so that it reads in a process of its own.
+
+Poses of rigid bodies in a recording.
+
+Headings have no sign: motion capture now and then takes a body with symmetric markers to be turned by half a turn.
+"""
+
+import difflib
+import importlib.util
+import os
+import pickle
+import re
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError, first_line
+from soft_gripper.files import text as reading
+from soft_gripper.files.document import given, require
+from soft_gripper.files.text import check_regular
+from soft_gripper.hardware.recording_schema import (
+    LENGTH,
+    PRESSURE,
+    TIME,
+    LoadNameConfig,
+    PressureNameConfig,
+    RecordingConfig,
+    load_description,
+)
+
+_LARGEST = 1e20  # of a number: a clock that counts nanoseconds since 1970 fits in
+
+
+@dataclass(frozen=True)
+class Table:
+    """Named columns; NaN where a cell is empty.
+
+    Raises:
+        InputError: if a number is infinite, or of a size that nothing measured has.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    values: Array  # (T, columns)
+    rows: NDArray[np.int_]  # (T,) where in the file every sample is: line, or frame, counted from 1
+    dropped: tuple[int, ...] = ()  # rows of the file that do not parse
+
+    def __post_init__(self) -> None:
+        wrong = np.argwhere(np.abs(self.values) > _LARGEST)
+        if len(wrong):
+            (row, column), expected = wrong[0], f"give finite numbers, up to {_LARGEST:g} in size"
+            value = float(self.values[row, column])
+            raise InputError(self.path, self.names[column], value, f"in row {self.rows[row]}: {expected}")
+
+    def columns(self, field: str, names: list[str]) -> Array:
+        """Columns by their names, (T, len(names)).
+
+        Raises:
+            InputError: naming the file, the field that requires a column, and the nearest existing column.
+        """
+        for name in names:
+            if name not in self.names:
+                near = difflib.get_close_matches(name, self.names, n=1)
+                hint = f"did you mean '{near[0]}'?" if near else f"its columns: {', '.join(self.names[:12])} ..."
+                raise InputError(self.path, field, name, f"no such column; {hint}")
+        return self.values[:, [self.names.index(name) for name in names]]
+
+    def kept(self, keep: NDArray[np.bool_]) -> "Table":
+        """The samples for which `keep` is true, (T,)."""
+        return Table(self.path, self.names, self.values[keep], self.rows[keep], self.dropped)
+
+
+def read_text(path: Path, header: list[str] | None) -> Table:
+    """Reads comma-separated text; square brackets in it are ignored, and rows that do not parse are dropped.
+
+    Args:
+        path: of the file.
+        header: names of its columns; None: the first row has them.
+
+    Raises:
+        InputError: if the file cannot be read, or no row of it parses.
+    """
+    lines = reading.read_text(path).splitlines()
+    begin = 0 if header else 1
+    require(len(lines) > begin, path, "file", path.name, "is empty: it has no samples")
+    names = tuple(header or (cell.strip() for cell in lines[0].split(",")))
+    parsed = [_numbers(line, len(names)) for line in lines[begin:]]
+    good = [i for i, row in enumerate(parsed) if row is not None]
+    bad = [i for i, row in enumerate(parsed) if row is None and lines[begin + i].strip()]
+    expected = f"no row parses: each has to contain {len(names)} numbers, separated by commas"
+    require(len(good) > 0, path, "file", path.name, expected)
+    values = np.array([parsed[i] for i in good])
+    return Table(path, names, values, np.array(good) + begin + 1, tuple(i + begin + 1 for i in bad))
+
+
+def _numbers(line: str, count: int) -> list[float] | None:
+    cells = [cell.strip() for cell in line.replace("[", "").replace("]", "").split(",")]
+    try:
+        return [float(cell or "nan") for cell in cells] if len(cells) == count and any(cells) else None
+    except ValueError:
+        return None
+
+
+_PATIENCE = 120.0  # s
+_MOST_RATE = 1e6  # Hz
+_READS = """
+import pickle, resource, sys
+import ezc3d
+resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+try:
+    data = ezc3d.c3d(sys.argv[1])
+    found = {"points": data["data"]["points"][:3]}
+    found |= {name: data["parameters"]["POINT"][name]["value"] for name in ("RATE", "LABELS", "UNITS")}
+except Exception as error:
+    found = " ".join(str(error).split()) or type(error).__name__
+sys.stdout.buffer.write(pickle.dumps(found))
+"""
+
+
+def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
+    """The points of a C3D file as a table; NaN where a point is not seen.
+
+    Args:
+        path: of the file.
+        time: name of the column of time, s, which begins at 0.
+        columns: pattern of the names of a point's columns, with {marker} for its label and {axis} for x, y, z.
+        unit: of those columns, m.
+
+    Raises:
+        InputError: if ezc3d is missing, or the file cannot be read or holds no points.
+    """
+    data = _read(path)
+    points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
+    labels = [str(label).strip().rpartition(":")[2] for label in data["LABELS"]][: points.shape[1]]
+    require(points.size > 0 and len(labels) > 0, path, "file", path.name, "is empty: it has no points")
+    require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and {_MOST_RATE:g} Hz at most")
+    own = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
+    require(own in LENGTH, path, "POINT:UNITS", own, f"one of {', '.join(LENGTH)}")
+    frames = np.arange(points.shape[2])
+    names = [columns.format(marker=label, axis=axis) for label in labels for axis in "xyz"]
+    flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * (LENGTH[own] / unit)
+    return Table(path, (time, *names), np.column_stack((frames / rate, flat)), frames + 1)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """The points, (3, markers, frames), and their attributes."""
+    check_regular(path)
+    if importlib.util.find_spec("ezc3d") is None:  # an optional extra: needed for these files alone
+        raise InputError(path, "file", path.name, "C3D files require ezc3d: pip install 'soft-gripper[c3d]'")
+    command = [sys.executable, "-c", _READS, str(path.resolve())]
+    try:
+        ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_PATIENCE, check=True)
+    except subprocess.TimeoutExpired:
+        raise InputError(path, "file", path.name, f"is damaged: it could not be read within {_PATIENCE:g} s") from None
+    except subprocess.CalledProcessError as error:
+        expected = f"is damaged: ezc3d ended with code {error.returncode}"
+        raise InputError(path, "file", path.name, expected) from None
+    found = pickle.loads(ended.stdout)
+    if isinstance(found, str):
+        raise InputError(path, "file", path.name, f"cannot be read: {first_line(ValueError(found))}")
+    return dict(found)
+
+
+_FURTHEST = 5.0  # lengths of the finger between its bodies, at most
+_NEAREST = 0.1  # and at least, or its markers are together
+_RIGID = 0.05  # lengths of the finger by which the distance of two markers on one body may change
+_RESTS = 0.02  # lengths of the finger that a base may move more than the tip
+_LOST = 0.1  # s, after which a marker that is seen again is not compared with where it was
+
+
+def check_size(path: Path, field: str, points: dict[str, Array], length: float) -> None:
+    """Whether the largest distance of points, each (T, 3) m, fits a finger of `length`.
+
+    Raises:
+        InputError: if it is so large or small that the unit must be wrong.
+    """
+    seen = [point[~np.isnan(point).any(axis=1)] for point in points.values()]
+    places = np.array([np.median(point, axis=0) for point in seen if len(point)])
+    if len(places) < 2:
+        return
+    size = float(np.linalg.norm(np.ptp(places, axis=0)))
+    if not _NEAREST * length < size < _FURTHEST * length:
+        expected = f"they spread over {size:.3g} m, and the finger is {length:g} m long: is the unit right?"
+        raise InputError(path, f"{field}.unit", f"{len(places)} bodies or markers", expected)
+
+
+def check_exchanged(path: Path, time: Array, markers: dict[str, Array]) -> None:
+    """Whether two markers, each (T, 3) m, change names: both then jump, each to where the other was.
+
+    Raises:
+        InputError: naming both markers, and when they do so.
+    """
+    for a, b in combinations(markers, 2):
+        seen = np.flatnonzero(~np.isnan(markers[a] + markers[b]).any(axis=1))
+        p, q, t = markers[a][seen], markers[b][seen], time[seen]
+        kept = _distance(p[1:], p[:-1]) + _distance(q[1:], q[:-1])
+        exchanged = _distance(p[1:], q[:-1]) + _distance(q[1:], p[:-1])
+        jumps = np.flatnonzero((2 * exchanged < kept) & (np.diff(t) < _LOST))
+        if len(jumps):
+            times = ", ".join(f"{t[i + 1]:.2f}" for i in jumps[:6]) + (" ..." if len(jumps) > 6 else "")
+            raise InputError(path, "markers", f"{a}, {b}", f"change names at {times} s: exchange their columns there")
+
+
+def check_rigid(
+    path: Path, time: Array, markers: dict[str, Array], bodies: dict[str, list[str]], length: float
+) -> None:
+    """Whether markers on one body, each (T, 3) m, keep their distances.
+
+    Raises:
+        InputError: naming the body, the markers, and when they do not.
+    """
+    for body, names in bodies.items():
+        for a, b in combinations(names, 2):
+            distance = _distance(markers[a], markers[b])
+            change = np.abs(distance - np.nanmedian(distance)) if np.isfinite(distance).any() else np.zeros(1)
+            if np.nanmax(change) > _RIGID * length:
+                worst = int(np.nanargmax(change))
+                found = f"their distance changes by {change[worst] * 1e3:.1f} mm at {time[worst]:.2f} s"
+                raise InputError(path, f"markers.bodies.{body}", f"{a}, {b}", f"{found}: are they on one rigid body?")
+
+
+def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, list[str]], length: float) -> None:
+    """Whether the markers on the body "base" move less than those on "tip", or hardly.
+
+    Raises:
+        InputError: if they do not: the bodies' names are exchanged.
+    """
+    if "tip" not in bodies or "base" not in bodies:
+        return
+    moved = {body: max(_motion(markers[name]) for name in bodies[body]) for body in ("tip", "base")}
+    if moved["base"] > moved["tip"] + _RESTS * length:
+        expected = f"the base moves by {moved['base'] * 1e3:.1f} mm and the tip by {moved['tip'] * 1e3:.1f} mm"
+        raise InputError(path, "markers.bodies", "base, tip", f"{expected}: are their markers exchanged?")
+
+
+def _distance(p: Array, q: Array) -> Array:
+    distance: Array = np.linalg.norm(p - q, axis=-1)
+    return distance
+
+
+def _motion(p: Array) -> float:
+    """How far a marker gets from where it is in the median, 90th percentile: single outliers do not count."""
+    seen = p[~np.isnan(p).any(axis=1)]
+    return float(np.percentile(_distance(seen, np.median(seen, axis=0)), 90)) if len(seen) else 0.0
+
+
+def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, Array]:
+    """Markers (T, 3) m by name, in the axes of the recording; NaN where one is not seen.
+
+    Raises:
+        InputError: if one is missing, or they cannot be where the recording says (marker_checks).
+    """
+    if config.markers is None:
+        return {}
+    described, unit = config.markers, LENGTH[config.markers.unit]
+    markers: dict[str, Array] = {}
+    for name in (name for body in described.bodies.values() for name in body):
+        columns = [described.columns.format(marker=name, axis=axis) for axis in "xyz"]
+        p = table.columns("markers", columns) * unit
+        p[np.isnan(p).any(axis=1) | (p == 0).all(axis=1)] = np.nan  # some systems write zeros for what is not seen
+        markers[name] = p
+    for body, names in described.bodies.items():
+        seen = any(np.isfinite(markers[name]).any() for name in names)
+        require(seen, table.path, f"markers.bodies.{body}", names, "none of them is ever seen")
+    check_size(table.path, "markers", markers, config.length)
+    check_exchanged(table.path, time, markers)
+    check_rigid(table.path, time, markers, described.bodies, config.length)
+    check_base_rests(table.path, markers, described.bodies, config.length)
+    return markers
+
+
+_NORM = 0.01  # by which that of a quaternion may differ from 1
+
+
+@dataclass(frozen=True)
+class BodyPose:
+    """The pose of a rigid body over time."""
+
+    p: Array  # (T, 3) m
+    R: Array  # (T, 3, 3), its axes
+
+
+def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
+    """Poses by body, in the axes of the recording; NaN where a quaternion is missing or has not unit norm.
+
+    Raises:
+        InputError: if a column is missing, no quaternion is one, or the unit cannot be right.
+    """
+    poses: dict[str, BodyPose] = {}
+    for name, pose in config.poses.items():
+        p = table.columns(f"poses.{name}.position", pose.position) * LENGTH[pose.unit]
+        wxyz = table.columns(f"poses.{name}.quaternion", pose.quaternion)
+        good = np.abs(np.linalg.norm(wxyz, axis=1) - 1) < _NORM
+        if not good.any():
+            raise InputError(table.path, f"poses.{name}.quaternion", pose.quaternion, "none of them has unit norm")
+        R = np.full((len(p), 3, 3), np.nan)
+        R[good] = Rotation.from_quat(np.roll(wxyz[good], -1, axis=1)).as_matrix()
+        poses[name] = BodyPose(p, R)
+    fields = ", ".join(f"poses.{name}" for name in poses)
+    check_size(table.path, fields, {name: pose.p for name, pose in poses.items()}, config.length)
+    return poses
+
+
+@dataclass(frozen=True)
+class HardwareRecording:
+    """What one file holds, in SI units and, where it has a direction, in the finger's frame B. NaN: not seen."""
+
+    name: str  # of the file, without its suffix
+    config: RecordingConfig  # how the file is described: bodies, wires, event and what is unknown
+    time: Array  # (T,) s, increasing
+    markers: dict[str, Array] = field(default_factory=dict)  # (T, 3) m, by name
+    reference: dict[str, Array] = field(default_factory=dict)  # (3,) m, mean of every marker over the reference span
+    poses: dict[str, BodyPose] = field(default_factory=dict)  # by rigid body
+    pressures: Array | None = None  # (T, C) Pa, measured, in the order of the description
+    lengths: dict[str, Array] = field(default_factory=dict)  # (T,) m, by wire
+    commanded_pressure: float | None = None  # Pa, from the file's name
+    load_mass: float = 0.0  # kg, hung on the tip, from the file's name
+    load_place: tuple[float, float] | None = None  # m, x and z of the load from the tip; None: unknown
+    gravity: Array | None = None  # (3,) m/s^2; None: unknown
+    gaps: tuple[str, ...] = ()  # what is missing or was left out, in words
+
+
+_MOST_PRESSURE = 1e7  # Pa, that a soft body bears
+_LEAST_PRESSURE = 10.0  # Pa, that anything is driven with
+
+
+def pressures_of(table: Table, config: RecordingConfig) -> Array | None:
+    """Measured pressures, Pa, (T, C); None if none are described.
+
+    Raises:
+        InputError: if a column is missing, or the unit cannot be right.
+    """
+    if config.pressures is None:
+        return None
+    described = config.pressures
+    unit = described.scale or PRESSURE[described.unit]
+    pressures = table.columns("pressures.columns", described.columns) * unit
+    most = float(np.nanmax(np.abs(pressures), initial=0.0))
+    fine = most == 0 or _LEAST_PRESSURE < most < _MOST_PRESSURE
+    require(fine, table.path, "pressures.unit", described.unit, f"the highest is then {most:.3g} Pa: is it right?")
+    return pressures
+
+
+def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
+    """Measured lengths, m, (T,), by wire.
+
+    Raises:
+        InputError: if a column is missing, or the unit cannot be right.
+    """
+    if config.lengths is None:
+        return {}
+    described = config.lengths
+    unit = described.scale or LENGTH[described.unit]
+    columns = [wire.column for wire in described.wires.values()]
+    lengths = table.columns("lengths.wires", columns) * unit
+    most = float(np.nanmax(np.abs(lengths), initial=0.0))
+    expected = f"the longest is then {most:.3g} m, and the finger {config.length:g} m: is it right?"
+    require(most < 10 * config.length, table.path, "lengths.unit or scale", described.unit, expected)
+    change = float(np.nanmax(np.ptp(lengths, axis=0), initial=0.0))
+    expected = f"no wire then changes by more than {change:.3g} m, and the finger is {config.length:g} m: is it right?"
+    fine = change == 0 or change > 1e-3 * config.length
+    require(fine, table.path, "lengths.unit or scale", described.unit, expected)
+    return dict(zip(described.wires, lengths.T, strict=True))
+
+
+_FEWEST = 2  # samples, of which anything can be said
+_LONGEST_GAP = 60.0  # s, between two rows of one recording
+
+
+def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
+    """The samples that have a time of their own, and how many were left out; `unit` of the times, s.
+
+    Raises:
+        InputError: if time runs backwards, most of it stands still, or rows are so far apart that they are of several
+            recordings.
+    """
+    t = table.columns("time", [time])[:, 0]
+    timed = table.kept(np.isfinite(t))
+    t = t[np.isfinite(t)]
+    require(len(t) >= _FEWEST, table.path, time, len(t), f"needs at least {_FEWEST} samples that have a time")
+    back = np.flatnonzero(np.diff(t) < 0)
+    if len(back):
+        row, value = int(timed.rows[back[0] + 1]), float(t[back[0] + 1])
+        expected = f"time runs backwards in row {row}, after {t[back[0]]:g}: split the file there, or sort it"
+        raise InputError(table.path, time, value, expected)
+    far = np.flatnonzero(np.diff(t) * unit > _LONGEST_GAP)
+    if len(far):
+        row, value = int(timed.rows[far[0] + 1]), float(t[far[0] + 1])
+        expected = f"a gap of more than {_LONGEST_GAP:g} s before row {row}, after {t[far[0]]:g}: split the file there"
+        raise InputError(table.path, time, value, expected)
+    own = np.concatenate(([True], np.diff(t) > 0))
+    row = int(timed.rows[np.argmin(own)])
+    expected = f"most rows repeat a time, the first of them row {row}: does the clock count seconds alone?"
+    require(own.mean() > 0.5, table.path, time, float(t[np.argmin(own)]), expected)
+    return timed.kept(own), len(table.values) - int(own.sum())
+
+
+def gaps_of(
+    table: Table, repeated: int, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]
+) -> tuple[str, ...]:
+    """What is missing, in words; `reference` is true in the reference span, (T,)."""
+    found = []
+    if table.dropped:
+        found.append(f"{len(table.dropped)} rows do not parse, the first of them row {table.dropped[0]}")
+    if repeated:
+        found.append(f"{repeated} rows have no time of their own")
+    for name, p in markers.items():
+        lost = np.any(np.isnan(p), axis=1)
+        if lost.any():
+            first, longest = time[np.argmax(lost)], _longest(time, lost)
+            text = f"{name}: {lost.sum()} of {len(lost)} samples are missing, the first at {first:.2f} s"
+            found.append(f"{text}; the longest gap is {longest:.2f} s")
+        if lost[reference].all():
+            found.append(f"{name}: not seen in the reference span")
+    return tuple(found)
+
+
+def _longest(time: Array, lost: NDArray[np.bool_]) -> float:
+    """The longest time between two samples that are seen, with lost ones between them, s."""
+    seen = np.concatenate((time[:1], time[~lost], time[-1:]))
+    return float(np.diff(seen).max())
+
+
+_GRAM = 1e-3  # kg
+
+
+def pressure_in_name(path: Path, ways: list[PressureNameConfig]) -> float | None:
+    """The commanded pressure in a file's name, Pa; None if there is none.
+
+    Raises:
+        InputError: if what is found is no number.
+    """
+    for way in ways:
+        if found := re.search(way.pattern, path.stem):
+            return _number(path, "commanded_pressure", found[1]) * PRESSURE[way.unit]
+    return None
+
+
+def load_in_name(path: Path, load: LoadNameConfig | None) -> float:
+    """The mass that hangs on the tip by a file's name, kg; 0 if it names none.
+
+    Raises:
+        InputError: if what is found is no number.
+    """
+    found = re.search(load.pattern, path.stem) if load else None
+    if load is None or found is None:
+        return 0.0
+    return load.masses.get(found[1], _number(path, "load", found[1]) * _GRAM)
+
+
+def _number(path: Path, field: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(path, f"{field}.pattern", text, "is no number; let the group match digits alone") from None
+
+
+@dataclass(frozen=True)
+class RecordingFrame:
+    """Frame B: its origin (3,) m and, as columns, its axes (3, 3), in the axes of the recording."""
+
+    origin: Array
+    R: Array
+
+    def placed(self, p: Array) -> Array:
+        """Points (..., 3) m in B."""
+        return (p - self.origin) @ self.R
+
+    def posed(self, pose: BodyPose) -> BodyPose:
+        """A pose in B."""
+        return BodyPose(self.placed(pose.p), self.R.T @ pose.R)
+
+
+def frame_of(
+    path: Path,
+    config: RecordingConfig,
+    markers: dict[str, Array],
+    poses: dict[str, BodyPose],
+    reference: NDArray[np.bool_],
+) -> RecordingFrame:
+    """Frame B as it is described; `reference` is true in the reference span, (T,).
+
+    Raises:
+        InputError: if its origin is neither given nor measured.
+    """
+    z = np.array(config.frame.z) / np.linalg.norm(config.frame.z)
+    x = np.array(config.frame.x) - np.dot(config.frame.x, z) * z
+    x /= np.linalg.norm(x)
+    R = np.column_stack((x, np.cross(z, x), z))
+    if config.frame.origin is not None:
+        return RecordingFrame(np.array(config.frame.origin), R)
+    if "base" in poses:
+        return RecordingFrame(seen_mean(poses["base"].p[reference]), R)
+    base = config.markers.bodies.get("base", []) if config.markers else []
+    expected = "without it a pose or markers of the body 'base' are needed"
+    require(len(base) > 0, path, "frame.origin", None, expected)
+    return RecordingFrame(seen_mean(np.array([seen_mean(markers[name][reference]) for name in base])), R)
+
+
+def seen_mean(p: Array) -> Array:
+    """Mean over what is seen of (T, 3), NaN if nothing is."""
+    seen = p[~np.isnan(p).any(axis=1)]
+    mean: Array = seen.mean(axis=0) if len(seen) else np.full(3, np.nan)
+    return mean
+
+
+def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
+    """Reads a file as its description says.
+
+    Raises:
+        InputError: naming file, column or marker, and row or time, if it cannot be what the description says.
+    """
+    table, repeated = without_repeats(_table(path, config), config.time, TIME[config.time_unit])
+    time = table.columns("time", [config.time])[:, 0] * TIME[config.time_unit]
+    reference = time <= time[0] + config.reference
+    markers, poses = markers_of(table, config, time), poses_of(table, config)
+    B = frame_of(path, config, markers, poses, reference)
+    placed = {name: B.placed(p) for name, p in markers.items()}
+    return HardwareRecording(
+        name=path.stem,
+        config=config,
+        time=time,
+        markers=placed,
+        reference={name: seen_mean(p[reference]) for name, p in placed.items()},
+        poses={name: B.posed(pose) for name, pose in poses.items()},
+        pressures=pressures_of(table, config),
+        lengths=lengths_of(table, config),
+        commanded_pressure=pressure_in_name(path, config.commanded_pressure),
+        load_mass=load_in_name(path, config.load),
+        load_place=None if config.load_place is None else (config.load_place[0], config.load_place[1]),
+        gravity=None if config.gravity is None else np.array(config.gravity) @ B.R,
+        gaps=gaps_of(table, repeated, time, placed, reference),
+    )
+
+
+def _table(path: Path, config: RecordingConfig) -> Table:
+    if path.suffix.lower() != ".c3d":
+        return read_text(path, config.header)
+    markers = given(config.markers, path, "markers", "a C3D file holds markers: describe them")
+    return read_c3d(path, config.time, markers.columns, LENGTH[markers.unit])
+
+
+DATA_FOLDER = "SOFT_GRIPPER_DATA"  # environment variable
+
+
+def find_recordings(
+    files: Sequence[str], described_as: str | None = None, data: Path | None = None
+) -> list[HardwareRecording]:
+    """Finds and reads recordings: the files of `recording_paths`, as they are described.
+
+    Raises:
+        InputError: if a file or description is not found, or wrong.
+    """
+    return [
+        read_recording(path, _description(path, described_as)) for path in recording_paths(files, described_as, data)
+    ]
+
+
+def recording_paths(files: Sequence[str], described_as: str | None = None, data: Path | None = None) -> list[Path]:
+    """Finds recordings.
+
+    Args:
+        files: each as given, or below `data`, or there in a folder named as the description.
+        described_as: a shipped description's name, or a path; None: the YAML beside a file, with its name or
+            recording.yaml.
+        data: folder of recordings; None: the environment variable SOFT_GRIPPER_DATA.
+
+    Raises:
+        InputError: if a file is not found.
+    """
+    folder = data or (Path(os.environ[DATA_FOLDER]) if os.environ.get(DATA_FOLDER) else None)
+    require(len(files) > 0, "recording", "FILE", [], "give at least one file")
+    return [_find(file, described_as, folder) for file in files]
+
+
+def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
+    places = [Path(file)]
+    if folder is not None:
+        places += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
+    found = next((place for place in places if os.path.isfile(place)), None)
+    below = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
+    if found is None:
+        raise InputError("recording", "FILE", file, f"there is no such file here, {below}")
+    return found
+
+
+def _description(path: Path, described_as: str | None) -> RecordingConfig:
+    if described_as is not None:
+        return load_description(described_as)
+    places = path.with_suffix(".yaml"), path.with_name("recording.yaml")
+    found = next((place for place in places if os.path.isfile(place)), None)
+    expected = f"what does it hold? Give --as NAME, or put {places[0].name} or {places[1].name} beside it"
+    return load_description(given(found, path, "description", expected))

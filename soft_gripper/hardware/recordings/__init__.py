@@ -1,1 +1,0 @@
-"""Recordings of hardware: described by YAML, read into arrays."""

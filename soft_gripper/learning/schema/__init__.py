@@ -1,1 +1,0 @@
-"""What an environment file may say, and reading it."""

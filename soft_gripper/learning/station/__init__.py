@@ -1,1 +1,0 @@
-"""A station with the ports `action` and `observation`."""
