@@ -2,10 +2,8 @@
 
 Seeds are set in the context (`seed_random_sources`): a RandomSource made in Python has no fixed seed of its own.
 
-kept_station: the station of an equal scenario, built once and run again with a fresh context.
-
 To build a station takes a third of a second, and Drake before 1.58 never frees one. A station holds no state of a run,
-so an equal scenario can have it again if nothing that it was built of has changed in between.
+so `kept_station` returns it again for an equal scenario if nothing that it was built of has changed in between.
 """
 
 import math

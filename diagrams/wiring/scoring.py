@@ -36,7 +36,7 @@ class FingerScoring(Diagram):
                      +-----------> delayed_torque --> Difference -------> external_torque_error  (N) N m
         external_torque (N) N m ------------------------^
 
-    The true torque waits for the estimated one, which belongs to samples before, see `torque_balance`.
+    The true torque waits for the estimated one, which belongs to samples before, see `ForceEstimator`.
     """
 
     def __init__(self, finger: Finger, period: float):

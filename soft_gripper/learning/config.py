@@ -121,7 +121,7 @@ class EnvironmentConfig:
             yield "task", self.tasks, f"must be one of {', '.join(TASKS)}"
 
 
-SHIPPED = Path(__file__).parents[1] / "environments"
+SHIPPED = Path(__file__).with_name("environments")
 _OF_SCENARIO = "scenario."
 
 
