@@ -1,7 +1,5 @@
 """Recording: every named signal of a run over time, as labelled arrays with units.
 
-Which ports need a log, and how signals follow from the logged ones.
-
 An ArrayBlock gives its outputs at all samples of a recording from its inputs at all of them. So a port of such a block
 needs no log, and is not computed while the diagram runs, as long as its inputs lead back to ports that are logged.
 """

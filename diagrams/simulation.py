@@ -2,10 +2,8 @@
 
 Seeds are set in the context (`seed_random_sources`): a RandomSource made in Python has no fixed seed of its own.
 
-kept_station: the station of an equal scenario, built once and run again with a fresh context.
-
 To build a station takes a third of a second, and Drake before 1.58 never frees one. A station holds no state of a run,
-so an equal scenario can have it again if nothing that it was built of has changed in between.
+so `kept_station` returns it again for an equal scenario if nothing that it was built of has changed in between.
 """
 
 import math
@@ -69,8 +67,8 @@ def kept_station(scenario: Scenario) -> Station:
 
 def _built_of(scenario: Scenario) -> tuple[str, ...] | None:
     """The scenario and the contents of its files; None if these cannot be known."""
-    types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.beside)
-    named = [*(model.file for model in scenario.models), scenario.believed.file, scenario.believed.calibration]
+    types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)
+    named = [*(model.file for model in scenario.models), scenario.nominal.file, scenario.nominal.calibration]
     contents = [_content(file) for file in named if file is not None]
     if any(":" in name for name in types) or None in contents:
         return None

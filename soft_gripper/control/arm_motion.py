@@ -1,7 +1,8 @@
 """Motions of the arm: paths over s in [0, 1], and their timing.
 
-A path is a pydrake Trajectory of the joint positions, (n, 1) rad or m; an arm plant and its joints are those of
-`arm_kinematics`.
+A path is a pydrake Trajectory of the joint positions, (n, 1) rad or m. An arm plant is a finalized plant of the arm
+alone, welded at its base, of joints with one degree of freedom; n is their number. Joints that do not move the tool,
+such as fingers, are left alone.
 
 Timing is minimum-jerk, not TOPPRA: the jumps in acceleration of a time-optimal profile make soft fingers sway. The
 motion is still the quickest of its kind within the limits of velocity, acceleration and effort.

@@ -7,15 +7,13 @@ torque of every joint from equation (7) alone, at rest:
     external torque = k (q - q_free) ,   q_free: free bending, under driving torque and weight.
 
 It assumes nothing else, and so reads taper, and a weight that bends the joints of a section differently, as external
-torque. `arcs` shares the bend as stiffness, driving torque and load require, see `bend_sharing`; its external torque is
+torque. `arcs` shares the bend as stiffness, driving torque and load require; its external torque is
 that of the dynamic balance.
 
 Leading axes are free; S sections, N joints. A reading that is NaN or infinite makes the curve NaN from its section on.
 
-How the joints of a sensor section share its bend.
-
-Two-sided readings give the sum of the joint angles of a section and no more. An arc shares it out equally. A finger
-does not. At every joint the elastic torque balances driving torque, weight and external load,
+Two-sided readings give the sum of the joint angles of a section and no more. An arc shares it equally among the joints;
+a finger does not. At every joint the elastic torque balances driving torque, weight and external load,
 
     k q = u + w + tau ,
 
@@ -48,7 +46,7 @@ _STEPS = 0.5 ** np.arange(4)  # parts of a step, of which the best is taken: who
 
 @dataclass(frozen=True)
 class BendSharing:
-    """The shares of the joints of one finger, as far as its sensors and its stiffness are believed to be known."""
+    """The shares of the joints of one finger, as far as its nominal sensors and stiffness say."""
 
     layout: SensorLayout
 

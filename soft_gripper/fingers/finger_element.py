@@ -21,7 +21,7 @@
 neutral axis. All elements from `contact` on and `origin` may be left out, as may `segments`, `relaxation_time`, the
 chamber and the strain-limiting layer; the rest may not. What the elements mean is in `finger_parts`; beside that:
 
-- `material` of `base` and `tip`, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `materials`.
+- `material` of `base` and `tip`, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `SILICONES`.
 - `shear_factor` of `body` (none: rigid in shear) is the shear correction factor of Timoshenko's beam, 0.857 for a
   rectangle of what is incompressible (G. R. Cowper, *The Shear Coefficient in Timoshenko's Beam Theory*, J. Appl.
   Mech. 33, 1966: 10 (1 + nu) / (12 + 11 nu)).

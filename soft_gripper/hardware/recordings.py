@@ -1,14 +1,9 @@
 """Files of a described experiment -> recordings as arrays.
 
-The columns of a recorded file: comma-separated text, or C3D.
+Files are comma-separated text or C3D files of motion capture (https://www.c3d.org), read with ezc3d. A damaged file
+can crash ezc3d or keep it busy without end, so it is read in a process of its own.
 
-C3D files of motion capture (https://www.c3d.org), read with ezc3d.
-
-A damaged file can crash ezc3d or keep it busy without end, so that it reads in a process of its own.
-
-Poses of rigid bodies in a recording.
-
-Headings have no sign: motion capture now and then takes a body with symmetric markers to be turned by half a turn.
+Headings have no sign: motion capture now and then reports a body with symmetric markers as turned by half a turn.
 """
 
 import difflib

@@ -74,7 +74,7 @@ def test_what_nothing_reads_is_left_for_the_recording(baseline):
     for name in (
         "truth.poses",
         "truth.contact.finger_contacts",
-        "load.torque_balance",
+        "load.force_estimator.external_torque",
         "estimators.arcs.join",
     ):
         assert not any(call.startswith(f"soft_gripper.{name}") for call in baseline)
@@ -116,18 +116,18 @@ def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
 
 CALLBACKS = {  # calls in a second, with two fingers
     "sensors.base_pose._sample": 200,
-    "estimators.bend_sharing.joint_angles": 200,
-    "load.torque_balance.external_torque": 200,
+    "estimators.arc_shapes.joint_angles": 200,
+    "load.force_estimator.external_torque": 200,
     "load.force_estimator._remember": 200,
     "load.contact_detector._calc_touch": 200,
     "load.contact_detector._remember": 200,
-    "load.object_width._calc_width": 0,  # which nothing reads: it is computed after the run
+    "load.opening._calc_width": 0,  # which nothing reads: it is computed after the run
     "truth.contact._collect": 100,
-    "load.gripper_opening._calc_opening": 100,
+    "load.opening._calc_opening": 100,
     "control.pid_controller._remember": 100,
     "control.pid_controller._calc_output": 100,
-    "control.task_machine._update": 100,
-    "control.task_phases.step": 100,
+    "control.task._update": 100,
+    "control.task.step": 100,
 }
 
 
