@@ -168,7 +168,7 @@ class ObjectWidth(ArrayBlock):
         {finger}.contact (1) 0 or 1 ---------------> | ObjectWidth | ---> object_width  (1) m, NaN unless all touch
                                                      +-------------+
 
-    The width is the smallest spread (twice the mean distance from the centroid) of points on the inner surfaces, one of each finger: for
+    The width is the smallest spread of points on the inner surfaces, one of each finger: for
     two fingers the smallest gap, for more the diameter of what they close on. It is that of an object that they hold
     by its widest place, as tips hold a box. Where the bases stand to each other is part of the gripper and does not
     change. Skin that gives way is not allowed for, since how much depends on where and how the object is touched.
