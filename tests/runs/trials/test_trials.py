@@ -90,6 +90,7 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_pat
     assert (tmp_path / "trials.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path, monkeypatch):
     """Between the writing of the one table and of the other, too."""
     whole, cut = tmp_path / "whole", tmp_path / "cut"
