@@ -34,6 +34,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_planar, link_directions
 
 SAMPLES = 5
 DELAY = SAMPLES // 2  # samples, by which the result is late
@@ -45,7 +46,6 @@ _ACCELERATION = np.convolve(_SMOOTHING, [1.0, -2.0, 1.0])
 # rate is taken midway between, and what it changes from there to either counts as tolerance.
 _MIDWAY = _ACCELERATION / 4
 _RATE = np.convolve(_SMOOTHING, [-0.5, 0.0, 0.5]) + _MIDWAY
-_IN_PLANE = np.array([1j, 0, 1, 0])  # of the axes and the origin of a pose: z + i x
 _FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
 
 # What else may remain without contact, as parts of what is known less well than the rest.
@@ -112,9 +112,9 @@ class TorqueBalance:
 
     def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
         """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""
-        directions: Planar = np.exp(1j * motion.q.cumsum(axis=-1))
+        directions = link_directions(motion.q)
         # Axes and origin of B at every sample, (..., 5, 4), seen in the bending plane of the middle one: z + i x.
-        plane = motion.X_WB[..., DELAY, :, :] @ _IN_PLANE
+        plane = as_planar(motion.X_WB[..., DELAY, :, ::2])
         frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :]
         frames = frames * (_ACCELERATION / period**2)[:, None]
         x, z = frames[..., None, :, 0], frames[..., None, :, 2]
