@@ -93,17 +93,18 @@ def _pick(values: NDArray[Any], number: NDArray[np.int_]) -> NDArray[Any]:
 
 def as_points(planar: Planar | complex) -> Array:
     """(x, z) pairs of planar vectors, (...) -> (..., 2)."""
-    return np.ascontiguousarray(planar).view(float).reshape(*np.shape(planar), 2)[..., ::-1]
+    return np.asarray(planar)[..., None].view(float)[..., ::-1]
 
 
-def in_space(planar: Planar | complex) -> Array:
+def in_space(planar: Planar) -> Array:
     """Planar vectors in B, (...) -> (..., 3) x, y, z."""
-    return np.stack([planar.imag, np.zeros(np.shape(planar)), planar.real], axis=-1)
+    return np.stack([planar.imag, np.zeros(planar.shape), planar.real], axis=-1)
 
 
 def as_planar(points: Array) -> Planar:
     """Planar vectors of (x, z) pairs, (..., 2) -> (...)."""
-    return in_plane(points[..., 0], points[..., 1])
+    planar: Planar = points[..., 1] + 1j * points[..., 0]
+    return planar
 
 
 def in_plane(x: Array | float, z: Array | float) -> Planar:
@@ -114,7 +115,7 @@ def in_plane(x: Array | float, z: Array | float) -> Planar:
 
 def rotated(vectors: Planar, angle: Array | float) -> Planar:
     """Planar vectors turned by angles, rad, from z toward x, (...)."""
-    turned: Planar = vectors * np.exp(1j * np.asarray(angle))
+    turned: Planar = vectors * np.exp(1j * angle)
     return turned
 
 

@@ -112,7 +112,7 @@ class ContactBench:
         self._diagram.GetInputPort("pressure").FixValue(context, setting.pressure)
         of_plant = self._plant.GetMyMutableContextFromRoot(context)
         X_WB = RigidTransform(setting.R_WB, [0, 0, 0])
-        p_BPeg = in_space(setting.center)
+        p_BPeg = in_space(np.array(setting.center))
         self._base.SetPoseInParentFrame(of_plant, X_WB)
         self._peg.SetPoseInParentFrame(of_plant, X_WB @ RigidTransform(p_BPeg))
         for joint, angle in zip(self._plant_finger.joints, setting.q, strict=True):
