@@ -49,7 +49,7 @@ class FingerEstimation(Diagram):
         """
         Args:
             estimator: of the shape, see `named_blocks`.
-            layout: sensors and finger as they are believed to be.
+            layout: the nominal sensors and finger.
             gravity: in the world, (3,) m/s^2; zero leaves the finger's own weight in the external torque.
             period: of all samples, s.
             contact_threshold: N m; None: contact is not looked for.
@@ -122,7 +122,7 @@ def add_estimation(
     Args:
         builder: of any diagram; a plant is not needed.
         name: of the finger.
-        layout: sensors and finger as they are believed to be.
+        layout: the nominal sensors and finger.
         config: the `estimator` part of a scenario.
         period: of all samples, s.
         gravity: in the world, (3,) m/s^2.

@@ -11,8 +11,8 @@ the finger and the period of their samples, s:
     def make(layout: SensorLayout, period: float) -> System
 
 An estimator is a system with an output `estimated_joint_angles` (N) rad, see `FingerShape`. It may take the outputs of
-the sensor, `pressure`, `X_WB`, and what drives the finger as it is believed to be, `driving_torque` (N) N m. It is made
-from sensors and finger as they are believed to be, gravity in the world, m/s^2 (zero without
+the sensor, `pressure`, `X_WB`, and what drives the nominal finger, `driving_torque` (N) N m. It is made
+from the nominal sensors and finger, gravity in the world, m/s^2 (zero without
 `estimator.compensate_gravity`), and the period:
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System

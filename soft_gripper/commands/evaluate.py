@@ -80,7 +80,7 @@ def _print_by_sensors(title: str, what: Sequence[str], rows: Mapping[str, Sequen
 
 
 def _print_robustness(rows: Sequence[RobustnessRow]) -> None:
-    """The belief that is worst for each number of sensors."""
+    """The nominal model that is worst for each number of sensors."""
     names = dict.fromkeys(row.estimator for row in rows)
     for scenario in SCENARIOS:
         of_scenario = [row for row in rows if row.scenario == scenario]

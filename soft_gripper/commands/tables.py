@@ -182,10 +182,10 @@ def print_left_out(rows: Sequence[LeftOutRow]) -> None:
 
 
 def print_snippet(placed: PlacedSensors, assumptions: Assumptions) -> None:
-    """The part of a scenario that has the best placement, and an estimator that believes what was assumed."""
+    """The part of a scenario that has the best placement, and an estimator with these assumptions."""
     borders = ", ".join(map(str, as_borders(placed.placements[0], placed.finger.segments)))
-    believed = assumptions.uncertainty
+    nominal = assumptions.uncertainty
     print(f"\nsensor:\n  sections: {len(placed.placements[0]) + 1}")
     print(f"  borders: [{borders}]")
     print(f"estimator:\n  type: {assumptions.estimator}\n  uncertainty:")
-    print(f"    reading: {believed.reading:.2g}\n    bend_per_pressure: {believed.bend_per_pressure:.2g}")
+    print(f"    reading: {nominal.reading:.2g}\n    bend_per_pressure: {nominal.bend_per_pressure:.2g}")

@@ -20,7 +20,7 @@ OPTION = "--estimator"
 def estimator_function(
     name: str, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01
 ) -> ShapeFunction:
-    """The estimator of a name, of sensors and finger as they are believed to be, for samples `period` s apart.
+    """The estimator of a name, of the nominal sensors and finger, for samples `period` s apart.
 
     Raises:
         InputError: if there is none, or it makes something else than a ShapeEstimator.

@@ -1,1 +1,1 @@
-"""How the estimators bear sensors with errors, wrong beliefs, and plants that are not as they believe."""
+"""How the estimators cope with sensor errors, wrong nominal models and other plants."""
