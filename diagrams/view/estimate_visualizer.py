@@ -24,9 +24,10 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimators.arcs import Arcs, join_arcs, points_on_arcs
+from soft_gripper.estimators.arcs import Arcs, join_arcs, points_on_arcs, sites_on_arcs
 from soft_gripper.estimators.contact import face_offset
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points
 
 PROUD = 1e-3  # m, how far the estimate protrudes from the sides of the finger
 _PIECES = 2  # of the curve, for every segment
@@ -73,12 +74,12 @@ class DrawnFinger:
 _STEPS = 2.0**20  # in a metre and in a radian: numbers of few digits, which a replay keeps in little room
 
 
-def put(meshcat: Meshcat, path: str, position: complex, heading: float, time: float) -> None:
-    """Poses an object in the frame above it, z + i x in m and rad from z to x.
+def put(meshcat: Meshcat, path: str, position: Array, heading: float, time: float) -> None:
+    """Poses an object in the frame above it, (x, z) m and rad from z to x.
 
     In a recording this takes less room than a transform.
     """
-    x, z, angle = (rounded(value) for value in (position.imag, position.real, heading))
+    x, z, angle = (rounded(value) for value in (*position, heading))
     meshcat.SetProperty(path, "position", [x, 0.0, z], time)
     meshcat.SetProperty(path, "rotation[y]", angle, time)
 
@@ -107,15 +108,6 @@ def curve_pieces(arcs: Arcs, pieces: int) -> tuple[Planar, Array]:
     known = np.isfinite(headings.ravel())
     last = np.maximum.accumulate(np.where(known, np.arange(known.size), 0))
     return np.nan_to_num(middles.ravel()[last]), np.nan_to_num(headings.ravel()[last])
-
-
-def point_at(arcs: Arcs, s: float) -> tuple[complex, float]:
-    """The point at arc length s, m, as z + i x in B, and the heading there, rad; on the last arc beyond its end."""
-    ends = np.cumsum(arcs.length)
-    i = min(int(np.searchsorted(ends, s)), len(ends) - 1)
-    fraction = (s - (ends[i] - arcs.length[i])) / arcs.length[i]
-    (point,) = points_on_arcs(arcs, np.array([i]), np.array([fraction]))
-    return complex(point), float(arcs.heading[i] + fraction * arcs.theta[i])
 
 
 def arc_frames(arcs: Arcs) -> tuple[Planar, Array, Array]:
@@ -150,12 +142,12 @@ def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
 def draw_ribbon(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, std: Array, time: float) -> None:
     """Poses and scales the pieces by the standard deviations of joints and tip, (N + 1) m; hides what is not known."""
     ends, widths = drawn.finger.link_ends, 2 * STDS * _in_links(std)
-    for i, (s, width) in enumerate(zip((ends[:-1] + ends[1:]) / 2, widths, strict=True)):
-        path, (point, heading) = _ribbon_path(drawn, i), point_at(arcs, s)
-        visible = bool(np.isfinite([point.real, heading, width]).all())
+    middles, headings = sites_on_arcs(arcs, (ends[:-1] + ends[1:]) / 2)
+    for i, (middle, heading, width) in enumerate(zip(as_points(middles), headings, widths, strict=True)):
+        path, visible = _ribbon_path(drawn, i), bool(np.isfinite([*middle, heading, width]).all())
         meshcat.SetProperty(path, "visible", visible, time)
         if visible:
-            put(meshcat, path, point, heading, time)
+            put(meshcat, path, middle, heading, time)
             meshcat.SetProperty(path, "scale", [max(rounded(width), _LEAST), 1.0, 1.0], time)
 
 
@@ -190,15 +182,14 @@ def place_arrow(meshcat: Meshcat, drawn: DrawnFinger) -> None:
 
 def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, force: float, arc_length: float, time: float) -> None:
     """Poses the arrow of a force, N, that presses at an arc length, m; hides it where either is not known."""
-    path, (point, heading) = _arrow_path(drawn), point_at(arcs, arc_length)
-    visible = bool(abs(force) >= LEAST and np.isfinite([arc_length, heading, point.real]).all())  # not if it is NaN
+    path, s, side = _arrow_path(drawn), np.array([arc_length]), np.sign(force)
+    begins, (heading,) = sites_on_arcs(arcs, s, face_offset(drawn.finger, s, side))
+    (begin,) = as_points(begins)
+    visible = bool(abs(force) >= LEAST and np.isfinite([*begin, heading]).all())  # not if it is NaN
     meshcat.SetProperty(path, "visible", visible, time)
     if visible:
-        side, length = np.sign(force), max(LENGTH * abs(force) - _HEAD, 0.0)
-        face = point + 1j * np.exp(1j * heading) * float(
-            face_offset(drawn.finger, np.array(arc_length), np.array(side))
-        )
-        put(meshcat, path, face, heading - side * np.pi / 2, time)
+        length = max(LENGTH * abs(force) - _HEAD, 0.0)
+        put(meshcat, path, begin, heading - side * np.pi / 2, time)
         meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, rounded(length)], time)
         meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, rounded(length)], time)
 
@@ -297,7 +288,7 @@ class EstimateVisualizer(LeafSystem):
 
     def _draw_curve(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
         middles, headings = curve_pieces(arcs, finger.pieces)
-        for i, (middle, heading) in enumerate(zip(middles, headings, strict=True)):
+        for i, (middle, heading) in enumerate(zip(as_points(middles), headings, strict=True)):
             put(self._meshcat, f"{CURVE}/{finger.name}/{i}", middle, heading, time)
 
     def _draw_arcs(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
@@ -306,7 +297,7 @@ class EstimateVisualizer(LeafSystem):
             path, drawn = f"{ARCS}/{finger.name}/{i}", bool(radius < _LARGEST_RADIUS)  # not if it is NaN
             self._meshcat.SetProperty(path, "visible", drawn, time)
             if drawn:
-                put(self._meshcat, path, centers[i], headings[i], time)
+                put(self._meshcat, path, as_points(centers[i]), headings[i], time)
                 self._meshcat.SetProperty(f"{path}/unit", "scale", [radius, 1.0, radius], time)
                 self._meshcat.SetProperty(f"{path}/unit/end", "rotation[y]", float(arcs.theta[i]), time)
 

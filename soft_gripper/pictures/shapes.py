@@ -15,9 +15,9 @@ from matplotlib.transforms import Affine2D
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table, point_at
+from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
-from soft_gripper.estimators.arcs import Arcs, points_on_arcs
+from soft_gripper.estimators.arcs import Arcs, points_on_arcs, sites_on_arcs
 from soft_gripper.estimators.contact import face_offset
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points
@@ -50,14 +50,14 @@ def draw_base(axes: Axes, finger: Finger) -> None:
 def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array) -> None:
     """The segments as rounded rectangles of `colors`, (N, 3), between base, joints and tip, (N + 2, 3) m in B."""
     middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
-    ends = as_planar(np.concatenate([corners[:1], middles, corners[-1:]])[:, ::2])
+    ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, ::2]
     section, length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
     faces = 1e3 * np.array([section.outer_face, section.inner_face]).T
     style = BoxStyle.Round(pad=0, rounding_size=0.2 * length)
     for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
         corner, width = (outer, -length / 2), inner - outer
         segment = FancyBboxPatch(corner, width, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6)
-        place = Affine2D().rotate(-np.angle(end - begin)).translate(*in_mm(np.array((begin + end) / 2)))
+        place = Affine2D().rotate(-np.arctan2(*(end - begin))).translate(*(begin + end) / 2)
         segment.set_transform(place + axes.transData)
         axes.add_patch(segment)
 
@@ -77,10 +77,9 @@ def _outline(layout: MeasurementModel, arcs: Arcs, section: int, begin: float = 
     """Round the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
     fraction = np.linspace(begin, end, 17)
     s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
-    normal = 1j * np.exp(1j * (arcs.heading[section] + fraction * arcs.theta[section]))
-    built = layout.finger.section(s)
-    axis = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
-    return in_mm(np.concatenate([axis + built.inner_face * normal, (axis + built.outer_face * normal)[::-1]]))
+    built, of = layout.finger.section(s), np.full(len(fraction), section)
+    inner, outer = (points_on_arcs(arcs, of, fraction, face) for face in (built.inner_face, built.outer_face))
+    return in_mm(np.concatenate([inner, outer[::-1]]))
 
 
 def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
@@ -97,50 +96,56 @@ def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
 
 def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int, **look: Any) -> None:
     """The radius of an arc, mm, beside its middle on the outer side of the bend."""
-    (middle,) = points_on_arcs(arcs, np.array([section]), np.array([0.5]))
-    theta, radius = arcs.theta[section], abs(arcs.start[section] - arcs.centers[section])
-    normal = 1j * np.exp(1j * (arcs.heading[section] + theta / 2))
-    base = layout.finger.base
-    face = base.outer_face - _TEXT_DISTANCE if theta > 0 else base.inner_face + _TEXT_DISTANCE
-    x, z = in_mm(middle + face * normal)
+    base, radius = layout.finger.base, abs(arcs.start[section] - arcs.centers[section])
+    offset = base.outer_face - _TEXT_DISTANCE if arcs.theta[section] > 0 else base.inner_face + _TEXT_DISTANCE
+    ((x, z),) = in_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
     text = f"{1e3 * radius:.0f}" if radius < _STRAIGHT else "straight"
     axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
 
 
+# Points at an arc length, m, and at distances (M,) m from the axis, positive on the inner side: (M, 2) x, z m in B.
+Beside = Callable[[float, Array], Array]
+
+
 class Arrow(NamedTuple):
-    """A force on a finger: from the face that it presses on to where it pushes, m in B."""
+    """A force on a finger: from the face that it presses on to where it pushes, (x, z) m in B."""
 
-    begin: complex
-    end: complex
+    begin: Array
+    end: Array
 
 
-def arrow_of_force(finger: Finger, point: complex, heading: float, force: float, arc_length: float) -> Arrow | None:
+def arrow_of_force(finger: Finger, beside: Beside, force: float, arc_length: float) -> Arrow | None:
     """The arrow of a force across the finger; None where it is not known, or next to none.
 
     Args:
         finger: that is pressed.
-        point: of its axis at `arc_length` m, z + i x, m in B.
-        heading: of the axis there, rad.
+        beside: where its points are.
         force: N, positive on the inner side.
         arc_length: m.
     """
-    if not abs(force) >= _LEAST or not np.isfinite([point.real, heading, arc_length]).all():
+    if not abs(force) >= _LEAST or not np.isfinite(arc_length):
         return None
-    normal = 1j * np.exp(1j * heading)
-    begin = point + float(face_offset(finger, np.array(arc_length), np.array(force))) * normal
-    return Arrow(complex(begin), complex(begin - _LENGTH * force * normal))
+    face = float(face_offset(finger, np.array(arc_length), np.array(force)))
+    begin, end = beside(arc_length, np.array([face, face - _LENGTH * force]))
+    return Arrow(begin, end) if np.isfinite(begin).all() else None
 
 
-def point_on_links(finger: Finger, corners: Array, s: float) -> tuple[complex, float]:
-    """The point at arc length s, m, of links from corner to corner, z + i x in B, and the heading of its link, rad."""
+def beside_arcs(arcs: Arcs, s: float, offset: Array) -> Array:
+    """Of a curve of arcs, as `Beside`."""
+    return as_points(sites_on_arcs(arcs, np.full(len(offset), s), offset)[0])
+
+
+def beside_links(finger: Finger, corners: Array, s: float, offset: Array) -> Array:
+    """Of links from corner to corner, (N + 2, 3) m in B, as `Beside`."""
     link = int(np.searchsorted(finger.joint_arc_lengths, s))
-    point = as_planar(points_along(finger, corners, np.array([s]))[0, ::2])
-    return complex(point), float(np.angle(as_planar(corners[link + 1, ::2] - corners[link, ::2])))
+    x, z = (corners[link + 1] - corners[link])[::2]
+    points: Array = points_along(finger, corners, np.array([s]))[:, ::2] + np.outer(offset / np.hypot(x, z), [z, -x])
+    return points
 
 
 def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 1.4) -> None:
     """An arrow with its name for the legend; a narrower one lies over a wider one."""
-    begin, end = (tuple(in_mm(np.array(point))) for point in arrow)
+    begin, end = (tuple(1e3 * point) for point in arrow)
     look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 6 * width, "shrinkA": 0, "shrinkB": 0}
     axes.add_patch(FancyArrowPatch(begin, end, color=color, lw=width, zorder=5 + 1 / width, **look))
     axes.plot([], [], color=color, lw=width, marker=">", ms=4, label=label)
@@ -148,9 +153,9 @@ def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 
 
 def draw_band(axes: Axes, finger: Finger, arcs: Arcs, std: Array) -> None:
     """Two standard deviations on either side of the curve, from those of joints and tip, (N + 1) m."""
-    points, headings = (np.array(part) for part in zip(*(point_at(arcs, s) for s in finger.link_ends), strict=True))
-    aside = _STDS * np.concatenate([[0.0], std]) * 1j * np.exp(1j * headings)
-    outline = in_mm(np.concatenate([points + aside, (points - aside)[::-1]]))
+    aside = _STDS * np.concatenate([[0.0], std])
+    inner, points, outer = (sites_on_arcs(arcs, finger.link_ends, offset)[0] for offset in (aside, None, -aside))
+    outline = in_mm(np.concatenate([inner, outer[::-1]]))
     axes.add_patch(
         Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=f"± {_STDS} standard deviations")
     )
@@ -190,20 +195,18 @@ def read_shape(layout: MeasurementModel, recording: Recording, time: float) -> S
         signals["external_torque"],
         signals["true_external_torque"],
         float(signals["pose_error"].item()),
-        _arrow(layout.finger, partial(point_on_links, layout.finger, true), signals, "true_contact"),
-        _arrow(layout.finger, partial(point_at, arcs), signals, "contact"),
+        _arrow(layout.finger, partial(beside_links, layout.finger, true), signals, "true_contact"),
+        _arrow(layout.finger, partial(beside_arcs, arcs), signals, "contact"),
         signals.get("position_std"),
     )
 
 
-def _arrow(
-    finger: Finger, point_at: Callable[[float], tuple[complex, float]], signals: Mapping[str, Array], which: str
-) -> Arrow | None:
+def _arrow(finger: Finger, beside: Beside, signals: Mapping[str, Array], which: str) -> Arrow | None:
     """The arrow of the true or the estimated contact; None if there is none, or it is not recorded."""
     if f"{which}_force" not in signals:
         return None
     force, s = (float(signals[f"{which}_{name}"].item()) for name in ("force", "arc_length"))
-    return arrow_of_force(finger, *point_at(s), force, s) if np.isfinite(s) else None
+    return arrow_of_force(finger, beside, force, s)
 
 
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
@@ -248,7 +251,7 @@ def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]
     free = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
     arrows = [arrow for arrow in (shape.true_contact, shape.contact) if arrow is not None]
-    tips = [1e3 * arrow.end.imag for arrow in arrows]
+    tips = [1e3 * arrow.end[0] for arrow in arrows]
     finger = np.array([min([min(x) + outer, *tips]) - free / 2, max([max(x) + inner, *tips]) + free / 2])
     centers = in_mm(shape.arcs.centers)[:, 0]
     near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]

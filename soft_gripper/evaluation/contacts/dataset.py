@@ -36,7 +36,7 @@ from soft_gripper.estimators.plane import BendingPlane
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import check_regular
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import add_fingers, model_path
@@ -112,7 +112,7 @@ class ContactBench:
         self._diagram.GetInputPort("pressure").FixValue(context, setting.pressure)
         of_plant = self._plant.GetMyMutableContextFromRoot(context)
         X_WB = RigidTransform(setting.R_WB, [0, 0, 0])
-        p_BPeg = [setting.center.imag, 0.0, setting.center.real]
+        p_BPeg = in_space(np.array(setting.center))
         self._base.SetPoseInParentFrame(of_plant, X_WB)
         self._peg.SetPoseInParentFrame(of_plant, X_WB @ RigidTransform(p_BPeg))
         for joint, angle in zip(self._plant_finger.joints, setting.q, strict=True):

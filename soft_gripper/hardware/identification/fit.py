@@ -23,6 +23,7 @@ from scipy.signal import find_peaks
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.hardware.identification.free_parameters import FreeParameters, Model
 from soft_gripper.hardware.identification.simulated_motion import MeasuredMotion, settled, simulated_markers, turned
 
@@ -343,8 +344,8 @@ def _first(time: Array, turn: Array, level: float) -> float:
 def _along(motion: MeasuredMotion, markers: Planar) -> Array:
     """How far the middle of markers is displaced in the direction in which it settles, of that distance, (T,)."""
     away = np.mean(markers - motion.reference, axis=1)
-    rests = complex(settled(motion.time, away, motion.end))
-    along: Array = (away * np.conj(rests)).real / abs(rests) ** 2
+    rests = as_points(settled(motion.time, away, motion.end))
+    along: Array = as_points(away) @ rests / (rests @ rests)
     return along
 
 

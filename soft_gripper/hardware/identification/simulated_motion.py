@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.math import RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
@@ -26,7 +27,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import TipLoad
-from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.scenario.scenario import PressureConfig
@@ -143,7 +144,7 @@ def turned(markers: Planar, reference: Planar) -> Array:
     The angle of the rotation that moves the one nearest to the other, by least squares.
     """
     centred = markers - markers.mean(axis=-1, keepdims=True)
-    angle: Array = np.angle((centred * np.conj(reference - reference.mean())).sum(axis=-1))
+    angle: Array = np.angle(np.vecdot(reference - reference.mean(), centred))
     return angle
 
 
@@ -192,15 +193,12 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
     Raises:
         SimulationDivergedError: if the chain does not stay finite.
     """
-    mount = setup.mounting_z + 1j * setup.mounting_x
-    turned = np.exp(1j * setup.mounting_angle)
+    mount, angle = in_plane(setup.mounting_x, setup.mounting_z), setup.mounting_angle
     tip = tip_motion(finger, setup, motion)
-    in_tip = (motion.reference - mount) / turned - finger.length
-    markers = mount + turned * (tip.tip[:, None] + np.exp(1j * tip.heading)[:, None] * in_tip)
+    in_tip = rotated(motion.reference - mount, -angle) - finger.length
+    markers = mount + rotated(tip.tip[:, None] + rotated(in_tip, tip.heading[:, None]), angle)
     since = motion.time - motion.events[0]
-    parts = [np.interp(since, tip.time, part) for column in markers.T for part in (column.real, column.imag)]
-    at_times: Planar = np.array(parts[0::2]).T + 1j * np.array(parts[1::2]).T
-    return at_times
+    return np.array([np.interp(since, tip.time, marker) for marker in markers.T]).T
 
 
 def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
@@ -211,7 +209,8 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     step = min(_TIME_STEP, _OF_STABLE * loaded.stable_time_step())
     step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
     builder = DiagramBuilder()
-    in_plant = _add_finger(builder, loaded, _in_mounting(motion.gravity, setup.mounting_angle), step)
+    gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
+    in_plant = _add_finger(builder, loaded, gravity, step)
     pressure = motion.pressure or 0.0
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
@@ -249,12 +248,6 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     plant.Finalize()
     return PlantFinger(finger, plant, model)
-
-
-def _in_mounting(gravity: Array, angle: float) -> Array:
-    """Gravity, (3,), as a finger sees it that is turned by an angle, rad."""
-    planar = (gravity[2] + 1j * gravity[0]) * np.exp(-1j * angle)
-    return np.array([planar.imag, gravity[1], planar.real])
 
 
 def _hand(finger: PlantFinger, motion: MeasuredMotion) -> PiecewisePolynomial:

@@ -35,7 +35,7 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.wire_lengths import WireCalibration, as_strain
@@ -46,7 +46,7 @@ from soft_gripper.signals import XZ, describe
 class RigidParts:
     """The rigid parts of a certain arm."""
 
-    base: complex  # m, of the first section in B
+    base: Planar | complex  # m, of the first section in B
     tilt: float  # rad, of the first section in B
     couplings: Planar  # (S,) m, d: from the end of a section to the beginning of the next
     bodies: Planar  # (S,) m, m: from the end of a section to the body that is fixed there
@@ -67,12 +67,11 @@ def stretched_arm(
     joints = np.diff(section_ends)
     chain = forward_kinematics(q, np.repeat(lengths / joints, joints, axis=-1))
     headings = parts.tilt + chain.headings[..., section_ends[1:]]
-    shifts = parts.couplings * np.exp(1j * headings)
+    shifts = rotated(parts.couplings, headings)
     before = shifts.cumsum(axis=-1) - shifts
-    turned = np.exp(1j * parts.tilt)
-    ends = parts.base + turned * chain.segment_ends[..., section_ends[1:]] + before
-    along = parts.base + turned * chain.joints + np.repeat(before, joints, axis=-1)
-    return along, ends + parts.bodies * np.exp(1j * headings), headings + parts.turns
+    ends = parts.base + rotated(chain.segment_ends[..., section_ends[1:]], parts.tilt) + before
+    along = parts.base + rotated(chain.joints, parts.tilt) + np.repeat(before, joints, axis=-1)
+    return along, ends + rotated(parts.bodies, headings), headings + parts.turns
 
 
 class StretchedArm(LeafSystem):
@@ -345,14 +344,9 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
         pressures=measured[rows],
         chamber_sections=tuple(section - 1 for section in in_sections),
         bodies=tuple(bodies),
-        positions=np.column_stack([_planar(moved[name].p) for name in bodies])[rows],
+        positions=np.column_stack([as_planar(moved[name].p[:, ::2]) for name in bodies])[rows],
         headings=np.column_stack([_heading(moved[name].R) for name in bodies])[rows],
     )
-
-
-def _planar(p: Array) -> Planar:
-    planar: Planar = p[:, 2] + 1j * p[:, 0]
-    return planar
 
 
 def _heading(R: Array) -> Array:

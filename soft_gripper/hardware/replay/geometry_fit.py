@@ -29,7 +29,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
-from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
 from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.sensors.wire_lengths import WireCalibration
 
@@ -100,10 +100,9 @@ def _geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
     }
     lengths = nominal + of["length_offset"]
     wires = WireCalibration(spacing, of["bend_offset"], of["crossing"], lengths, of["bow"])
-    bodies: Planar = (of["body_along"] + 1j * of["body_across"]).astype(complex)
-    couplings: Planar = (1j * of["coupling"]).astype(complex)
+    bodies, couplings = in_plane(of["body_across"], of["body_along"]), in_plane(of["coupling"], 0.0)
     base, tilt, delay = x[-3:] * (_BASE, _TILT, _DELAY)
-    return ArmGeometry(wires, RigidParts(1j * base, tilt, couplings, bodies, of["turn"]), delay)
+    return ArmGeometry(wires, RigidParts(in_plane(base, 0.0), tilt, couplings, bodies, of["turn"]), delay)
 
 
 def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
@@ -113,7 +112,7 @@ def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> A
     _, positions, headings = stretched_arm(geometry.parts, q, length, ends)
     true_positions, true_headings = (values[rows] for values in measured(recording, geometry.delay))
     apart, turned = (positions - true_positions) / _POSITION, (headings - true_headings) / _HEADING
-    misfits = np.concatenate([apart.real.ravel(), apart.imag.ravel(), turned.ravel()])
+    misfits = np.concatenate([as_points(apart).ravel(), turned.ravel()])
     return np.nan_to_num(misfits) * np.sqrt(_INDEPENDENT / len(positions))
 
 
@@ -182,6 +181,6 @@ def bend_under(branch: CreepBranch, torque: Array) -> Array:
 def _weight(finger: Finger, theta: Array, joints: NDArray[np.int_], gravity: Array) -> Array:
     """Mean torque of weight on a joint of every section, (T, S) N m."""
     q = np.repeat(theta / joints, joints, axis=-1)
-    torque = gravity_torque(finger, q, gravity[2] + 1j * gravity[0])
+    torque = gravity_torque(finger, q, as_planar(gravity[::2]))
     means: Array = np.add.reduceat(torque, np.concatenate([[0], np.cumsum(joints)[:-1]]), axis=-1) / joints
     return means
