@@ -1,4 +1,4 @@
-"""soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend ratio for every finger."""
+"""soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend ratio for each finger."""
 
 import argparse
 from dataclasses import asdict
@@ -15,7 +15,7 @@ def run(options: argparse.Namespace) -> None:
     calibration = calibrate_recordings(options.recording)
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():
-        print(f"{name}: bends {finger.bend_ratio:.4f} times as far as believed; residual {finger.residual:.2g}")
+        print(f"{name}: bends {finger.bend_ratio:.4f} times as far as nominal; residual {finger.residual:.2g}")
         print("  gains  ", *(f"{gain:8.4f}" for gain in finger.gains))
         print("  offsets", *(f"{offset:8.4f}" for offset in finger.offsets))
     print(f"assumed: {calibration.assumed}")

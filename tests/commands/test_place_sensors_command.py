@@ -120,7 +120,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--count", "0"], "--count = '0': give a whole number of at least 1"),
+        (["--count", "0"], "--count = '0': give a whole number from 1"),
         (["--count", "13", "--scenarios", "free_bending"], "count = 13: give 1 to 12"),
         (["--count", "two"], "--count = 'two'"),
         (["--estimator", "splines"], "--estimator = 'splines': known: arcs, spline, gaussian, contact"),
