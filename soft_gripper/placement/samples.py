@@ -1,4 +1,4 @@
-"""Fingers at rest with all sensors that they could have, and what an estimator makes of a placement of these.
+"""Fingers at rest with all possible sensors, and the estimates for any placement of these.
 
 The readings of every section that a finger could have, so that each placement only picks its own.
 
@@ -92,7 +92,7 @@ USUAL_STRAIN = 0.05  # at which errors that are a share of the strain are believ
 
 @dataclass(frozen=True)
 class Assumptions:
-    """An estimator, the errors of its sensors, and by how much the stiffness is believed wrong.
+    """An estimator, the errors of its sensors, and the error of the nominal stiffness.
 
     Raises:
         InputError: if there is no such estimator, or a finger cannot be believed so wrong.
@@ -110,11 +110,11 @@ class Assumptions:
 
     @property
     def sets(self) -> int:
-        """How many sets of sensors are drawn; ideal ones are all alike."""
+        """Number of sets of sensors to draw; ideal ones are all identical."""
         return 1 if self.errors is None else SETS
 
     def believed(self, finger: Finger) -> list[Finger]:
-        """The finger as it is believed to be, once too stiff and once too soft."""
+        """The nominal finger, once too stiff and once too soft."""
         signs = (1, -1) if self.belief else (1,)
         changes = [BelievedConfig(youngs_modulus=f"{sign * self.belief:+g} %") for sign in signs]
         return [Belief(change).finger(finger) for change in changes]
@@ -186,7 +186,7 @@ class Samples:
     """K samples of a finger, read by several sets of sensors."""
 
     layout: SensorLayout  # of any sections: finger, sides and response are its matter
-    believed: list[Finger]  # the finger as it is believed to be, one after the other
+    believed: list[Finger]  # the nominal models of the finger
     driving: list[Array]  # (K, N) N m, of each of these
     ratios: SpanRatios  # (K, sets, paths, M)
     q: Array  # (K, N) rad

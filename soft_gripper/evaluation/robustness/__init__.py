@@ -1,1 +1,1 @@
-"""How the estimators bear sensors with errors, wrong beliefs, and plants that are not as they believe."""
+"""Robustness of the estimators to sensor errors, wrong nominal models and different plants."""

@@ -1,4 +1,4 @@
-"""What is claimed of the best estimator where sensors err, beliefs are wrong, and the plant is another."""
+"""Claims about the best estimator with sensor errors, wrong nominal models and different plants."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
                 image = _draw(axes, _largest(of_panel, estimators, noises))
                 axes.set_xticks(range(len(noises)), ["0" if n == 0 else f"{n:g}×" for n in noises])
                 axes.set_yticks(range(len(estimators)), estimators)
-            line[0].set_ylabel(f"believed:\n{belief}" if belief != "as simulated" else "believed:\nas it is")
+            line[0].set_ylabel(f"nominal model:\n{belief}" if belief != "as simulated" else "nominal model:\nexact")
         for axes, count in zip(panels[0], counts, strict=True):
             axes.set_title(f"{count} sensor{'s' * (count > 1)} a side")
         for axes in panels[-1]:

@@ -1,4 +1,4 @@
-"""The table of robustness: errors of every estimator, with sensors that err and beliefs that are wrong.
+"""The robustness table: errors of each estimator, with sensor errors and wrong nominal models.
 
 Errors with other plants: fingers that are known as they are, and one of rubber that is believed to be linear.
 
@@ -60,7 +60,7 @@ def estimated(
 
     Args:
         estimator: its name, see `estimator_function`.
-        layout: sensors and finger as they are believed to be.
+        layout: nominal sensors and finger.
         uncertainty: of these.
         held: the finger.
         readings: of its sensors, (T, seeds, paths * S).
