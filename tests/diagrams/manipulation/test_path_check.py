@@ -83,7 +83,7 @@ def slide(tmp_path_factory):
 
 def numbers(complaint):
     """How much of the way is gone, and how deep it is then, m."""
-    found = re.search(r"(\d+)% on its way .* is ([\d.]+) mm inside", complaint)
+    found = re.search(r"(\d+)% along its path, .* is ([\d.]+) mm inside", complaint)
     return float(found[1]) / 100, float(found[2]) / 1e3
 
 
