@@ -48,7 +48,7 @@ SPEED_BARS = (
 BLOCKS_SCENARIO = ("free_bending", ["pressure.steps.all=[60.0e3, 150.0e3, -30.0e3, 90.0e3]"])
 ESTIMATOR_BARS = {"arcs": 60.0, "spline": 60.0, "gaussian": 60.0, "contact": 500.0, "recursive": 500.0}  # us a sample
 BLOCKS_BAR = 0.2  # ms a sample at most, all blocks of both fingers together
-CREEP_BAR = 1.15  # times as long at most takes a grasp whose estimators believe that the fingers creep
+CREEP_BAR = 1.15  # times as long at most takes a grasp whose nominal fingers creep
 CREEP = {"share": "0.1 0.1", "time": "0.5 4"}
 REPEATS = 5
 SAMPLES = 500  # of every block measured by itself, in every repeat
@@ -122,7 +122,7 @@ def _print_estimator(name: str, bar: float) -> bool:
 
 
 def _print_creep(name: str) -> bool:
-    """A grasp by a gripper, the first model, that creeps: by who believes so, over who does not, run in turns."""
+    """A grasp by a gripper, the first model, that creeps: by one whose nominal model creeps, over one whose does not, run in turns."""
     tree = ElementTree.parse(model_path(load_scenario(name).models[0].file))
     for finger in tree.iter("finger"):
         ElementTree.SubElement(finger, "creep", CREEP)
@@ -130,8 +130,8 @@ def _print_creep(name: str) -> bool:
         file = Path(folder) / "creeping.urdf"
         tree.write(file)
         overrides = [f"models.0.file={file}", "pressure.steps.all=[60.0e3, 120.0e3]"]
-        beliefs = (f"believed.creep={belief}" for belief in ("false", "true"))
-        stations = [make_station(load_scenario(name, [*overrides, belief])) for belief in beliefs]
+        nominals = (f"nominal.creep={nominal}" for nominal in ("false", "true"))
+        stations = [make_station(load_scenario(name, [*overrides, nominal])) for nominal in nominals]
     plain, creeping = np.array([[_speed(station) for station in stations] for _ in range(REPEATS)]).T
     holds = bool(np.median(plain / creeping) <= CREEP_BAR)
     _print_row(f"{name}, fingers that creep", plain / creeping, f"{'at most' if holds else 'MISSES'} {CREEP_BAR:g}")

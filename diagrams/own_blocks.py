@@ -51,9 +51,9 @@ def own_blocks(station: Station) -> list[OwnBlock]:
         if is_own(parts.estimator):
             block = _inside(station.diagram, f"{finger}.estimation", "estimator")
             found.append(OwnBlock("estimator.type", parts.estimator, finger, block, ANGLES, quantity))
-        for kind in filter(is_own, station.scenario.estimator.beside):
+        for kind in filter(is_own, station.scenario.estimator.alongside):
             block = _inside(station.diagram, f"{finger}.{kind}.estimation", "estimator")
-            found.append(OwnBlock("estimator.beside", kind, f"{finger}.{kind}", block, ANGLES, quantity))
+            found.append(OwnBlock("estimator.alongside", kind, f"{finger}.{kind}", block, ANGLES, quantity))
     return found
 
 

@@ -67,8 +67,8 @@ def kept_station(scenario: Scenario) -> Station:
 
 def _built_of(scenario: Scenario) -> tuple[str, ...] | None:
     """The scenario and the contents of its files; None if these cannot be determined."""
-    types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.beside)
-    named = [*(model.file for model in scenario.models), scenario.believed.file, scenario.believed.calibration]
+    types = (scenario.sensor.type, scenario.estimator.type, *scenario.estimator.alongside)
+    named = [*(model.file for model in scenario.models), scenario.nominal.file, scenario.nominal.calibration]
     contents = [_content(file) for file in named if file is not None]
     if any(":" in name for name in types) or None in contents:
         return None

@@ -13,8 +13,8 @@ from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, name_of
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.checks import check_finger_names, checked_scenario
+from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.sensor_presets import MakeSensor
 
@@ -73,14 +73,14 @@ def add_station(
     """
     _check_first(builder)
     scenario = checked_scenario("scenario", scenario)
-    believed = read_belief(scenario.believed)
+    nominal = read_nominal_model(scenario.nominal)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
-    sensing = SensingConfig(scenario.sensor, scenario.estimator, believed, make_sensor, make_estimator)
+    sensing = SensingConfig(scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator)
     station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing)
     set_point = add_pressure_commands(builder, station, drive)
     if scenario.arm is not None:

@@ -112,7 +112,7 @@ def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPor
     return error.get_output_port()
 
 
-class ShapeBeside(Diagram):
+class AlongsideEstimation(Diagram):
     """An additional shape estimate for a finger.
 
     ::
@@ -135,7 +135,7 @@ class ShapeBeside(Diagram):
         wires.build_into(self)
 
 
-def add_beside(
+def add_alongside(
     builder: DiagramBuilder,
     finger: PlantFinger,
     layout: MeasurementModel,
@@ -143,7 +143,7 @@ def add_beside(
     period: float,
     known: Mapping[str, OutputPort],
 ) -> Ports:
-    """Adds `{finger}.{type}.estimation` and `{finger}.{type}.scoring` for each type in `config.beside`.
+    """Adds `{finger}.{type}.estimation` and `{finger}.{type}.scoring` for each type in `config.alongside`.
 
     Args:
         builder: of a diagram with the finger's plant.
@@ -161,11 +161,11 @@ def add_beside(
     """
     gravity: Array = np.array(finger.plant.gravity_field().gravity_vector()) * config.compensate_gravity
     signals: Ports = {}
-    for kind in config.beside:
-        make = find_estimator(kind, config.uncertainty, "estimator.beside")
-        estimator = make_block("estimator.beside", kind, make, layout, gravity, period)
-        with seen_from("estimator.beside", kind):
-            estimation = ShapeBeside(estimator, layout.finger, period)
+    for kind in config.alongside:
+        make = find_estimator(kind, config.uncertainty, "estimator.alongside")
+        estimator = make_block("estimator.alongside", kind, make, layout, gravity, period)
+        with seen_from("estimator.alongside", kind):
+            estimation = AlongsideEstimation(estimator, layout.finger, period)
             builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", estimation)
             connect_known(builder, estimation, estimation_inputs(known), "estimator")
         scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger.segments))

@@ -16,7 +16,7 @@ from soft_gripper.diagrams.wiring.grip_control import find_gripper, forms_grippe
 from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs
 from soft_gripper.diagrams.wiring.scoring import (
-    add_beside,
+    add_alongside,
     add_scoring,
     add_true_contact,
     add_true_poses,
@@ -27,7 +27,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
-from soft_gripper.scenario.belief import Belief
+from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.scenario import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import MakeSensor, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -35,17 +35,17 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 def add_object_width(
-    builder: DiagramBuilder, gripper: Gripper, believed: Mapping[str, Finger], signals: Mapping[str, OutputPort]
+    builder: DiagramBuilder, gripper: Gripper, nominal: Mapping[str, Finger], signals: Mapping[str, OutputPort]
 ) -> OutputPort:
     """Adds `object_width` for the fingers of one gripper; returns the width, (1) m.
 
     Args:
         builder: builder of any diagram.
         gripper: the arrangement of the fingers.
-        believed: nominal models of the fingers by name, in the order of the gripper.
+        nominal: nominal models of the fingers by name, in the order of the gripper.
         signals: must contain `{finger}.estimated_joint_angles` and `{finger}.contact`.
     """
-    width = ObjectWidth(gripper, believed)
+    width = ObjectWidth(gripper, nominal)
     builder.AddNamedSystem("object_width", width)
     for name, port in inputs(width).items():
         builder.Connect(signals[name], port)
@@ -58,7 +58,7 @@ class SensingConfig:
 
     sensor: SensorConfig = field(default_factory=SensorConfig)
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
-    believed: Belief = field(default_factory=Belief)  # see `read_belief`
+    nominal: NominalModel = field(default_factory=NominalModel)  # see `read_nominal_model`
     make_sensor: MakeSensor | None = None  # replaces the sensor named by `sensor.type`
     make_estimator: MakeEstimator | None = None  # replaces the estimator named by `estimator.type`
 
@@ -90,7 +90,7 @@ def add_sensing(
     config = replace(config, estimator=replace(config.estimator, uncertainty=known_uncertainty))
     check_finalized(fingers)
     signals = add_true_poses(builder, fingers, config.sensor.period) if fingers else {}
-    layouts = {finger.name: config.believed.layout(finger.finger, config.sensor) for finger in fingers}
+    layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
     for finger in fingers:
         if finger.name not in pressures:
             raise InputError("add_sensing", "pressures", list(pressures), f"has no entry for finger '{finger.name}'")
@@ -106,9 +106,9 @@ def add_sensing(
         return signals
     signals["grip.true_object_width"] = true_width
     if config.estimator.contact_threshold is not None:
-        believed = {name: layout.finger for name, layout in layouts.items()}
+        nominal = {name: layout.finger for name, layout in layouts.items()}
         gripper = find_gripper(fingers, "estimator.contact_threshold")
-        width = signals["grip.object_width"] = add_object_width(builder, gripper, believed, signals)
+        width = signals["grip.object_width"] = add_object_width(builder, gripper, nominal, signals)
         signals["grip.object_width_error"] = add_width_error(builder, width, true_width)
     return signals
 
@@ -118,20 +118,20 @@ def _sense(
     finger: PlantFinger,
     pressure: OutputPort,
     truth: Ports,
-    believed: MeasurementModel,
+    nominal: MeasurementModel,
     config: SensingConfig,
 ) -> Ports:
     period, estimator = config.sensor.period, config.estimator
     gravity = np.array(finger.plant.gravity_field().gravity_vector())
     measured = add_sensors(builder, finger, config.sensor, pressure, config.make_sensor)
     estimated = add_estimation(
-        builder, finger.name, believed, estimator, period, gravity, measured, config.make_estimator
+        builder, finger.name, nominal, estimator, period, gravity, measured, config.make_estimator
     )
     known = {**measured, **estimated}
     scores = add_scoring(builder, finger, period, known | truth)
-    beside = add_beside(builder, finger, believed, estimator, period, measured | truth)
+    alongside = add_alongside(builder, finger, nominal, estimator, period, measured | truth)
     twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "are names of other signals")
     del known["joint_angles"]  # updated at every step of the plant; the sampled angles are logged
-    return {"pressure": pressure, **known, **scores, **beside}
+    return {"pressure": pressure, **known, **scores, **alongside}

@@ -24,7 +24,7 @@ class SmoothBend(LeafSystem):
 
 
 def make(layout, gravity, period):
-    """What the scenario names; `layout` is what is believed of sensors and finger."""
+    """What the scenario names; `layout` has the nominal sensors and finger."""
     return SmoothBend(layout)
 
 

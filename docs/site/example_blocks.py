@@ -11,11 +11,11 @@ from pydrake.systems.framework import Diagram, System
 import soft_gripper as sg
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.hardware.replay.arm_replay import ArmEstimation, BelievedArm, LogSource, RigidParts
+from soft_gripper.hardware.replay.arm_replay import ArmEstimation, LogSource, NominalArm, RigidParts
 from soft_gripper.sensors.wire_lengths import WireCalibration
 
 _SCENARIOS = {
-    "pick_and_place_delicate": ["estimator.beside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
+    "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
     "pick_and_place_box": [],
     "arm_motion": ["external=[tool]", "task=null"],
     "tip_distance_steps": [],
@@ -76,7 +76,7 @@ def _arm_estimation() -> ArmEstimation:
     """The estimation of an arm of two sections and two chambers, straight and as if its wires were perfect."""
     finger = station("tip_distance_steps").fingers[0].finger
     zeros = np.zeros(2)
-    arm = BelievedArm(
+    arm = NominalArm(
         finger=finger,
         gains=np.zeros((finger.segments, 2)),
         rest=np.zeros(finger.segments),

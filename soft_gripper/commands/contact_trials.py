@@ -81,9 +81,9 @@ def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
 
 def _cells(row: ContactErrorRow) -> list[str | float]:
     sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
-    belief = row.belief.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
+    nominal = row.nominal.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
     forces, places = (
         [getattr(row, f"{of}_median_percent"), getattr(row, f"{of}_90_percent")] for of in ("force", "place")
     )
     layout = f"{row.sections}: {row.borders}"
-    return [row.estimator, layout, sensors, belief, row.calibration, row.found_percent, *forces, *places]
+    return [row.estimator, layout, sensors, nominal, row.calibration, row.found_percent, *forces, *places]

@@ -293,7 +293,7 @@ COMMANDS = (
         "sweep",
         "run a scenario with many values of its fields, and write one table",
         (
-            "box_grasp --vary sensor.sections=1,2,4 --vary 'believed.youngs_modulus=-20..20 %:5' --out results/belief",
+            "box_grasp --vary sensor.sections=1,2,4 --vary 'nominal.youngs_modulus=-20..20 %:5' --out results/nominal",
             "tip_distance_steps --vary control.gains.ki=1e5..1e6 --sample 64 --seed 1 --out results/gains",
             "box_grasp --vary sensor.sections=1,2,4 --out results/sections --resume    finish an interrupted sweep",
         ),
@@ -302,7 +302,7 @@ COMMANDS = (
             *scenario(),
             option(
                 "--vary",
-                "values or a range of a field, like pressure.maximum=1e5,2e5 or believed.youngs_modulus=-20..20 %%:5;"
+                "values or a range of a field, like pressure.maximum=1e5,2e5 or nominal.youngs_modulus=-20..20 %%:5;"
                 " integers stay integers; may be repeated",
                 "KEY=VALUES",
                 assignment,
@@ -425,7 +425,7 @@ COMMANDS = (
                 default="realistic",
             ),
             option(
-                "--belief",
+                "--nominal-error",
                 "by how much the nominal model is too stiff or too soft (default: %(default)g)",
                 "PERCENT",
                 number(100.0, is_most_allowed=False),
@@ -460,7 +460,7 @@ COMMANDS = (
         (
             *CONSOLE,
             option("recording", "a recording.nc that `soft-gripper run` wrote", read=path, nargs="+"),
-            option("--out", "YAML file for believed.calibration", "FILE", path, required=True),
+            option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
         ),
     ),
     Command(

@@ -60,7 +60,9 @@ def run(options: argparse.Namespace) -> None:
 
 def _assumptions(options: argparse.Namespace) -> Assumptions:
     errors = None if options.sensors is None else StrainErrorsConfig(preset=options.sensors)
-    return Assumptions(options.estimator, strain_errors(SensorConfig(errors=errors)), options.belief, options.seed)
+    return Assumptions(
+        options.estimator, strain_errors(SensorConfig(errors=errors)), options.nominal_error, options.seed
+    )
 
 
 def _runs(options: argparse.Namespace, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:

@@ -184,8 +184,8 @@ def print_left_out(rows: Sequence[LeftOutRow]) -> None:
 def print_snippet(placed: PlacedSensors, assumptions: Assumptions) -> None:
     """Prints the part of a scenario with the best placement, and an estimator with the assumed uncertainty."""
     borders = ", ".join(map(str, as_borders(placed.placements[0], placed.finger.segments)))
-    believed = assumptions.uncertainty
+    nominal = assumptions.uncertainty
     print(f"\nsensor:\n  sections: {len(placed.placements[0]) + 1}")
     print(f"  borders: [{borders}]")
     print(f"estimator:\n  type: {assumptions.estimator}\n  uncertainty:")
-    print(f"    reading: {believed.reading:.2g}\n    bend_per_pressure: {believed.bend_per_pressure:.2g}")
+    print(f"    reading: {nominal.reading:.2g}\n    bend_per_pressure: {nominal.bend_per_pressure:.2g}")

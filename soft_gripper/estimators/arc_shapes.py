@@ -46,7 +46,7 @@ _STEPS = 0.5 ** np.arange(4)  # parts of a step, of which the best is taken: who
 
 @dataclass(frozen=True)
 class BendSharing:
-    """The shares of the joints of one finger, as far as its sensors and its stiffness are believed to be known."""
+    """The shares of the joints of one finger, as far as its nominal sensors and stiffness say."""
 
     layout: SensorLayout
 

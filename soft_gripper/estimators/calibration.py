@@ -1,11 +1,11 @@
 """Calibration from free bending: a gain and an offset for every sensor, and how far a finger bends under pressure.
 
-Of what a finger is believed to be, its stiffness is scaled: the joint angles q of a finger at rest follow from
+The stiffness of the nominal finger is scaled: the joint angles q of a finger at rest follow from
 
     k(q) / r = g(p) + w(q) ,
 
 with k the elastic torque of a finger that has crept, g the torque of the pressure, w that of the weight and r the ratio
-that is found. A finger that is believed to creep must rest for longer than its slowest branch. The sensor i reads the
+that is found. A finger that is assumed to creep must rest for longer than its slowest branch. The sensor i reads the
 extension ratio 1 + a_i (ratio_i(q) - 1) + b_i. Strain and pressure alone cannot tell larger gains of all sensors from a
 finger that bends further (but for its weight, which is too weak to rely on): the mean of the gains a_i is taken to be
 1.
@@ -30,20 +30,20 @@ class FreeBending(NamedTuple):
 
     pressure: Array  # (M) Pa
     gravity: Planar  # (M) in the bending plane, z + i x in B, m/s^2
-    ratios: Array  # (M, R) extension ratios, as they are believed to be read
+    ratios: Array  # (M, R) extension ratios that the nominal sensors read
 
 
 class Calibration(NamedTuple):
     """What was found."""
 
-    bend_ratio: float  # how much further the finger bends under the same pressure than was believed
+    bend_ratio: float  # how much further the finger bends under the same pressure than nominal
     gains: Array  # (R)
     offsets: Array  # (R) extension ratio
     residual: float  # root mean square of what is left, extension ratio
 
 
 def calibrate(layout: SensorLayout, samples: FreeBending) -> Calibration:
-    """Fits gains, offsets and the ratio to samples, robustly; `layout` is believed."""
+    """Fits gains, offsets and the ratio to samples, robustly; `layout` is nominal."""
     readings = layout.readings
 
     def unpack(x: Array) -> tuple[float, Array, Array]:

@@ -118,7 +118,7 @@ def fit_single_force(layout: MeasurementModel, q: Array, bends: Bends, usual: fl
     """The single force that explains bends best.
 
     Args:
-        layout: sensors and finger as they are believed to be.
+        layout: the nominal sensors and finger.
         q: joint angles, rad, about as they are, (..., N).
         bends: what is to be explained.
         usual: standard deviation of usual forces, N.
@@ -223,7 +223,7 @@ def fit_several_forces(layout: MeasurementModel, q: Array, bends: Bends, side: A
     """The forces on one side that explain bends best, as their sum and their centre.
 
     Args:
-        layout: sensors and finger as they are believed to be.
+        layout: the nominal sensors and finger.
         q: joint angles, rad, about as they are, (K, N).
         bends: what is to be explained, of K samples.
         side: 1 for the inner, -1 for the outer side, (K).
@@ -291,9 +291,9 @@ class ContactShape:
 
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """Joint angles, their covariance and the contact force; see ShapeFunction."""
-        layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
+        layout, finger, assumed = self.layout, self.layout.finger, self.uncertainty
         gaussian = self._gaussian(readings, driving, gravity)
-        z, variance = layout.linear(readings, believed.any_reading).uncertain_by(believed.gain)
+        z, variance = layout.linear(readings, assumed.any_reading).uncertain_by(assumed.gain)
         weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
         known, q = driving + weight, gaussian.q
         for _ in range(1 if finger.elastic_law is None else _PASSES):
@@ -321,7 +321,7 @@ def explain(layout: MeasurementModel, uncertainty: Uncertainty, q: Array, bends:
     NaN where fewer than two sections are read.
 
     Args:
-        layout: sensors and finger as they are believed to be.
+        layout: the nominal sensors and finger.
         uncertainty: says how large loads usually are.
         q: joint angles, rad, about as they are, (..., N).
         bends: what is to be explained.

@@ -28,7 +28,7 @@ def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array, period:
     """Those of creep a period later, (..., B, N) rad, by estimated joint angles and a pressure that are held.
 
     Args:
-        finger: as it is believed to be.
+        finger: the nominal one.
         z: internal angles, (..., B, N) rad.
         q: joint angles, (..., N) rad; z of those that are not finite stays.
         pressure: in the chamber, (...) Pa.
@@ -49,7 +49,7 @@ def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) ->
     """The driving torque at every sample of a recording, (T, ..., N) N m; the finger begins straight.
 
     Args:
-        finger: as it is believed to be.
+        finger: the nominal one.
         q: joint angles, (T, ..., N) rad, each held for a period.
         pressure: in the chamber, (T, ...) Pa, likewise.
         period: of the samples, s.
@@ -71,7 +71,7 @@ def recorded_driving(
 
     Args:
         function: the estimator.
-        finger: as it is believed to be.
+        finger: the nominal one.
         readings: of the strain sensors, (T, ..., paths * S).
         pressure: in the chamber, Pa, (T, ...).
         gravity: in the bending plane, z + i x in B, m/s^2, (T, ...).
@@ -100,7 +100,7 @@ class DrivingTorque(ArrayBlock):
     """
 
     def __init__(self, finger: Finger, period: float):
-        """The finger as it is believed to be; it begins straight."""
+        """The nominal finger; it begins straight."""
         super().__init__()
         self._finger, self._period, joints = finger, period, finger.segments
         self._pressure = self.take("pressure", 1)

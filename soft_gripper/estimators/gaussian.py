@@ -72,8 +72,8 @@ class GaussianShape:
 
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """The joint angles and their covariance; see ShapeFunction."""
-        layout, finger, believed = self.layout, self.layout.finger, self.uncertainty
-        read, A = layout.linear(readings, believed.any_reading).uncertain_by(believed.gain), layout.matrix
+        layout, finger, assumed = self.layout, self.layout.finger, self.uncertainty
+        read, A = layout.linear(readings, assumed.any_reading).uncertain_by(assumed.gain), layout.matrix
         gravity = np.asarray(gravity)[..., None]
         q = read.values @ self._least_bent.T
         gain, covariance = condition(A, self.prior(q, driving), read.variance)
@@ -87,12 +87,12 @@ class GaussianShape:
         return self._of_load(q) + self.of_model(q, driving)
 
     def of_model(self, q: Array, driving: Array) -> Array:
-        """What of P is due to finger and pressure that are not as believed, all but that of the load, (..., N, N)."""
-        believed = self.uncertainty
+        """What of P is due to deviations of finger and pressure from the nominal model, all but that of the load, (..., N, N)."""
+        assumed = self.uncertainty
         compliance = self.compliance(q)
-        of_driving = compliance * (believed.bend_per_pressure * driving)
-        of_pressure = compliance * (believed.pressure * self.layout.finger.pressure_gain)
-        return _outer(of_driving) + _outer(of_pressure) + believed.angle**2 * np.eye(q.shape[-1])
+        of_driving = compliance * (assumed.bend_per_pressure * driving)
+        of_pressure = compliance * (assumed.pressure * self.layout.finger.pressure_gain)
+        return _outer(of_driving) + _outer(of_pressure) + assumed.angle**2 * np.eye(q.shape[-1])
 
     def _of_load(self, q: Array) -> Array:
         if self.layout.finger.elastic_law is None:

@@ -3,7 +3,7 @@
 A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of the sensors, whose state x is
 
     z     the load, as its strongest modes:  tau = V z ; it changes slowly, or jumps
-    r, d  how much more the finger bends than is believed, and the pressure that is measured too low:
+    r, d  how much more the finger bends than nominal, and the pressure that is measured too low:
           k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
 
@@ -13,7 +13,7 @@ long as it is no more than noise and the uncertainty of the slow states explain,
 cautiously, for errors of sensors are not white. While the finger is loaded they are kept as they are, with their
 uncertainty counted (Schmidt 1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an
 offset. What cannot be seen is a load that begins before anything is learnt and looks like a finger that bends less
-than believed: let the finger move freely first, or give a smaller `bend_per_pressure`.
+than assumed: let the finger move freely first, or give a smaller `bend_per_pressure`.
 
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
@@ -134,7 +134,7 @@ class RecursiveShape:
         return ShapeEstimate(known.q, covariance, explain(self.layout, self.uncertainty, known.q, bends).contact)
 
     def effective_driving(self, mean: Array, driving: Array) -> Array:
-        """What would drive the finger, as it is believed to be, as far as it is driven, N m, (..., N)."""
+        """The driving torque of the nominal finger at the pressure that drives it, N m, (..., N)."""
         share, pressure = mean[..., _MODES, None], mean[..., _MODES + 1, None]
         return driving * (1 + share) + pressure * self.layout.finger.pressure_gain
 
@@ -165,9 +165,9 @@ class RecursiveShape:
     @cached_property
     def _before(self) -> Array:
         """Variances of the states before the first sample, (n,)."""
-        believed, readings = self.uncertainty, self.layout.readings
-        slow = [believed.bend_per_pressure, believed.pressure]
-        slow += [believed.gain] * readings + [believed.offset] * readings
+        assumed, readings = self.uncertainty, self.layout.readings
+        slow = [assumed.bend_per_pressure, assumed.pressure]
+        slow += [assumed.gain] * readings + [assumed.offset] * readings
         variances: Array = np.concatenate([self._strongest[0], np.square(slow)])
         return variances
 

@@ -42,7 +42,7 @@ class ShapeEstimator(ArrayBlock):
     """
 
     def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array):
-        """Sensors and finger as they are believed to be; `gravity` in the world, (3,) m/s^2, zero for none.
+        """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none.
 
         Raises:
             InputError: if the function does not estimate the joint angles of one sample and of several.
@@ -68,7 +68,7 @@ class ShapeEstimator(ArrayBlock):
                 *("joint_angle_covariance", lambda shape: shape.covariance, "shape"),
                 unit="rad^2",
                 joint=joints,
-                joint_beside=joints,
+                other_joint=joints,
             )
             self.put_out(
                 *("position_std", lambda shape: position_std(finger, shape.q, shape.covariance), "shape"),

@@ -18,7 +18,7 @@ from soft_gripper.sensors.sensor_layout import strain_sensors
 
 
 class MakeShapeFunction(Protocol):
-    """Makes an estimator of sensors and finger as they are believed to be, for samples `period` s apart."""
+    """Makes an estimator of the nominal sensors and finger, for samples `period` s apart."""
 
     def __call__(self, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01) -> ShapeFunction: ...
 

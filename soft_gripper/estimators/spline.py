@@ -1,4 +1,4 @@
-"""The smoothest shape that has the measured bends: no stiffness, drive or weight is believed in.
+"""The smoothest shape that has the measured bends: no stiffness, drive or weight is assumed.
 
 Of all joint angles with the sums that are read, those with the least sum of squared differences from joint to joint:
 the curvature is continuous, and its slope is as small as can be. It is the limit of the most probable curvature that

@@ -1,4 +1,4 @@
-"""What is believed to be uncertain about a finger, its sensors and its load.
+"""What is assumed to be uncertain about a finger, its sensors and its load.
 
 What is uncertain to an estimator whose sensors have errors, and who knows the finger to some accuracy only.
 
@@ -34,14 +34,14 @@ from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
 
 @dataclass
 class Uncertainty:
-    """Standard deviations, as an estimator believes them.
+    """Standard deviations, as an estimator assumes them.
 
     Raises:
         InputError: unless all are finite, `reading` and `load_pressure` are above 0 and the others are not below.
     """
 
     reading: float = quantity(1e-4, above=0)  # of the extension ratios that sensors read
-    angle: float = quantity(2e-4, "rad", least=0)  # of a joint's angle where the finger is not as it is believed to be
+    angle: float = quantity(2e-4, "rad", least=0)  # of a joint's angle where the finger differs from the nominal one
     # Share of the bend that pressure, and the memory of creep, lead to.
     bend_per_pressure: float = quantity(0.005, least=0)
     pressure: float = quantity(0.0, "Pa", least=0)  # of the pressure's measurement
@@ -64,7 +64,7 @@ def uncertainty_of(
 ) -> Uncertainty:
     """What follows from the errors of the sensors, None for ideal ones; see `Uncertainty` for what is known without.
 
-    `finger` is the standard deviation of the bend per pressure that is believed, as a share: of Young's modulus, say.
+    `finger` is the standard deviation of the nominal bend per pressure, as a share: of Young's modulus, say.
     """
     ideal, strain, pressure = Uncertainty(), strain or StrainErrors(), pressure or PressureErrors()
     rounding = (strain.quantization or 0.0) / math.sqrt(12)
@@ -82,7 +82,7 @@ def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
     """Standard deviations across the finger of its joints and of its tip, m, (..., N + 1).
 
     Args:
-        finger: as it is believed to be.
+        finger: the nominal one.
         q: estimated joint angles, rad, (..., N).
         covariance: of these, rad^2, (..., N, N).
     """

@@ -13,8 +13,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
-from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
+from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
@@ -55,10 +55,10 @@ def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
 def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
     """The nominal layout of each finger of a recording, and its samples at rest."""
     recording, scenario, fingers = load_run(file)
-    believed = read_belief(replace(scenario.believed, calibration=None))
+    nominal = read_nominal_model(replace(scenario.nominal, calibration=None))
     found = []
     for finger in fingers:
-        layout = strain_sensors(believed.layout(finger.finger, scenario.sensor), str(file))
+        layout = strain_sensors(nominal.layout(finger.finger, scenario.sensor), str(file))
         layout = replace(layout, finger=replace(layout.finger, name=finger.name))
         found.append((layout, _samples(file, recording, scenario, layout)))
     return found

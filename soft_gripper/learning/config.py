@@ -201,8 +201,8 @@ def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:
 
 
 def _finger_changes(variation: VariationConfig, scenario: Scenario) -> Iterator[FingerChanges]:
-    """What the scenario changes of the fingers that differ, and what is believed of them."""
-    yield scenario.believed
+    """What the scenario changes of the fingers that differ, and their nominal model."""
+    yield scenario.nominal
     for model in scenario.models:
         if model.name == variation.gripper:
             yield from model.fingers.values()

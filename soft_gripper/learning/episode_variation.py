@@ -158,5 +158,5 @@ def varied_fingers(scenario: Scenario, config: VariationConfig, number: int) -> 
     (model,) = (model for model in found.models if model.name == config.gripper)
     changed = model.fingers.setdefault("all", FingerConfig())
     changed.youngs_modulus = f"{100 * share:+.9g} %"
-    found.believed.youngs_modulus = f"{100 * (1 / (1 + share) - 1):+.9g} %"
+    found.nominal.youngs_modulus = f"{100 * (1 / (1 + share) - 1):+.9g} %"
     return found

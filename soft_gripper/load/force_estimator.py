@@ -183,7 +183,7 @@ class ForceEstimator(ArrayBlock):
     def __init__(self, finger: Finger, gravity: Array, period: float, noisy: bool = False):
         """
         Args:
-            finger: as it is believed to be.
+            finger: the nominal one.
             gravity: in the world, (3,) m/s^2, or zero for no compensation.
             period: of the samples, s.
             noisy: the joint angles are too noisy to be differentiated twice; the finger is taken to move as its

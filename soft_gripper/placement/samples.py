@@ -31,8 +31,8 @@ from soft_gripper.placement.placements import Placement, as_borders
 from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.poses import held_rows, held_samples
 from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
-from soft_gripper.scenario.belief import Belief
-from soft_gripper.scenario.scenario import BelievedConfig
+from soft_gripper.scenario.nominal_model import NominalModel
+from soft_gripper.scenario.scenario import NominalConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios, strain_sensors
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
@@ -87,7 +87,7 @@ def _held_finger(name: str, run: RecordedRun, finger: PlantFinger) -> HeldFinger
 
 
 SETS = 16  # of sensors that are drawn, where they have errors
-USUAL_STRAIN = 0.05  # at which errors that are a share of the strain are believed
+USUAL_STRAIN = 0.05  # at which errors that are a share of the strain are assumed
 
 
 @dataclass(frozen=True)
@@ -95,35 +95,37 @@ class Assumptions:
     """An estimator, the errors of its sensors, and the error of the nominal stiffness.
 
     Raises:
-        InputError: if there is no such estimator, or a finger cannot be believed so wrong.
+        InputError: if there is no such estimator, or the nominal finger would be impossible.
     """
 
     estimator: str = "gaussian"
     errors: StrainErrors | None = None  # None: ideal sensors
-    belief: float = 0.0  # %, of Young's modulus, up and down
+    nominal_error: float = 0.0  # %, of Young's modulus, up and down
     seed: int = 1  # of what is random
 
     def __post_init__(self) -> None:
         find_estimator(self.estimator, field="--estimator")
-        if not 0 <= self.belief < 100:
-            raise InputError("place-sensors", "--belief", self.belief, "give a percentage from 0 to below 100")
+        if not 0 <= self.nominal_error < 100:
+            raise InputError(
+                "place-sensors", "--nominal-error", self.nominal_error, "give a percentage from 0 to below 100"
+            )
 
     @property
     def sets(self) -> int:
         """Number of sets of sensors to draw; ideal ones are all identical."""
         return 1 if self.errors is None else SETS
 
-    def believed(self, finger: Finger) -> list[Finger]:
+    def nominal(self, finger: Finger) -> list[Finger]:
         """The nominal finger, once too stiff and once too soft."""
-        signs = (1, -1) if self.belief else (1,)
-        changes = [BelievedConfig(youngs_modulus=f"{sign * self.belief:+g} %") for sign in signs]
-        return [Belief(change).finger(finger) for change in changes]
+        signs = (1, -1) if self.nominal_error else (1,)
+        changes = [NominalConfig(youngs_modulus=f"{sign * self.nominal_error:+g} %") for sign in signs]
+        return [NominalModel(change).finger(finger) for change in changes]
 
     @cached_property
     def uncertainty(self) -> Uncertainty:
-        """What the estimator believes of these errors: their sizes, no less than by default."""
+        """What the estimator assumes of these errors: their sizes, no less than by default."""
         least = Uncertainty()
-        bend = max(least.bend_per_pressure, self.belief / 100)
+        bend = max(least.bend_per_pressure, self.nominal_error / 100)
         reading = least.reading if self.errors is None else max(least.reading, reading_std(self.errors))
         return Uncertainty(reading=reading, bend_per_pressure=bend)
 
@@ -186,19 +188,19 @@ class Samples:
     """K samples of a finger, read by several sets of sensors."""
 
     layout: SensorLayout  # of any sections: finger, sides and response are its matter
-    believed: list[Finger]  # the nominal models of the finger
+    nominal: list[Finger]  # the nominal models of the finger
     driving: list[Array]  # (K, N) N m, of each of these
     ratios: SpanRatios  # (K, sets, paths, M)
     q: Array  # (K, N) rad
     gravity: Planar  # (K) m/s^2, in the bending plane
 
     def estimates(self, placement: Placement, assumptions: Assumptions) -> Iterator[ShapeEstimate]:
-        """What is estimated from the sensors of a placement, (K, sets, ...), under each of the beliefs."""
+        """What is estimated from the sensors of a placement, (K, sets, ...), under each of the nominal models."""
         sections, borders = len(placement) + 1, as_borders(placement, self.layout.finger.segments)
         layout = replace(self.layout, sections=sections, borders=borders)
         readings = layout.response.reading(self.ratios.of(placement))
         gravity = np.broadcast_to(self.gravity[:, None], readings.shape[:-1])
-        for finger, driving in zip(self.believed, self.driving, strict=True):
+        for finger, driving in zip(self.nominal, self.driving, strict=True):
             estimate = estimator_function(
                 assumptions.estimator, replace(layout, finger=finger), assumptions.uncertainty
             )
@@ -213,14 +215,14 @@ def read_held(finger: HeldFinger, assumptions: Assumptions, number: int) -> Samp
     ideal = span_ratios(_of_segments(finger.layout), finger.q)
     read = _read(ideal, assumptions, finger.period, number)
     ratios = read._replace(ratios=read.ratios[finger.held])
-    believed = assumptions.believed(finger.layout.finger)
-    driving = [_driving(each, finger) for each in believed]
-    return Samples(finger.layout, believed, driving, ratios, finger.q[finger.held], finger.gravity)
+    nominal = assumptions.nominal(finger.layout.finger)
+    driving = [_driving(each, finger) for each in nominal]
+    return Samples(finger.layout, nominal, driving, ratios, finger.q[finger.held], finger.gravity)
 
 
-def _driving(believed: Finger, finger: HeldFinger) -> Array:
+def _driving(nominal: Finger, finger: HeldFinger) -> Array:
     """At the held samples, (K, N) N m; what a finger that creeps remembers is how it was bent."""
-    return driving_torques(believed, finger.q, finger.pressure, finger.period)[finger.held]
+    return driving_torques(nominal, finger.q, finger.pressure, finger.period)[finger.held]
 
 
 def read_contacts(contacts: Contacts, like: SensorLayout, assumptions: Assumptions, number: int) -> Samples:
@@ -230,9 +232,9 @@ def read_contacts(contacts: Contacts, like: SensorLayout, assumptions: Assumptio
     at_once = ideal._replace(ratios=ideal.ratios[None])
     read = _read(at_once, assumptions, 1.0, number)
     ratios = read._replace(ratios=read.ratios[0])
-    believed = assumptions.believed(layout.finger)
-    driving = [each.pressure_torque(contacts.pressure) for each in believed]
-    return Samples(layout, believed, driving, ratios, contacts.q, contacts.gravity)
+    nominal = assumptions.nominal(layout.finger)
+    driving = [each.pressure_torque(contacts.pressure) for each in nominal]
+    return Samples(layout, nominal, driving, ratios, contacts.q, contacts.gravity)
 
 
 def _of_segments(layout: SensorLayout) -> SensorLayout:

@@ -1,13 +1,13 @@
 """What a scenario may say, and reading it."""
 
-from .belief import Belief as Belief
-from .belief import read_belief as read_belief
 from .calibration_file import load_calibration as load_calibration
 from .calibration_file import save_calibration as save_calibration
-from .scenario import BelievedConfig as BelievedConfig
+from .nominal_model import NominalModel as NominalModel
+from .nominal_model import read_nominal_model as read_nominal_model
 from .scenario import DeadSensorConfig as DeadSensorConfig
 from .scenario import FingerConfig as FingerConfig
 from .scenario import MeshConfig as MeshConfig
+from .scenario import NominalConfig as NominalConfig
 from .scenario import PhaseConfig as PhaseConfig
 from .scenario import PoseErrorConfig as PoseErrorConfig
 from .scenario import StrainErrorsConfig as StrainErrorsConfig

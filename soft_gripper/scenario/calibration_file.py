@@ -22,13 +22,13 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 @dataclass
 class FingerCalibrationConfig:
-    """What was found of one finger, relative to what was believed of it, and which finger it was."""
+    """What was found of one finger, relative to its nominal model, and which finger it was."""
 
     length: float = quantity(0.0, "m")
     sensor_spacing: float = quantity(0.0, "m")
     one_sided: bool = False
     section_lengths: list[float] = quantity([], "m")  # from the base to the tip
-    bend_ratio: float = quantity(1.0, above=0)  # how much further it bends under the same pressure than was believed
+    bend_ratio: float = quantity(1.0, above=0)  # how much further it bends under the same pressure than nominal
     gains: list[float] = quantity([], above=0)  # of the strain of every reading
     offsets: list[float] = field(default_factory=list)  # of every reading, extension ratio
     residual: float = 0.0  # root mean square of what is left, extension ratio
@@ -47,27 +47,27 @@ class CalibrationConfig:
 
 
 def as_config(layout: SensorLayout, found: Calibration) -> FingerCalibrationConfig:
-    """What is kept of the calibration of a finger with that believed layout."""
+    """What is kept of the calibration of a finger with that nominal layout."""
     numbers = float(found.bend_ratio), found.gains.tolist(), found.offsets.tolist(), found.residual
     return FingerCalibrationConfig(*_identity(layout), *numbers)
 
 
 def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
-    """The believed layout with the gains, offsets and stiffness that were found for its finger.
+    """The nominal layout with the gains, offsets and stiffness that were found for its finger.
 
     Raises:
         InputError: if the calibration is of other fingers or sensors.
     """
-    layout = strain_sensors(sensors, "believed.calibration")
+    layout = strain_sensors(sensors, "nominal.calibration")
     name, finger, curve = layout.finger.name, layout.finger, layout.response
     if name not in calibration.fingers:
-        raise InputError("believed.calibration", "fingers", list(calibration.fingers), f"has none for '{name}'")
+        raise InputError("nominal.calibration", "fingers", list(calibration.fingers), f"has none for '{name}'")
     config = calibration.fingers[name]
     found, own = (config.length, config.sensor_spacing, config.one_sided, config.section_lengths), _identity(layout)
     flat, expected = [*found[:3], *found[3]], [*own[:3], *own[3]]
     if len(flat) != len(expected) or not np.allclose(flat, expected, rtol=1e-6):
         of = "length, sensor spacing, one_sided and section lengths"
-        raise InputError("believed.calibration", name, found, f"{of} of the finger are {own}")
+        raise InputError("nominal.calibration", name, found, f"{of} of the finger are {own}")
     assert isinstance(curve, ResponseCurve)  # as a scenario gives it
     response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets))
     return replace(layout, finger=softened(finger, config.bend_ratio), response=response)

@@ -79,7 +79,7 @@ def _control(scenario: Scenario) -> Iterator[Misfit]:
 
 
 def _sensors(scenario: Scenario) -> Iterator[Misfit]:
-    responses = {"sensor": scenario.sensor.response, "believed": scenario.believed.response}
+    responses = {"sensor": scenario.sensor.response, "nominal": scenario.nominal.response}
     for part, response in responses.items():
         if response is not None:
             yield from _complaint(part, ResponseCurve, response)

@@ -302,7 +302,7 @@ class EstimatorConfig:
     """What is estimated from the readings of every finger."""
 
     type: str = "arcs"  # of the shape: see docs/estimators.md; or "module:function" of your own
-    beside: list[str] = field(default_factory=list)  # other types, whose shapes are recorded too and used by nothing
+    alongside: list[str] = field(default_factory=list)  # other types, whose shapes are recorded too and used by nothing
     # For estimators that weigh what they know; None: as it follows from the errors of the sensors.
     uncertainty: Uncertainty | None = None
     compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
@@ -313,19 +313,19 @@ class EstimatorConfig:
         if self.contact_threshold is not None and not self.compensate_gravity:
             expected = "leave it true: a finger whose weight is left in the torque always seems to touch something"
             yield "compensate_gravity", False, expected
-        for i, kind in enumerate(self.beside):
-            if kind == self.type or self.beside.count(kind) > 1:
-                yield f"beside[{i}]", kind, "is an estimator of this scenario already"
+        for i, kind in enumerate(self.alongside):
+            if kind == self.type or self.alongside.count(kind) > 1:
+                yield f"alongside[{i}]", kind, "is an estimator of this scenario already"
 
 
 @dataclass
-class BelievedConfig(FingerChanges):
-    """What the estimators believe of every finger and its sensors where it differs from what is simulated."""
+class NominalConfig(FingerChanges):
+    """The nominal model of every finger and its sensors, where it differs from what is simulated."""
 
-    file: str | None = None  # URDF whose <finger> of the same name, or only one, is believed; changes come on top
+    file: str | None = None  # URDF whose <finger> of the same name, or only one, is assumed; changes come on top
     creep: bool = True  # whether the estimators know that the finger creeps, if it does
     response: list[list[float]] | None = None  # of the sensors; None: as they are
-    calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to what is believed so far
+    calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to the nominal model so far
 
 
 def default_plant_config() -> MultibodyPlantConfig:
@@ -371,7 +371,7 @@ class Scenario(ByValue):
     external: list[str] = quantity([], known=("pressure", "opening", "joints", "tool"))
     sensor: SensorConfig = field(default_factory=SensorConfig)
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
-    believed: BelievedConfig = field(default_factory=BelievedConfig)
+    nominal: NominalConfig = field(default_factory=NominalConfig)
     plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config, metadata=valid(parts=_PLANT))
     simulator_config: SimulatorConfig = field(default_factory=default_simulator_config, metadata=valid(parts=_SOLVER))
 

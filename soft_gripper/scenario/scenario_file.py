@@ -79,14 +79,14 @@ def _checked(path: Path, document: dict[str, Any]) -> Scenario:
 
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field in which they do."""
-    named = [*((m, "file") for m in scenario.models), (scenario.believed, "file"), (scenario.believed, "calibration")]
+    named = [*((m, "file") for m in scenario.models), (scenario.nominal, "file"), (scenario.nominal, "calibration")]
     found = ((part, field, getattr(part, field)) for part, field in named)
     return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
 
 
 def _changes(document: dict[str, Any]) -> Iterator[Any]:
     """Where a document holds changes of fingers, in which numbers and text are meant alike."""
-    yield document.get("believed")
+    yield document.get("nominal")
     models = document.get("models")
     for model in models if isinstance(models, list) else ():
         fingers = model.get("fingers") if isinstance(model, dict) else None

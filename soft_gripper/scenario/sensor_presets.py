@@ -76,7 +76,7 @@ def strain_errors(sensor: SensorConfig) -> StrainErrors | None:
 
 
 def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
-    """What an estimator believes to be uncertain: what is given, or what follows from the errors of the sensors.
+    """What an estimator assumes to be uncertain: what is given, or what follows from the errors of the sensors.
 
     Raises:
         InputError: as `strain_errors`.

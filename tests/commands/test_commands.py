@@ -20,8 +20,8 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import SHIPPED
 
 FINGER = DIRECTORY / "grippers" / "finger.urdf"
-COLUMNS = "scenario,finger,estimator,belief,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm"
-FORCE_COLUMNS = "scenario,finger,estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"
+COLUMNS = "scenario,finger,estimator,nominal,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm"
+FORCE_COLUMNS = "scenario,finger,estimator,nominal,sections,pressure_kpa,joint,estimated_nm,true_nm"
 pytestmark = pytest.mark.usefixtures("empty_folder")
 
 
@@ -148,15 +148,15 @@ def test_run_has_a_torque_for_every_joint() -> None:
     ]
 
 
-def test_a_wrong_belief_is_named_and_shows_in_the_forces() -> None:
-    """A finger believed to be stiffer than it is seems to be bent by somebody."""
+def test_a_wrong_nominal_model_is_named_and_shows_in_the_forces() -> None:
+    """A finger whose nominal model is too stiff seems to bend under a load."""
     options = short("pressure.settle=1", "gravity=[0, 0, 0]")
     soft_gripper("run", "free_bending", *options, "--out", "right")
-    believed = soft_gripper("run", "free_bending", *options, "--set", "believed.youngs_modulus=+10 %", "--out", "wrong")
-    assert believed.code == 0
+    nominal = soft_gripper("run", "free_bending", *options, "--set", "nominal.youngs_modulus=+10 %", "--out", "wrong")
+    assert nominal.code == 0
     for name in ("metrics.csv", "forces.csv"):
-        assert {row["belief"] for row in table(f"right/{name}")} == {"as simulated"}
-        assert {row["belief"] for row in table(f"wrong/{name}")} == {"youngs_modulus +10 %"}
+        assert {row["nominal"] for row in table(f"right/{name}")} == {"as simulated"}
+        assert {row["nominal"] for row in table(f"wrong/{name}")} == {"youngs_modulus +10 %"}
     right, wrong = (
         np.array([float(row["estimated_nm"]) - float(row["true_nm"]) for row in table(f"{folder}/forces.csv")])
         for folder in ("right", "wrong")

@@ -112,7 +112,7 @@ def test_every_file_that_is_named_is_there(evaluated: Evaluated) -> None:
 def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evaluated) -> None:
     with (evaluated.folder / "metrics.csv").open(newline="") as file:
         header, *records = csv.reader(file)
-    columns = "scenario finger estimator belief sections pressure_kpa bend_angle_deg pose_error_mm tip_error_mm"
+    columns = "scenario finger estimator nominal sections pressure_kpa bend_angle_deg pose_error_mm tip_error_mm"
     assert header == columns.split()
     expected = []
     for name in SCENARIOS:

@@ -113,7 +113,7 @@ def test_values_of_options():
         ("grasp-trials --scenario box_grasp --scenario box_grasp", "--scenario"),
         ("grasp-trials --jobs 0", "--jobs"),
         ("place-sensors --count 2 --sensors perfect", "--sensors"),
-        ("place-sensors --count 2 --belief 100", "--belief"),
+        ("place-sensors --count 2 --nominal-error 100", "--nominal-error"),
         ("place-sensors --count 2 --scenarios box_grasp --recordings a.nc", "--scenarios"),
         ("identify a.csv --finger a.urdf --free length --out fitted.csv", "--out"),
         ("expand a.urdf --segments -1", "--segments"),

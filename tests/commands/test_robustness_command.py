@@ -22,8 +22,8 @@ POSES = [
 HOLDS = Claim("ours", "two sensors are within 1 mm", True, "0.52 mm")
 FAILS = Claim("ours", "two sensors are better than four", False, "1.04 times")
 ERRING = [
-    RobustnessRow(s, name, belief, 1.0, n, 1.0 / n, 2.0 / n, 3.0, 0.9, 7)
-    for s, name, belief, n in product(SCENARIOS, ("arcs", "gaussian"), ("as simulated", "wrong"), SECTIONS)
+    RobustnessRow(s, name, nominal, 1.0, n, 1.0 / n, 2.0 / n, 3.0, 0.9, 7)
+    for s, name, nominal, n in product(SCENARIOS, ("arcs", "gaussian"), ("as simulated", "wrong"), SECTIONS)
 ]
 OTHER = [PlantRow("rubber", s, "arcs", n, 4.0 / n, 8.0 / n, 9.0, 5.0, 0.9, 7) for s, n in product(SCENARIOS, SECTIONS)]
 

@@ -38,7 +38,7 @@ def alive(blocks):
 
 @pytest.mark.parametrize(
     ("name", "overrides"),
-    [("box_grasp", [*NOISY, "estimator.beside=[spline, contact, recursive]"]), ("pick_and_place_box", [])],
+    [("box_grasp", [*NOISY, "estimator.alongside=[spline, contact, recursive]"]), ("pick_and_place_box", [])],
 )
 def test_a_station(name, overrides):
     blocks = blocks_of(make_station(load_scenario(name, overrides)).diagram)

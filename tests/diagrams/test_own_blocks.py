@@ -136,8 +136,8 @@ def test_an_answer_of_a_sensor(answer, said, overrides):
 
 
 def test_an_estimator_beside():
-    error = refused("estimator.beside=['test_own_blocks:failing_estimator']")
-    assert (error.field, error.value) == ("estimator.beside", "test_own_blocks:failing_estimator")
+    error = refused("estimator.alongside=['test_own_blocks:failing_estimator']")
+    assert (error.field, error.value) == ("estimator.alongside", "test_own_blocks:failing_estimator")
     assert "left_finger.test_own_blocks:failing_estimator: output port" in error.expected
 
 

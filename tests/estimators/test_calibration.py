@@ -1,4 +1,4 @@
-"""Calibration: gains, offsets and the ratio of a finger that is other than believed are found again."""
+"""Calibration: gains, offsets and the ratio of a finger that is other than assumed are found again."""
 
 from dataclasses import replace
 

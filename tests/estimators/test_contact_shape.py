@@ -67,21 +67,21 @@ def test_where_nothing_presses_nothing_is_found(shipped_finger, sections, pressu
 
 
 @pytest.mark.parametrize(
-    ("wrong", "believed"),
+    ("wrong", "assumed"),
     [
         ({"gain": 1.03}, {"gain": 0.03}),
         ({"offset": 3e-3}, {"offset": 3e-3}),
         ({"offset": 3e-3}, {"drift": 3e-3 / np.sqrt(60)}),
     ],
 )
-def test_what_a_sensor_is_believed_to_err_is_not_taken_for_a_force(shipped_finger, wrong, believed):
-    """A sensor that reads 3 % too much, or too much by an offset; of one that is believed exact it is a force."""
+def test_what_a_sensor_is_believed_to_err_is_not_taken_for_a_force(shipped_finger, wrong, assumed):
+    """A sensor that reads 3 % too much, or too much by an offset; of one that is assumed exact it is a force."""
     layout = SensorLayout(shipped_finger, **TWO)
     ratios = extension_ratios(layout, in_balance(shipped_finger, 80e3, 0j))
     ratios[-1] = 1 + wrong.get("gain", 1.0) * (ratios[-1] - 1) + wrong.get("offset", 0.0)
     given = layout.response.reading(ratios), shipped_finger.pressure_torque(80e3), 0j
     assert ContactShape(layout)(*given).contact.force != 0
-    assert ContactShape(layout, Uncertainty(**believed))(*given).contact.force == 0
+    assert ContactShape(layout, Uncertainty(**assumed))(*given).contact.force == 0
 
 
 def test_noise_is_rarely_taken_for_a_force(shipped_finger):
@@ -218,10 +218,10 @@ def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
 
 def test_every_measured_bend_is_met(shipped_finger, bent):
     """Of shapes that no few forces explain, as closely as by the most probable shape."""
-    layout, believed = SensorLayout(shipped_finger, **FOUR), Uncertainty(reading=1e-6)
+    layout, assumed = SensorLayout(shipped_finger, **FOUR), Uncertainty(reading=1e-6)
     q = np.repeat(bent(5, 4) / 4, 3, axis=-1)
     driving = shipped_finger.pressure_torque(np.full(5, 5e4))
-    found = ContactShape(layout, believed)(readings(layout, q), driving, np.zeros(5))
+    found = ContactShape(layout, assumed)(readings(layout, q), driving, np.zeros(5))
     np.testing.assert_allclose(layout.sums(found.q), layout.sums(q), rtol=0, atol=1e-6)
 
 

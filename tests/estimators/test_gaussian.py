@@ -45,18 +45,18 @@ def estimated(layout, read, pressure=PRESSURE, gravity=0j, uncertainty=None):
     return GaussianShape(layout, uncertainty or Uncertainty())(read, driving, gravity)
 
 
-def least_squares(layout, read, believed):
+def least_squares(layout, read, assumed):
     """All that is unknown stacked, each of unit variance: load, pressure, joints; and the covariance of the joints.
 
     With no weight the problem is linear.
     """
-    finger, (theta, variance) = layout.finger, layout.linear(read, believed.reading)
-    within_a_minute = believed.reading**2 + believed.offset**2 + 60 * believed.drift**2
-    variance = variance * within_a_minute / believed.reading**2 + (believed.gain * theta) ** 2
-    load = np.linalg.cholesky(torque_covariance(finger, believed.load_pressure))
-    pressures = np.array([believed.bend_per_pressure * PRESSURE, believed.pressure])
+    finger, (theta, variance) = layout.finger, layout.linear(read, assumed.reading)
+    within_a_minute = assumed.reading**2 + assumed.offset**2 + 60 * assumed.drift**2
+    variance = variance * within_a_minute / assumed.reading**2 + (assumed.gain * theta) ** 2
+    load = np.linalg.cholesky(torque_covariance(finger, assumed.load_pressure))
+    pressures = np.array([assumed.bend_per_pressure * PRESSURE, assumed.pressure])
     torques = np.hstack([load, np.outer(finger.pressure_gain, pressures)])
-    to_joints = np.hstack([torques / finger.stiffness[:, None], believed.angle * np.eye(finger.segments)])
+    to_joints = np.hstack([torques / finger.stiffness[:, None], assumed.angle * np.eye(finger.segments)])
     free = finger.pressure_gain * PRESSURE / finger.stiffness
     weights = 1 / np.sqrt(variance)
     rows = np.vstack([np.eye(to_joints.shape[1]), weights[:, None] * layout.sums(to_joints.T).T])
@@ -66,19 +66,19 @@ def least_squares(layout, read, believed):
     return free + to_joints @ unknown, to_joints @ inverse @ inverse.T @ to_joints.T
 
 
-def drawn(finger, believed, rng):
-    """Joint angles of a finger without weight, from what is believed of load, pressure and joints."""
-    load = rng.multivariate_normal(np.zeros(finger.segments), torque_covariance(finger, believed.load_pressure))
-    pressure = PRESSURE * (1 + believed.bend_per_pressure * rng.standard_normal())
-    pressure += believed.pressure * rng.standard_normal()
-    return finger.angle(pressure * finger.pressure_gain + load) + believed.angle * rng.standard_normal(finger.segments)
+def drawn(finger, assumed, rng):
+    """Joint angles of a finger without weight, from what is assumed of load, pressure and joints."""
+    load = rng.multivariate_normal(np.zeros(finger.segments), torque_covariance(finger, assumed.load_pressure))
+    pressure = PRESSURE * (1 + assumed.bend_per_pressure * rng.standard_normal())
+    pressure += assumed.pressure * rng.standard_normal()
+    return finger.angle(pressure * finger.pressure_gain + load) + assumed.angle * rng.standard_normal(finger.segments)
 
 
-@pytest.mark.parametrize("believed", DOUBTS.values(), ids=DOUBTS)
-def test_it_is_what_least_squares_find(layout, bent, believed):
+@pytest.mark.parametrize("assumed", DOUBTS.values(), ids=DOUBTS)
+def test_it_is_what_least_squares_find(layout, bent, assumed):
     read = readings(layout, bent(12) / 4)
-    q, covariance = least_squares(layout, read, believed)
-    found = estimated(layout, read, uncertainty=believed)
+    q, covariance = least_squares(layout, read, assumed)
+    found = estimated(layout, read, uncertainty=assumed)
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-10)
     np.testing.assert_allclose(found.covariance, covariance, rtol=0, atol=1e-8 * covariance.max())
 
@@ -174,10 +174,10 @@ def test_where_a_law_is_softer_the_load_is_less_certain(shipped_finger):
 def test_errors_are_as_large_as_they_are_said_to_be(shipped_finger, sections):
     """The normalized squared errors of 12 joints over 200 draws have a mean within its 95 % of chi-squared."""
     layout, rng, draws = SensorLayout(shipped_finger, **sections), np.random.default_rng(11), 200
-    believed = Uncertainty(load_pressure=5e4)
-    q = np.array([drawn(shipped_finger, believed, rng) for _ in range(draws)])
-    read = readings(layout, q) + believed.reading * rng.standard_normal((draws, layout.readings))
-    found = estimated(layout, read, uncertainty=believed)
+    assumed = Uncertainty(load_pressure=5e4)
+    q = np.array([drawn(shipped_finger, assumed, rng) for _ in range(draws)])
+    read = readings(layout, q) + assumed.reading * rng.standard_normal((draws, layout.readings))
+    found = estimated(layout, read, uncertainty=assumed)
     error = q - found.q
     squares = (error * np.linalg.solve(found.covariance, error[..., None])[..., 0]).sum(axis=-1)
     low, high = chi2.ppf([0.025, 0.975], 12 * draws) / draws

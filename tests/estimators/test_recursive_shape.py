@@ -85,9 +85,9 @@ def last_known(shape: RecursiveShape, readings: Array, driving: Array):
 
 @pytest.mark.parametrize("ratio", [0.92, 1.1])
 def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
-    """The believed finger bends less, or more, than the true one."""
-    believed = SensorLayout(softened(layout.finger, 1 / ratio), 2, borders=(1 / 3,))
-    shape = RecursiveShape(believed, UNCERTAIN)
+    """The assumed finger bends less, or more, than the true one."""
+    assumed = SensorLayout(softened(layout.finger, 1 / ratio), 2, borders=(1 / 3,))
+    shape = RecursiveShape(assumed, UNCERTAIN)
     known = last_known(shape, read(layout, free), free.driving)
     at = layout.finger.pressure_torque(100e3)
     np.testing.assert_allclose(shape.effective_driving(known.mean, at), ratio * at, rtol=0.015)
@@ -228,10 +228,10 @@ def learner(layout: SensorLayout) -> Learner:
     return learner_of(layout, UNCERTAIN)
 
 
-def learner_of(layout: SensorLayout, believed: Uncertainty) -> Learner:
-    shape, finger, readings = RecursiveShape(layout, believed), layout.finger, layout.readings
+def learner_of(layout: SensorLayout, assumed: Uncertainty) -> Learner:
+    shape, finger, readings = RecursiveShape(layout, assumed), layout.finger, layout.readings
     driving = finger.pressure_torque(40e3)
-    _, modes = np.linalg.eigh(torque_covariance(finger, believed.load_pressure))
+    _, modes = np.linalg.eigh(torque_covariance(finger, assumed.load_pressure))
 
     def strains(state: Array) -> Array:
         load, (share, pressure), gains, offsets = np.split(state, [5, 7, 7 + readings])
@@ -248,12 +248,12 @@ def learner_of(layout: SensorLayout, believed: Uncertainty) -> Learner:
 
 
 def before(learner: Learner) -> Array:
-    """Variances of the states as the first sample is read: what is believed, and what a period adds, (n,)."""
-    believed, finger, readings = learner.shape.uncertainty, learner.shape.layout.finger, learner.shape.layout.readings
-    loads = np.linalg.eigvalsh(torque_covariance(finger, believed.load_pressure))[:-6:-1]
-    slow = [believed.bend_per_pressure, believed.pressure]
-    slow += [believed.gain] * readings + [believed.offset] * readings
-    walks = [1e-3, 0.0] + [1e-3] * readings + [believed.drift] * readings
+    """Variances of the states as the first sample is read: what is assumed, and what a period adds, (n,)."""
+    assumed, finger, readings = learner.shape.uncertainty, learner.shape.layout.finger, learner.shape.layout.readings
+    loads = np.linalg.eigvalsh(torque_covariance(finger, assumed.load_pressure))[:-6:-1]
+    slow = [assumed.bend_per_pressure, assumed.pressure]
+    slow += [assumed.gain] * readings + [assumed.offset] * readings
+    walks = [1e-3, 0.0] + [1e-3] * readings + [assumed.drift] * readings
     return np.concatenate([loads * (1 + PERIOD * 0.15**2), np.square(slow) + PERIOD * np.square(walks)])
 
 
@@ -286,8 +286,8 @@ def test_a_free_sample_corrects_what_is_slow_as_least_squares_do_with_30_times_t
 
 def test_what_is_slow_goes_astray_as_it_is_believed_to(layout: SensorLayout) -> None:
     """Of states that are known at first, and of which a sample says next to nothing, the walk of a period is left."""
-    believed = Uncertainty(reading=1.0, bend_per_pressure=0.0, drift=2e-3)
-    known = stepped(learner_of(layout, believed), np.zeros(layout.readings))
+    assumed = Uncertainty(reading=1.0, bend_per_pressure=0.0, drift=2e-3)
+    known = stepped(learner_of(layout, assumed), np.zeros(layout.readings))
     expected = np.array([1e-3, 0.0] + [1e-3] * layout.readings + [2e-3] * layout.readings) ** 2 * PERIOD
     np.testing.assert_allclose(np.diagonal(known.covariance)[5:], expected, rtol=1e-3)
 

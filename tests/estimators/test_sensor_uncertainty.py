@@ -53,8 +53,8 @@ def test_bands_know_the_errors_of_sensors_with_gains(shipped_finger, bend):
     layout, errors = SensorLayout(shipped_finger, 2), StrainErrors(gain_error=0.02, noise=1e-3)
     ratios = np.tile(extension_ratios(layout, np.full(12, bend / 12)), (1, 4000, 1))
     readings = layout.response.reading(disturb(errors, ratios, 0.01, np.random.default_rng(3)))[0]
-    believed = uncertainty_of(errors)
-    believed.load_pressure = 1e7
-    shape = GaussianShape(layout, believed)(readings, np.zeros((4000, 12)), 0j)
+    assumed = uncertainty_of(errors)
+    assumed.load_pressure = 1e7
+    shape = GaussianShape(layout, assumed)(readings, np.zeros((4000, 12)), 0j)
     claimed = np.sqrt(shape.covariance.sum(axis=(-2, -1)).mean())
     assert shape.q.sum(axis=-1).std() == pytest.approx(claimed, rel=0.15)

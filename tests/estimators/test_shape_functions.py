@@ -41,7 +41,7 @@ def test_uncertainty_is_taken_from_what_is_believed(shipped_finger):
 
 @pytest.mark.parametrize(("name", "uses"), [("arcs", False), ("spline", False), ("gaussian", True), ("contact", True)])
 def test_positions_of_arcs_and_splines_use_geometry_alone(shipped_finger, bent, name, uses):
-    """They depend neither on what drives the finger nor on what is believed to be uncertain."""
+    """They depend neither on what drives the finger nor on what is assumed to be uncertain."""
     layout = SensorLayout(shipped_finger, 2)
     strain = layout.response.reading(extension_ratios(layout, bent(12) / 4))
     shapes = [

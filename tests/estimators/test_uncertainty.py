@@ -1,4 +1,4 @@
-"""What is believed to be uncertain: numbers that are none are refused, by name."""
+"""What is assumed to be uncertain: numbers that are none are refused, by name."""
 
 from dataclasses import fields
 

@@ -56,13 +56,13 @@ def test_the_truth_is_found(recorded, tmp_path):
     assert np.abs(outer).max() < 3e-3
     np.testing.assert_allclose(found.offsets, CALIBRATION.offsets, atol=3e-4)
     assert CALIBRATION.noise < found.residual < 1.5 * CALIBRATION.noise
-    assert f"{found.bend_ratio:.4f} times as far as believed" in result.out
+    assert f"{found.bend_ratio:.4f} times as far as nominal" in result.out
 
 
 def test_a_recording_that_was_calibrated_says_the_same(recorded, tmp_path):
     """What was loaded then is where the fit does not begin: else it would count twice."""
     first, _ = calibrate(recorded("run"), tmp_path / "first.yaml")
-    again, _ = calibrate(recorded("again", f"believed.calibration={tmp_path / 'first.yaml'}"), tmp_path / "again.yaml")
+    again, _ = calibrate(recorded("again", f"nominal.calibration={tmp_path / 'first.yaml'}"), tmp_path / "again.yaml")
     assert again == first
 
 

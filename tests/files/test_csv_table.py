@@ -40,7 +40,7 @@ def test_true_and_false_are_read_again(tmp_path):
 def test_columns_have_the_names_of_the_fields(tmp_path):
     write_csv(tmp_path / "table.csv", FORCES)
     header, row = (tmp_path / "table.csv").read_bytes().decode().split("\n")[:2]
-    assert header == "scenario,finger,estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm"
+    assert header == "scenario,finger,estimator,nominal,sections,pressure_kpa,joint,estimated_nm,true_nm"
     assert row == "free_bending,finger,arcs,as simulated,2,150.000000,11,-0.139409,0.000001"
 
 

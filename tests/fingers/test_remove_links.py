@@ -53,7 +53,7 @@ SAID_OF_HAND = (
     + "<gazebo reference='left_jaw'><mu1>0.9</mu1></gazebo><gazebo reference='mount'/>"
     + "<frame name='grasp' link='hand' xyz='0 0 0.1' rpy='0 0 0'/>"
 )
-BESIDE = joint("side", "base", "camera", "", "fixed") + link("camera")
+ALONGSIDE = joint("side", "base", "camera", "", "fixed") + link("camera")
 
 
 def urdf(*parts):
@@ -71,9 +71,9 @@ def same(text):
 
 
 WITH_HAND = urdf(
-    ARM, HAND, BESIDE, DRIVES, SAID, SAID_OF_HAND, group("upper", "fore", "hand", "left_jaw", "right_jaw", "pad")
+    ARM, HAND, ALONGSIDE, DRIVES, SAID, SAID_OF_HAND, group("upper", "fore", "hand", "left_jaw", "right_jaw", "pad")
 )
-BARE = urdf(ARM, BESIDE, DRIVES, SAID, group("upper", "fore"))
+BARE = urdf(ARM, ALONGSIDE, DRIVES, SAID, group("upper", "fore"))
 
 
 @pytest.mark.parametrize("names", [["hand"], ["hand", "left_jaw"], ["right_jaw", "hand", "hand"]])
@@ -99,8 +99,8 @@ def test_branches_are_cut_one_by_one():
 
 
 def test_order_of_the_file_does_not_matter():
-    shuffled = urdf(SAID_OF_HAND, DRIVES, HAND, BESIDE, ARM)
-    assert without(shuffled, "hand") == same(urdf(DRIVES, BESIDE, ARM))
+    shuffled = urdf(SAID_OF_HAND, DRIVES, HAND, ALONGSIDE, ARM)
+    assert without(shuffled, "hand") == same(urdf(DRIVES, ALONGSIDE, ARM))
 
 
 def test_drake_loads_what_remains():

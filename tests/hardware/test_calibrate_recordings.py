@@ -16,10 +16,10 @@ from soft_gripper.scenario.scenario_file import load_scenario
 pytestmark = pytest.mark.slow
 
 STEPS = ["pressure.steps.all=[0, 60e3, 120e3, 60e3, -30e3]", "pressure.settle=0.5", "pressure.hold_samples=20"]
-BELIEF = ["believed.youngs_modulus=+15 %", "believed.layer_modulus=+15 %"]  # the neutral axis stays
+NOMINAL = ["nominal.youngs_modulus=+15 %", "nominal.layer_modulus=+15 %"]  # the neutral axis stays
 ERRORS = "sensor.errors={gain_error: 0.05, offset: 0.005, noise: 0.001, hysteresis: 0.005}"
-WRONG = [*STEPS, *BELIEF, ERRORS, "sensor.seed=3"]
-IDEAL = [*STEPS, *BELIEF]
+WRONG = [*STEPS, *NOMINAL, ERRORS, "sensor.seed=3"]
+IDEAL = [*STEPS, *NOMINAL]
 
 
 @pytest.fixture(scope="module")
@@ -54,14 +54,14 @@ def test_ideal_sensors_show_how_far_the_finger_bends(recorded):
         np.testing.assert_allclose(finger.offsets, 0, atol=2e-4)
 
 
-def test_a_calibrated_belief_estimates_better(recorded, tmp_path):
+def test_a_calibrated_nominal_model_estimates_better(recorded, tmp_path):
     """The same sensors again, by the command line and a scenario that loads what it wrote."""
     path, out = recorded("free_bending", *WRONG), tmp_path / "calibration.yaml"
     result = soft_gripper("calibrate", path, "--out", out)
     assert result.code == 0, result.err
     assert "assumed: the mean gain" in result.out
     assert load_calibration(str(out)).fingers["left_finger"].bend_ratio == pytest.approx(1.15, rel=0.05)
-    after = simulate(load_scenario("free_bending", [*WRONG, f"believed.calibration={out}"]))
+    after = simulate(load_scenario("free_bending", [*WRONG, f"nominal.calibration={out}"]))
     for signal, part in (("pose_error", 0.6), ("external_torque", 0.4)):
         assert mean_of_fingers(after, signal) < part * mean_of_fingers(Recording.load(path), signal)
 

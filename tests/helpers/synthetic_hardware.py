@@ -409,7 +409,7 @@ def _pose(place: Array, heading: Array, random: np.random.Generator, truth: ArmT
 
 @dataclass(frozen=True)
 class CalibrationTruth:
-    """Of models/grippers/finger.urdf with four sections per side, which bends further than is believed."""
+    """Of models/grippers/finger.urdf with four sections per side, which bends further than nominal."""
 
     bend_ratio: float = 1.12
     gains: tuple[float, ...] = (1.05, 0.97, 1.02, 0.95, 0.96, 1.03, 1.04, 0.98)  # inner, outer; their mean is 1

@@ -123,6 +123,6 @@ def test_fingers_differ_and_their_estimators_do_not_know(grasp_environment):
     soft, plain, hard = (varied_fingers(grasp_environment.scenario, config, i) for i in range(3))
     gripper = {model.name: model for model in soft.models}["gripper"]
     assert gripper.fingers["all"].youngs_modulus == "-10 %"
-    assert float(soft.believed.youngs_modulus.rstrip(" %")) == pytest.approx(100 / 0.9 - 100)
-    assert hard.believed.youngs_modulus.startswith("-")
+    assert float(soft.nominal.youngs_modulus.rstrip(" %")) == pytest.approx(100 / 0.9 - 100)
+    assert hard.nominal.youngs_modulus.startswith("-")
     assert {model.name: model for model in plain.models}["gripper"].fingers["all"].youngs_modulus == "+0 %"

@@ -24,7 +24,7 @@ GRIP = (
     *("pressure.minimum=-40e3", "pressure.maximum=210e3", "estimator.type=contact", "sensor.sections=2"),
 )
 CONTACT = "estimator.contact_threshold=2.5e-3"
-BELIEFS = {"aware": "believed.creep=true", "unaware": "believed.creep=false"}
+NOMINALS = {"aware": "nominal.creep=true", "unaware": "nominal.creep=false"}
 
 
 def values(recording: Recording, signal: str, begin: float) -> np.ndarray:
@@ -38,7 +38,7 @@ def free(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
     file = write_creeping(FINGER, tmp_path_factory.mktemp("free"), SHARE, TIME)
     plant = [*(f"models.{i}.file={file}" for i in range(2)), "estimator.type=gaussian", "sensor.sections=2", CONTACT]
     steps = [60e3, 150e3, 0.0, 90e3]
-    return {who: simulate(free_bending(steps, 0.8, *plant, belief)) for who, belief in BELIEFS.items()}
+    return {who: simulate(free_bending(steps, 0.8, *plant, nominal)) for who, nominal in NOMINALS.items()}
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def grip(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
     """A box held with a limited force, by who estimates."""
     plant = f"models.0.file={write_creeping(GRIPPER, tmp_path_factory.mktemp('grip'), SHARE, TIME)}"
     return {
-        who: simulate(load_scenario("box_grasp", [plant, *GRIP, CONTACT, belief])) for who, belief in BELIEFS.items()
+        who: simulate(load_scenario("box_grasp", [plant, *GRIP, CONTACT, nominal])) for who, nominal in NOMINALS.items()
     }
 
 

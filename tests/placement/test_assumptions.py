@@ -34,17 +34,17 @@ def test_the_believed_errors_add_up_as_squares():
 
 
 def test_the_finger_is_believed_too_stiff_and_too_soft(shipped_finger):
-    stiff, soft = Assumptions(belief=10.0).believed(shipped_finger)
+    stiff, soft = Assumptions(nominal_error=10.0).nominal(shipped_finger)
     assert stiff.base.youngs_modulus == pytest.approx(1.1 * shipped_finger.base.youngs_modulus)
     assert soft.tip.youngs_modulus == pytest.approx(0.9 * shipped_finger.tip.youngs_modulus)
-    assert Assumptions(belief=10.0).uncertainty.bend_per_pressure == pytest.approx(0.1)
-    assert Assumptions().believed(shipped_finger) == [shipped_finger]
+    assert Assumptions(nominal_error=10.0).uncertainty.bend_per_pressure == pytest.approx(0.1)
+    assert Assumptions().nominal(shipped_finger) == [shipped_finger]
 
 
-@pytest.mark.parametrize("belief", [-1.0, 100.0, float("nan")])
-def test_an_impossible_belief_is_refused(belief):
-    with pytest.raises(InputError, match="--belief"):
-        Assumptions(belief=belief)
+@pytest.mark.parametrize("nominal_error", [-1.0, 100.0, float("nan")])
+def test_an_impossible_nominal_model_is_refused(nominal_error):
+    with pytest.raises(InputError, match="--nominal-error"):
+        Assumptions(nominal_error=nominal_error)
 
 
 def test_an_unknown_estimator_is_refused():

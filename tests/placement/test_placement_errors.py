@@ -36,14 +36,14 @@ def test_the_error_is_that_of_the_estimator_on_this_layout(free_finger, estimato
 
 
 def test_free_bending_is_known_from_pressure_alone_if_the_stiffness_is(free_finger):
-    """The model is that of the truth; believed too stiff or too soft, the shape is wrong."""
-    right, wrong = Assumptions(), Assumptions(belief=20.0)
+    """The model is that of the truth; assumed too stiff or too soft, the shape is wrong."""
+    right, wrong = Assumptions(), Assumptions(nominal_error=20.0)
     known = mean_pose_error([read_held(free_finger, right, 0)], (6,), right)
-    believed = mean_pose_error([read_held(free_finger, wrong, 0)], (6,), wrong)
-    assert known < 1e-6 < 1e-5 < believed
+    nominal = mean_pose_error([read_held(free_finger, wrong, 0)], (6,), wrong)
+    assert known < 1e-6 < 1e-5 < nominal
 
 
-def test_every_belief_counts_alike(shipped_finger):
+def test_every_nominal_model_counts_alike(shipped_finger):
     """A straight finger that is estimated to turn by an angle at its first joint alone errs by chords about that."""
     angles, finger = (0.1, 0.4), shipped_finger
     turned = [ShapeEstimate(np.eye(finger.segments)[:1, None] * angle) for angle in angles]
@@ -51,7 +51,7 @@ def test_every_belief_counts_alike(shipped_finger):
     samples = SimpleNamespace(layout=SensorLayout(finger, 2), q=q, estimates=lambda *_: iter(turned))
     mean_arm = finger.segment_length * (finger.segments - 1) / 2
     expected = np.mean([2 * np.sin(angle / 2) * mean_arm for angle in angles])
-    assert mean_pose_error([samples], (6,), Assumptions(belief=10.0)) == pytest.approx(expected)
+    assert mean_pose_error([samples], (6,), Assumptions(nominal_error=10.0)) == pytest.approx(expected)
 
 
 def test_noise_costs_and_every_finger_counts_alike(free_finger):

@@ -38,7 +38,7 @@ def test_a_scenario_that_is_open_stays_so() -> None:
 def test_what_is_simulated_stays() -> None:
     scenario = load_scenario("pick_and_place_delicate")
     opened = open_scenario(scenario)
-    for part in ("models", "gravity", "pressure", "arm", "sensor", "estimator", "believed", "plant_config"):
+    for part in ("models", "gravity", "pressure", "arm", "sensor", "estimator", "nominal", "plant_config"):
         assert getattr(opened, part) is getattr(scenario, part)
     assert opened.control == replace(scenario.control, set_points=None)
     assert scenario.task is not None, "the scenario that was given is not changed"

@@ -12,7 +12,7 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.evaluation.contacts import estimates
 from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.robustness.plants import FINE, FingerAtRest
-from soft_gripper.evaluation.robustness.table import Belief, plant_table, robustness_table
+from soft_gripper.evaluation.robustness.table import NominalCase, plant_table, robustness_table
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.hardware.replay.recordings import estimator_rows
 from soft_gripper.placement.place_sensors import place_sensors
@@ -36,7 +36,7 @@ def test_robustness(recorded):
     station, recording = recorded
     held = [FingerAtRest(station, recording, station.fingers[0])]
     for rows in (
-        robustness_table("free", held, 0.0, 1, [THEIRS, OWN], [Belief()]),
+        robustness_table("free", held, 0.0, 1, [THEIRS, OWN], [NominalCase()]),
         plant_table(FINE, "free_bending", held, 1, [THEIRS, OWN]),
     ):
         theirs, own = ([row for row in rows if row.estimator == name] for name in (THEIRS, OWN))

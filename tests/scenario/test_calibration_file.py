@@ -36,10 +36,10 @@ def test_what_is_written_is_read_again(calibration, tmp_path):
 
 def test_it_changes_what_is_believed(layout, calibration):
     """Softer by the ratio, and the response of every sensor."""
-    believed = calibrated(layout, calibration)
-    np.testing.assert_allclose(believed.finger.stiffness, layout.finger.stiffness / 1.25, rtol=1e-12)
-    np.testing.assert_allclose(believed.finger.pressure_gain, layout.finger.pressure_gain, rtol=1e-12)
-    np.testing.assert_allclose(believed.response.reading(np.full(4, 1.1)), [0.12, 0.09, 0.1, 0.09])
+    nominal = calibrated(layout, calibration)
+    np.testing.assert_allclose(nominal.finger.stiffness, layout.finger.stiffness / 1.25, rtol=1e-12)
+    np.testing.assert_allclose(nominal.finger.pressure_gain, layout.finger.pressure_gain, rtol=1e-12)
+    np.testing.assert_allclose(nominal.response.reading(np.full(4, 1.1)), [0.12, 0.09, 0.1, 0.09])
 
 
 @pytest.mark.parametrize("other", ["name", "length", "sections", "one_sided", "borders"])
@@ -49,7 +49,7 @@ def test_another_finger(layout, calibration, other):
         layout = replace(layout, finger=replace(layout.finger, **{other: value}))
     else:
         layout = replace(layout, **{other: (0.25,) if other == "borders" else 1})
-    with pytest.raises(InputError, match=r"believed\.calibration: "):
+    with pytest.raises(InputError, match=r"nominal\.calibration: "):
         calibrated(layout, calibration)
 
 

@@ -32,11 +32,11 @@ def test_a_scenario_of_python_holds_numbers_of_numpy():
         gravity=np.array([0.0, 0.0, -9.8]),
         pressure=replace(BASE.pressure, steps={"all": np.array([0.0, 1e4])}),
         sensor=replace(BASE.sensor, period=np.float64(0.01), sections=np.int64(3)),
-        believed=sg.scenario.BelievedConfig(sensor_spacing=np.float64(0.0178), youngs_modulus=950000),
+        nominal=sg.scenario.NominalConfig(sensor_spacing=np.float64(0.0178), youngs_modulus=950000),
     )
     found = sg.make_station(scenario).scenario
     assert (found.gravity, found.pressure.steps, found.sensor.sections) == ([0.0, 0.0, -9.8], {"all": [0.0, 1e4]}, 3)
-    assert (found.believed.sensor_spacing, found.believed.youngs_modulus) == ("0.0178", "950000")
+    assert (found.nominal.sensor_spacing, found.nominal.youngs_modulus) == ("0.0178", "950000")
     assert "sections: 3" in sg.dump_scenario(scenario)
     assert isinstance(scenario.gravity, np.ndarray)  # what was given is left as it was
 
@@ -56,7 +56,7 @@ def test_a_scenario_of_python_holds_numbers_of_numpy():
         ("pressure", "settle", float("nan")),
         ("control", "gains", None),
         ("control", "set_points", "0.08"),
-        ("estimator", "beside", ["arcs", None]),
+        ("estimator", "alongside", ["arcs", None]),
     ],
 )
 def test_a_value_of_another_type(part, name, value):

@@ -39,7 +39,7 @@ WRONG_TYPES = [
     ("sensor.one_sided=1", "sensor.one_sided = 1"),
     ("sensor.borders=0.5", "sensor.borders = 0.5"),
     ("sensor.borders=[half]", r"sensor.borders\[0\] = 'half'"),
-    ("estimator.beside=spline", "estimator.beside = 'spline'"),
+    ("estimator.alongside=spline", "estimator.alongside = 'spline'"),
     ("estimator.uncertainty.angel=1", "estimator.uncertainty.angel = 1: no such key; did you mean 'angle'"),
     ("sensor.response=[1.0]", r"sensor.response\[0\] = 1.0"),
     ("plant_config.time_step=fast", "plant_config.time_step = 'fast'"),
@@ -77,7 +77,7 @@ OUT_OF_RANGE = {
     "control.torque_gains.tracking_time": ["0", "-0.1", NAN],
     "sensor.sections": ["0", "-1", "13"],
     "sensor.borders": ["[0.5]", "[0.2, 0.7, 0.5]", "[0.5, 0.501, 0.7]", "[0.2, 0.5, 1.0]", f"[0.2, 0.5, {NAN}]"],
-    "estimator.beside": ["[arc]", "[spline, spline]", "[arcs]", "['nosuch:make']"],
+    "estimator.alongside": ["[arc]", "[spline, spline]", "[arcs]", "['nosuch:make']"],
     "estimator.uncertainty.reading": ["0", "-1.0e-4", NAN, INFINITE],
     "estimator.uncertainty.angle": ["-1.0e-4", NAN, INFINITE],
     "estimator.uncertainty.bend_per_pressure": ["-0.01", NAN],
@@ -88,10 +88,10 @@ OUT_OF_RANGE = {
     "sensor.response": ["[[1, 0]]", "[[1, 0], [2]]", "[[1, 0], [1, 1]]", f"[[1, 0], [2, {NAN}]]"],
     "sensor.type": ["strane", "nosuch:make", "own_blocks:nosuch", "own_blocks:NOT_CALLABLE", "':make'"],
     "estimator.type": ["arc", "nosuch:make", "own_blocks:nosuch", "own_blocks:NOT_CALLABLE", "'own_blocks:'"],
-    "believed.width": ["wide", "0", "-0.02", "-100 %", "10 %", "+ten %", NAN, INFINITE],
-    "believed.sensor_spacing": ["0", "+1 % more"],
-    "believed.file": ["''", "none.urdf", "package://soft_gripper/grippers/three_finger.urdf"],
-    "believed.response": ["[[1, 0]]"],
+    "nominal.width": ["wide", "0", "-0.02", "-100 %", "10 %", "+ten %", NAN, INFINITE],
+    "nominal.sensor_spacing": ["0", "+1 % more"],
+    "nominal.file": ["''", "none.urdf", "package://soft_gripper/grippers/three_finger.urdf"],
+    "nominal.response": ["[[1, 0]]"],
     "external": ["[pressures]", "[pressure, pressure]", "[pressure, opening]", "[joints]", "[tool]"],
     "plant_config.time_step": ["-0.01", NAN, INFINITE, "0.031"],
     "plant_config.contact_model": ["sticky"],
@@ -124,8 +124,8 @@ def test_out_of_range(override):
     message = str(complaint(override).value)
     owner, _, name = field.rpartition(".")
     assert name in message.partition(" = ")[0]
-    # The gains of one PID and not of the other, the belief and not the truth.
-    assert owner in message or not ("torque" in owner or owner == "believed")
+    # The gains of one PID and not of the other, the nominal model and not the simulated one.
+    assert owner in message or not ("torque" in owner or owner == "nominal")
 
 
 @pytest.mark.parametrize(
@@ -174,10 +174,10 @@ def test_names_that_are_taken_or_cannot_be(name):
         "sensor.sections=1",
         "sensor.sections=12",
         "sensor.borders=[0.05, 0.5, 0.95]",
-        "estimator.beside=[spline, gaussian, contact]",
+        "estimator.alongside=[spline, gaussian, contact]",
         "estimator.uncertainty={reading: 1.0e-9, angle: 0, bend_per_pressure: 0, pressure: 0, load_pressure: 1}",
-        "believed.density=-99.9 %",
-        "believed.width=0.03",
+        "nominal.density=-99.9 %",
+        "nominal.width=0.03",
         "external=[pressure]",
         "estimator.contact_threshold=1.0e-9",
         "plant_config.time_step=0",

@@ -54,7 +54,7 @@ def test_what_is_dumped_loads_in_every_drake():
 
 def files_of(scenario):
     """All files that a scenario names."""
-    return [*(model.file for model in scenario.models), scenario.believed.file, scenario.believed.calibration]
+    return [*(model.file for model in scenario.models), scenario.nominal.file, scenario.nominal.calibration]
 
 
 def test_dumped_paths_are_relative_to_where_the_text_is_kept(tmp_path):
@@ -68,8 +68,8 @@ def test_dumped_paths_are_relative_to_where_the_text_is_kept(tmp_path):
 
 
 @pytest.mark.parametrize(("value", "kept"), [("2.0e-2", "0.02"), ("1", "1"), ("+10 %", "+10 %"), ("'-2.5%'", "-2.5%")])
-def test_a_belief_is_a_number_or_a_change(value, kept):
-    assert load_scenario("free_bending", [f"believed.width={value}"]).believed.width == kept
+def test_a_nominal_model_is_a_number_or_a_change(value, kept):
+    assert load_scenario("free_bending", [f"nominal.width={value}"]).nominal.width == kept
 
 
 def test_overrides_take_the_place_of_what_the_file_says():
@@ -105,11 +105,11 @@ def test_an_entry_of_a_list_is_counted_or_named():
 
 
 def test_changes_are_data_and_stay_as_they_are():
-    changes = {"pressure.steps": {"all": [0.0, 1e-7]}, "believed.width": 0.03, "believed.length": "+5 %"}
+    changes = {"pressure.steps": {"all": [0.0, 1e-7]}, "nominal.width": 0.03, "nominal.length": "+5 %"}
     scenario = changed_scenario("free_bending", changes)
     assert scenario.pressure.steps == {"all": [0.0, 1e-7]}
-    assert (scenario.believed.width, scenario.believed.length) == ("0.03", "+5 %")
-    assert changes["believed.width"] == 0.03
+    assert (scenario.nominal.width, scenario.nominal.length) == ("0.03", "+5 %")
+    assert changes["nominal.width"] == 0.03
 
 
 @pytest.mark.parametrize(
@@ -208,7 +208,7 @@ def test_defaults_run():
         [
             NO_TASK,
             "sensor.one_sided=false",
-            "believed.calibration=null",
+            "nominal.calibration=null",
             "estimator={compensate_gravity: false}",
             "plant_config.time_step=0",
             "simulator_config.integration_scheme=cenic",

@@ -56,7 +56,7 @@ def test_free_bending_is_estimated(kind, name, shipped_finger):
 def test_a_scenario_names_them(kind):
     """Three estimators side by side; the readings with unit, axis and errors of their own."""
     quantity, unit = KINDS[kind.partition(":")[2]]
-    ideal = run(kind, "gaussian", "estimator.beside=[spline,recursive]")
+    ideal = run(kind, "gaussian", "estimator.alongside=[spline,recursive]")
     assert ideal[f"left_finger.{quantity}"].attrs["units"] == unit
     assert ideal[f"left_finger.{quantity}"].sizes["sensor"] == 4
     for name, limit in (("", 1e-4), ("spline.", 1e-3), ("recursive.", 1e-3)):

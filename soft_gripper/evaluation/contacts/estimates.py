@@ -5,13 +5,13 @@ What sensors read in contacts: a finger bends freely for its calibration, is let
 All is held in turn for a fifth of a second, so that sensors with errors read the contact with the
 history of a finger in use. Free motion needs no simulation: it is the balance of `resting_angles`.
 
-Self-calibration in free motion: one number, how much more a finger bends than it is believed to.
+Self-calibration in free motion: one number, how much more a finger bends than nominal.
 
 Where nothing is touched, pressure and weight alone bend the finger,
 
     k q = g p + w(q) .
 
-With wrong k or g the believed finger bends otherwise than the measured one. Free motion shows the ratio of both and not
+With wrong k or g the nominal finger bends otherwise than the measured one. Free motion shows the ratio of both and not
 which of them is wrong, so something has to be trusted. Let c be the number that meets the measured bends best:
 
     the stiffness is trusted:  k q = c g p + w ,    so every pressure counts c times;
@@ -41,8 +41,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.runs.estimator_functions import estimator_function
-from soft_gripper.scenario.belief import describe_belief, read_belief
-from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
+from soft_gripper.scenario.scenario import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
@@ -60,40 +60,40 @@ class FreeMotion(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """By how much more than they are believed to things count, numbers or (...)."""
+    """By how much more than nominally things count, numbers or (...)."""
 
     pressure: Array | float = 1.0
     gravity: Array | float = 1.0
     force: Array | float = 1.0
 
 
-def trusting_stiffness(believed: SensorLayout, free: FreeMotion) -> Scale:
+def trusting_stiffness(nominal: SensorLayout, free: FreeMotion) -> Scale:
     """The calibration of the pressure gain alone, (...)."""
-    driven, weight, theta = _known(believed, free)
-    return Scale(pressure=_ratio(believed, theta, driven, weight))
+    driven, weight, theta = _known(nominal, free)
+    return Scale(pressure=_ratio(nominal, theta, driven, weight))
 
 
-def trusting_chamber(believed: SensorLayout, free: FreeMotion) -> Scale:
+def trusting_chamber(nominal: SensorLayout, free: FreeMotion) -> Scale:
     """The calibration of the stiffness alone, (...)."""
-    driven, weight, theta = _known(believed, free)
-    ratio = _ratio(believed, theta, driven + weight, np.zeros_like(weight))
+    driven, weight, theta = _known(nominal, free)
+    ratio = _ratio(nominal, theta, driven + weight, np.zeros_like(weight))
     return Scale(ratio, ratio, 1 / ratio)
 
 
-def _known(believed: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
+def _known(nominal: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
     """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
-    theta = believed.linear(free.readings, _NOISE).values
-    weight = gravity_torque(believed.finger, believed.shared_equally(theta), np.asarray(free.gravity)[..., None])
-    return np.broadcast_to(believed.finger.pressure_torque(free.pressure), weight.shape), weight, theta
+    theta = nominal.linear(free.readings, _NOISE).values
+    weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), np.asarray(free.gravity)[..., None])
+    return np.broadcast_to(nominal.finger.pressure_torque(free.pressure), weight.shape), weight, theta
 
 
-def _ratio(believed: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:
+def _ratio(nominal: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:
     """The c with which the torques  c scaled + rest  bend the sections by theta, in the mean over all of them."""
-    law, ratio = believed.finger.joint_law, np.ones(theta.shape[:-2])
+    law, ratio = nominal.finger.joint_law, np.ones(theta.shape[:-2])
     for _ in range(_STEPS):
-        q = believed.finger.angle(ratio[..., None, None] * scaled + rest)
-        slope = believed.sums(scaled / law.slope(q))
-        left = theta - believed.sums(q)
+        q = nominal.finger.angle(ratio[..., None, None] * scaled + rest)
+        slope = nominal.sums(scaled / law.slope(q))
+        left = theta - nominal.sums(q)
         ratio = ratio + (slope * left).sum(axis=(-2, -1)) / (slope**2).sum(axis=(-2, -1))
     return ratio
 
@@ -153,7 +153,7 @@ def _motion(readings: Array) -> FreeMotion:
 REALISTIC = "realistic"
 ESTIMATOR = "contact"  # of this project, the one of contact from a sample by itself, without others before it
 CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
-    "none": lambda believed, free: Scale(),
+    "none": lambda nominal, free: Scale(),
     "trusting stiffness": trusting_stiffness,
     "trusting chamber": trusting_chamber,
 }
@@ -164,31 +164,31 @@ SHOWN_LAYOUT = LAYOUTS[1]  # in the figure
 
 @dataclass(frozen=True)
 class Case:
-    """Belief and sensors."""
+    """NominalModel and sensors."""
 
-    youngs_modulus: str | None = None  # believed, as a change; None: as simulated
+    youngs_modulus: str | None = None  # nominal, as a change; None: as simulated
     calibration: str = "none"  # of CALIBRATIONS
     preset: str | None = None  # errors of the sensors; None: they are ideal
     averaged: int = 1  # samples
-    reading: float = Uncertainty.reading  # standard deviation of the extension ratios, as it is believed
+    reading: float = Uncertainty.reading  # standard deviation that is assumed of the extension ratios
 
     @property
-    def belief(self) -> str:
+    def nominal(self) -> str:
         """A short description of the nominal finger."""
-        return describe_belief(self._believed)
+        return describe_nominal_model(self._nominal)
 
     @property
     def sensors(self) -> str:
         """In one word."""
         return self.preset or "ideal"
 
-    def believed_finger(self, finger: Finger) -> Finger:
+    def nominal_finger(self, finger: Finger) -> Finger:
         """The nominal finger."""
-        return read_belief(self._believed).finger(finger)
+        return read_nominal_model(self._nominal).finger(finger)
 
     @property
-    def _believed(self) -> BelievedConfig:
-        return BelievedConfig(youngs_modulus=self.youngs_modulus)
+    def _nominal(self) -> NominalConfig:
+        return NominalConfig(youngs_modulus=self.youngs_modulus)
 
 
 # What gain errors and hysteresis of a hundredth make of strains up to 0.15, and the noise of 0.002, all in all.
@@ -254,18 +254,18 @@ def estimate_contacts(
     Args:
         estimator: its name, see `check_estimator`.
         layout: as simulated.
-        case: what is believed of the finger, and how it is calibrated.
+        case: the nominal finger, and how it is calibrated.
         readings: by E sets of sensors.
         contacts: of them pressure and gravity are used.
     """
-    believed = SensorLayout(case.believed_finger(layout.finger), layout.sections, borders=layout.borders)
-    scale, shape = CALIBRATIONS[case.calibration](believed, readings.free), readings.pressed.shape[:-1]
+    nominal = SensorLayout(case.nominal_finger(layout.finger), layout.sections, borders=layout.borders)
+    scale, shape = CALIBRATIONS[case.calibration](nominal, readings.free), readings.pressed.shape[:-1]
     pressure, gravity = (
         np.broadcast_to(factor * known, shape)
         for factor, known in ((scale.pressure, contacts.pressure), (scale.gravity, contacts.gravity))
     )
-    function = estimator_function(estimator, believed, Uncertainty(reading=case.reading))
-    found = function(readings.pressed, believed.finger.pressure_torque(pressure), gravity).contact
+    function = estimator_function(estimator, nominal, Uncertainty(reading=case.reading))
+    found = function(readings.pressed, nominal.finger.pressure_torque(pressure), gravity).contact
     assert found is not None
     return found._replace(force=scale.force * found.force, force_std=scale.force * found.force_std)
 

@@ -52,7 +52,7 @@ class ContactErrorRow:
     estimator: str
     sections: int
     borders: str  # mm from the base
-    belief: str
+    nominal: str
     calibration: str
     sensors: str
     averaged: int  # samples
@@ -114,7 +114,7 @@ def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErro
                 estimate.estimator,
                 estimate.layout.sections,
                 describe_borders(estimate.layout),
-                case.belief,
+                case.nominal,
                 case.calibration,
                 case.sensors,
                 case.averaged,
@@ -200,7 +200,7 @@ def _describe(case: Case) -> str:
     if case.youngs_modulus is None:
         return f"{sensors.capitalize()}\nfinger as simulated\n"
     calibrated = "not calibrated" if case.calibration == "none" else f"calibrated {case.calibration}"
-    return f"{sensors.capitalize()}\nstiffness believed {case.youngs_modulus},\n{calibrated}"
+    return f"{sensors.capitalize()}\nnominal stiffness {case.youngs_modulus},\n{calibrated}"
 
 
 TABLE, ARRAYS = "contacts.csv", "contacts.npz"

@@ -24,20 +24,21 @@ _WHITE_ABOVE = 0.8  # mm, where the colours are dark
 
 
 def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
-    """Mean pose error in the scenario where it is largest: a panel a belief and number of sensors."""
-    beliefs, counts, estimators, noises = (
-        list(dict.fromkeys(getattr(row, name) for row in rows)) for name in ("belief", "sections", "estimator", "noise")
+    """Mean pose error in the scenario where it is largest: a panel per nominal model and number of sensors."""
+    nominals, counts, estimators, noises = (
+        list(dict.fromkeys(getattr(row, name) for row in rows))
+        for name in ("nominal", "sections", "estimator", "noise")
     )
     with mpl.rc_context({**STYLE, "axes.grid": False}):
-        figure = Figure(figsize=(9.5, 2.15 * len(beliefs) + 0.6), layout="constrained")
-        panels = figure.subplots(len(beliefs), len(counts), sharex=True, sharey=True, squeeze=False)
-        for line, belief in zip(panels, beliefs, strict=True):
+        figure = Figure(figsize=(9.5, 2.15 * len(nominals) + 0.6), layout="constrained")
+        panels = figure.subplots(len(nominals), len(counts), sharex=True, sharey=True, squeeze=False)
+        for line, nominal in zip(panels, nominals, strict=True):
             for axes, count in zip(line, counts, strict=True):
-                of_panel = [row for row in rows if (row.belief, row.sections) == (belief, count)]
+                of_panel = [row for row in rows if (row.nominal, row.sections) == (nominal, count)]
                 image = _draw(axes, _largest(of_panel, estimators, noises))
                 axes.set_xticks(range(len(noises)), ["0" if n == 0 else f"{n:g}×" for n in noises])
                 axes.set_yticks(range(len(estimators)), estimators)
-            line[0].set_ylabel(f"nominal model:\n{belief}" if belief != "as simulated" else "nominal model:\nexact")
+            line[0].set_ylabel(f"nominal model:\n{nominal}" if nominal != "as simulated" else "nominal model:\nexact")
         for axes, count in zip(panels[0], counts, strict=True):
             axes.set_title(f"{count} sensor{'s' * (count > 1)} a side")
         for axes in panels[-1]:
@@ -88,7 +89,7 @@ def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow])
 
 
 def realistic(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> list[RobustnessRow]:
-    """The rows of an estimator with sensors that err as the preset, of all scenarios and beliefs, in their order."""
+    """The rows of an estimator with sensors that err as the preset, of all scenarios and nominal models, in their order."""
     return [row for row in rows if (row.estimator, row.sections, row.noise) == (estimator, sections, 1.0)]
 
 
@@ -104,7 +105,7 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
     ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
     worst = ours[int(np.argmax(ratios))]
     text = f"{BEST}, {SENSORS} {PRESET} sensors per side: better than {ARCS} with {MORE}"
-    number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.belief}"
+    number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.nominal}"
     return Claim("ours", text, bool(ratios.max() < 1), number)
 
 

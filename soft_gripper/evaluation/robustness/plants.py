@@ -63,7 +63,7 @@ def rubber_moment(section: CrossSection, curvature: Array) -> Array:
 
 
 _CURVATURES = np.linspace(-10, 26, 19)  # 1/m, of the points of the elastic law of rubber
-_AGREE = 8.7  # 1/m, where rubber is as stiff as it is believed to be: 60 degrees of bend in 120 mm
+_AGREE = 8.7  # 1/m, where rubber is as stiff as nominal: 60 degrees of bend in 120 mm
 
 
 @dataclass(frozen=True)

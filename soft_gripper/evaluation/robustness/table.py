@@ -1,10 +1,10 @@
 """The robustness table: errors of each estimator, with sensor errors and wrong nominal models.
 
-Errors with other plants: fingers that are known as they are, and one of rubber that is believed to be linear.
+Errors with other plants: exactly known fingers, and one of rubber whose nominal model is linear.
 
 Where plant and estimator are the same chain, an estimator may be right for the wrong reason: what a chain of twelve
 linear joints cannot be is wrong in both. So the rubber finger has twice the segments, another elastic law and another
-time step, its sensors have errors, and the estimators go on believing in the shipped one, whose modulus they know to a
+time step, its sensors have errors, and the nominal model stays the shipped one, whose modulus is known to a
 tenth.
 """
 
@@ -28,9 +28,9 @@ from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.readings import with_sections
-from soft_gripper.scenario.belief import read_belief
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.nominal_model import read_nominal_model
+from soft_gripper.scenario.scenario import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -79,21 +79,21 @@ def estimated(
     return errors_of(finger, estimate, truth[:, None])
 
 
-def errors_of(believed: Finger, estimate: ShapeEstimate, truth: Array) -> Errors:
+def errors_of(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> Errors:
     """The errors of an estimate, (...), from the true places of joints and tip, (..., N + 1, 3) m in B."""
-    points = in_space(estimate.points(believed))
+    points = in_space(estimate.points(nominal))
     pose = pose_error(truth[..., :-1, :], points[..., :-1, :])
     tip = fingertip_error(truth[..., -1, :], points[..., -1, :])
-    return Errors(pose.ravel(), tip.ravel(), covered(believed, estimate, truth).ravel())
+    return Errors(pose.ravel(), tip.ravel(), covered(nominal, estimate, truth).ravel())
 
 
-def covered(believed: Finger, estimate: ShapeEstimate, truth: Array) -> NDArray[np.bool_]:
+def covered(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> NDArray[np.bool_]:
     """Whether the true places lie in the 95 % bands across the finger, (..., N); the first joint rests."""
     if estimate.covariance is None:
         return np.zeros(0, dtype=bool)
-    normals = forward_kinematics(estimate.q, believed.segment_length).normals
-    across = (in_space(normals) * (truth - in_space(estimate.points(believed)))).sum(axis=-1)
-    band = BAND * position_std(believed, estimate.q, estimate.covariance)
+    normals = forward_kinematics(estimate.q, nominal.segment_length).normals
+    across = (in_space(normals) * (truth - in_space(estimate.points(nominal)))).sum(axis=-1)
+    band = BAND * position_std(nominal, estimate.q, estimate.covariance)
     within: NDArray[np.bool_] = (np.abs(across) <= band)[..., 1:]
     return within
 
@@ -116,8 +116,8 @@ _SIZES = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency
 
 
 @dataclass(frozen=True)
-class Belief:
-    """By which shares what is believed differs from the truth."""
+class NominalCase:
+    """By which shares the nominal model differs from the simulated one."""
 
     modulus: float = 0.0  # of Young's modulus of the silicone
     pressure: float = 0.0  # of the measured pressure
@@ -134,14 +134,14 @@ class Belief:
         return float(np.hypot(self.modulus, self.pressure))
 
     @property
-    def config(self) -> BelievedConfig:
+    def config(self) -> NominalConfig:
         """As a scenario says it."""
         change = None if self.modulus == 0 else f"{100 * self.modulus:+g} %"
-        return BelievedConfig(youngs_modulus=change)
+        return NominalConfig(youngs_modulus=change)
 
 
 # Too soft a finger and too high a pressure both promise too much bend: the signs are those that add up.
-BELIEFS = (Belief(), Belief(-0.1, 0.01), Belief(0.1, -0.01))
+NOMINAL_CASES = (NominalCase(), NominalCase(-0.1, 0.01), NominalCase(0.1, -0.01))
 
 
 def errors_at(noise: float) -> StrainErrors | None:
@@ -152,7 +152,7 @@ def errors_at(noise: float) -> StrainErrors | None:
     return replace(preset, **{name: noise * getattr(preset, name) for name in _SIZES})
 
 
-Key = tuple[str, str, int]  # estimator, belief, sections
+Key = tuple[str, str, int]  # estimator, nominal, sections
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class RobustnessRow:
 
     scenario: str
     estimator: str
-    belief: str
+    nominal: str
     noise: float  # times the errors of the preset
     sections: int
     mean_mm: float
@@ -177,38 +177,38 @@ def robustness_table(
     noise: float,
     seeds: int,
     estimators: Sequence[str],
-    beliefs: Sequence[Belief] = BELIEFS,
+    cases: Sequence[NominalCase] = NOMINAL_CASES,
 ) -> list[RobustnessRow]:
-    """A row for every belief, number of sections and estimator, in this order, at one noise.
+    """A row for every nominal model, number of sections and estimator, in this order, at one noise.
 
     Without noise all seeds would be the same, and one serves.
     """
     found: dict[Key, list[Errors]] = defaultdict(list)
     for finger in fingers:
-        for key, errors in _errors(finger, noise, seeds if noise else 1, estimators, beliefs):
+        for key, errors in _errors(finger, noise, seeds if noise else 1, estimators, cases):
             found[key].append(errors)
     return [
-        RobustnessRow(name, estimator, belief, noise, sections, *in_mm(together(parts)), seeds)
-        for (estimator, belief, sections), parts in found.items()
+        RobustnessRow(name, estimator, nominal, noise, sections, *in_mm(together(parts)), seeds)
+        for (estimator, nominal, sections), parts in found.items()
     ]
 
 
 def _errors(
-    held: FingerAtRest, noise: float, seeds: int, estimators: Sequence[str], beliefs: Sequence[Belief]
+    held: FingerAtRest, noise: float, seeds: int, estimators: Sequence[str], cases: Sequence[NominalCase]
 ) -> Iterator[tuple[Key, Errors]]:
     errors, sensor = errors_at(noise), held.station.scenario.sensor
     readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
-    for belief in beliefs:
-        believed = read_belief(belief.config).layout(held.simulated, sensor)
-        uncertainty = uncertainty_of(errors, None, belief.size)
+    for case in cases:
+        nominal = read_nominal_model(case.config).layout(held.simulated, sensor)
+        uncertainty = uncertainty_of(errors, None, case.size)
         for sections in SECTIONS:
-            layout = with_sections(believed, sections)
+            layout = with_sections(nominal, sections)
             for estimator in estimators:
-                found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + belief.pressure)
-                yield (estimator, belief.name, sections), found
+                found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + case.pressure)
+                yield (estimator, case.name, sections), found
 
 
-MODULUS = 0.1  # share, standard deviation of what is believed of the modulus of rubber
+MODULUS = 0.1  # share, standard deviation of the nominal modulus of rubber
 
 
 @dataclass(frozen=True)
@@ -248,9 +248,9 @@ def _plant_errors(
     plant: Plant, name: str, held: FingerAtRest, seeds: int, estimators: Sequence[str]
 ) -> Iterator[tuple[tuple[int, str], Errors]]:
     errors = errors_at(1.0) if plant.rubber else None
-    believed = shipped_finger(name, held.simulated.name) if plant.rubber else held.simulated
+    nominal = shipped_finger(name, held.simulated.name) if plant.rubber else held.simulated
     uncertainty = uncertainty_of(errors, None, MODULUS) if plant.rubber else Uncertainty()
-    layout = sensor_layout(believed, held.station.scenario.sensor)
+    layout = sensor_layout(nominal, held.station.scenario.sensor)
     for sections in SECTIONS:
         readings: Array = held.readings(sections, errors, seeds if plant.rubber else 1)
         for estimator in estimators:

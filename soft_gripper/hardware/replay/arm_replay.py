@@ -185,7 +185,7 @@ class WireStrain(LeafSystem):
 
 
 @dataclass(frozen=True)
-class BelievedArm:
+class NominalArm:
     """The nominal model of an arm of S sections, C chambers and N joints."""
 
     finger: Finger  # with creep
@@ -221,7 +221,7 @@ class ArmEstimation(Diagram):
         measured_bodies --------------------------------------------------------------------------+
     """
 
-    def __init__(self, arm: BelievedArm, estimator: str, sections: int, bodies: Sequence[str], period: float):
+    def __init__(self, arm: NominalArm, estimator: str, sections: int, bodies: Sequence[str], period: float):
         """An estimator by name, with the number of sensors per side.
 
         Raises:
@@ -252,7 +252,7 @@ class ArmEstimation(Diagram):
 
 
 def replay(
-    arm: BelievedArm, readings: Readings, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
+    arm: NominalArm, readings: Readings, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
 ) -> Recording:
     """Feeds recorded readings to estimators.
 

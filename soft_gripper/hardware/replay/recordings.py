@@ -18,7 +18,7 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, BelievedArm, Readings, replay
+from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, NominalArm, Readings, replay
 from soft_gripper.hardware.replay.geometry_fit import fit_drive, fit_geometry, measured
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
@@ -30,7 +30,7 @@ _LOAD_SHARE = 3.0  # torque of a load over that of the angles that a drive leave
 class Fitted:
     """A fitted arm, and the delay of its wires."""
 
-    arm: BelievedArm
+    arm: NominalArm
     delay: float  # s
 
 
@@ -100,7 +100,7 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     drive = fit_drive(recordings, geometry, finger, gravity)
     load = _LOAD_SHARE * drive.angle_std * finger.stiffness[0] / finger.pressure_gain[0]
     uncertainty = Uncertainty(reading=_noise(recordings), angle=drive.angle_std, load_pressure=float(load))
-    arm = BelievedArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
+    arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
     return Fitted(arm, geometry.delay)
 
 

@@ -15,7 +15,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.readings import read_again
-from soft_gripper.scenario.belief import describe_belief
+from soft_gripper.scenario.nominal_model import describe_nominal_model
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, fingertip_error, pose_error
 
@@ -27,7 +27,7 @@ class HeldStep:
     scenario: str
     finger: str
     estimator: str
-    belief: str
+    nominal: str
     sections: int
     pressure_kpa: float
 
@@ -40,7 +40,7 @@ def held_steps(
 ) -> list[HeldStep]:
     """The steady states of a finger; by default with the estimator and the number of sections of the scenario."""
     scenario = station.scenario
-    of = name, finger.name, estimator or station.parts.estimator, describe_belief(scenario.believed)
+    of = name, finger.name, estimator or station.parts.estimator, describe_nominal_model(scenario.nominal)
     pressures = pressure_steps(scenario.pressure, finger.name) / 1e3
     return [HeldStep(*of, sections or scenario.sensor.sections, float(pressure)) for pressure in pressures]
 

@@ -18,7 +18,7 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.runs.estimator_functions import estimator_function
-from soft_gripper.scenario.belief import read_belief
+from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import sensor_layout, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 
@@ -72,11 +72,11 @@ def read_again(
     """
     scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
     simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections, borders)
-    believed = read_belief(scenario.believed).layout(finger.finger, scenario.sensor)
+    nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
     readings = simulated.read(q)
     pressure, X_WB = (recording[f"{finger.name}.{name}"].values for name in ("sampled_pressure", "X_WB"))
     gravity = planar_gravity(X_WB, _gravity(station))
-    layout, uncertain = with_sections(believed, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
+    layout, uncertain = with_sections(nominal, sections, borders), uncertainty(scenario.estimator, scenario.sensor)
     return ReadAgain(layout, uncertain, readings, pressure, gravity, scenario.sensor.period)
 
 

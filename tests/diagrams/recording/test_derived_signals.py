@@ -16,12 +16,12 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import Difference
 
 SHORT = "pressure.settle=0.2", "pressure.hold_samples=5"
-BESIDE = "estimator.beside=[spline, gaussian, contact, recursive]"
+ALONGSIDE = "estimator.alongside=[spline, gaussian, contact, recursive]"
 DROPOUT = "sensor.errors.preset=realistic", "sensor.errors.dropout=0.05"
 CONTACT = "estimator.contact_threshold=2.5e-3"
 SCENARIOS = {
-    "all_estimators": ("box_grasp", [*SHORT, BESIDE, "sensor.sections=2"], 2.0),
-    "sensors_that_fail": ("obstructed_inside", [*SHORT, *DROPOUT, BESIDE, CONTACT], 1.0),
+    "all_estimators": ("box_grasp", [*SHORT, ALONGSIDE, "sensor.sections=2"], 2.0),
+    "sensors_that_fail": ("obstructed_inside", [*SHORT, *DROPOUT, ALONGSIDE, CONTACT], 1.0),
     "one_of_everything_continuous": ("irregular_grasp", [*SHORT, "plant_config.time_step=0.0"], 0.5),
     "moved_by_an_arm": ("pick_and_place_box", [], 0.6),
 }

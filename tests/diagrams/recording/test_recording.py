@@ -161,7 +161,7 @@ def test_plot_has_a_panel_for_every_signal(run):
 
 EVERYTHING = [
     *("task.time_limit=0.1", "sensor.errors.preset=realistic", "estimator.contact_threshold=2.5e-3"),
-    *("estimator.type=recursive", "estimator.beside=[spline, contact, gaussian]"),
+    *("estimator.type=recursive", "estimator.alongside=[spline, contact, gaussian]"),
 ]
 
 

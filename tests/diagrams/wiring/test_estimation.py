@@ -103,14 +103,14 @@ def test_what_a_users_estimator_leaves_out_follows_from_its_joint_angles(own):
 
 
 def test_an_estimator_of_the_call_takes_the_place_of_the_scenarios(own):
-    """It is made for what is believed, for gravity as it is compensated, and for the period of the samples."""
+    """It is made for the nominal model, for gravity as it is compensated, and for the period of the samples."""
     made = []
 
     def make(layout, gravity, period):
         made.append((layout.finger.length, layout.sections, gravity.tolist(), period))
         return MeanBend(layout)
 
-    overrides = [*SHORT, "believed.length=0.13", "sensor.period=0.02", "sensor.sections=2"]
+    overrides = [*SHORT, "nominal.length=0.13", "sensor.period=0.02", "sensor.sections=2"]
     make_station(load_scenario("free_bending", overrides), make_estimator=make)
     make_station(load_scenario("free_bending", [*overrides, "estimator.compensate_gravity=false"]), make_estimator=make)
     assert made == [(0.13, 2, [0, 0, -9.81], 0.02)] * 2 + [(0.13, 2, [0, 0, 0], 0.02)] * 2

@@ -89,7 +89,7 @@ def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch)
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
-    """Of 12 joints 4 lie in the first of three sections; the force is estimated of the finger that is believed in."""
+    """Of 12 joints 4 lie in the first of three sections; the force is estimated of the nominal finger."""
     detectors, forces = [], []
 
     def detector(*arguments):
@@ -102,11 +102,11 @@ def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
 
     monkeypatch.setattr(estimation, "ContactDetector", detector)
     monkeypatch.setattr(estimation, "ForceEstimator", force_estimator)
-    overrides = ("sensor.sections=3", "sensor.period=0.02", "gravity=[1, 2, -3]", "believed.length=+5 %")
+    overrides = ("sensor.sections=3", "sensor.period=0.02", "gravity=[1, 2, -3]", "nominal.length=+5 %")
     fingers = station(name, 3e-3, *overrides).fingers
     assert detectors == [(12, 4, 0.02, 3e-3)] * len(fingers)
-    believed = [(finger.name, pytest.approx(1.05 * finger.finger.length), [1, 2, -3], 0.02) for finger in fingers]
-    assert forces == believed
+    nominal = [(finger.name, pytest.approx(1.05 * finger.finger.length), [1, 2, -3], 0.02) for finger in fingers]
+    assert forces == nominal
 
 
 def test_without_compensation_gravity_is_left_out(monkeypatch):
@@ -167,7 +167,7 @@ def test_estimators_know_of_the_errors_of_the_sensors_unless_a_scenario_says_oth
             "find_estimator",
             lambda kind, u, *field, find=find: known.append((kind, u.reading)) or find(kind, u),
         )
-    changes = ["sensor.errors.noise=0.003", "estimator.type=gaussian", "estimator.beside=[spline]"]
+    changes = ["sensor.errors.noise=0.003", "estimator.type=gaussian", "estimator.alongside=[spline]"]
     changes += [] if given is None else [f"estimator.uncertainty.reading={given}"]
     make_station(load_scenario("obstructed_inside", changes))
     expected = given or uncertainty_of(StrainErrors(noise=0.003)).reading

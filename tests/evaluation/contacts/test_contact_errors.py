@@ -41,7 +41,7 @@ def test_a_row_for_both_and_for_each_side() -> None:
     both, inner, outer = error_rows([ContactEstimate("contact", LAYOUT, Case("+10 %"), FOUND)], TRUE)
     assert [row.side for row in (both, inner, outer)] == ["both", "inner", "outer"]
     assert (both.contacts, inner.contacts, outer.contacts) == (4, 2, 2)
-    assert (both.sections, both.borders, both.belief, both.sensors) == (3, "30 60", "youngs_modulus +10 %", "ideal")
+    assert (both.sections, both.borders, both.nominal, both.sensors) == (3, "30 60", "youngs_modulus +10 %", "ideal")
     assert both.found_percent == inner.found_percent == outer.found_percent == 75
     assert inner.force_90_percent == pytest.approx(np.percentile([10, 0, 0], 90))
     assert outer.force_median_percent == pytest.approx(0)

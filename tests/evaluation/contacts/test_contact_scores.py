@@ -31,7 +31,7 @@ Scored = tuple[Path, list[ContactErrorRow], int]
 
 def of(rows: list[ContactErrorRow], **wanted: object) -> ContactErrorRow:
     """The first row with these fields, of both sides."""
-    wanted = {"side": "both", "belief": "as simulated", "calibration": "none", "sensors": "ideal"} | wanted
+    wanted = {"side": "both", "nominal": "as simulated", "calibration": "none", "sensors": "ideal"} | wanted
     return next(row for row in rows if all(getattr(row, name) == value for name, value in wanted.items()))
 
 
@@ -39,8 +39,8 @@ def test_table_and_figure_are_written(scored: Scored) -> None:
     folder, rows, reports = scored
     assert reports == SCORES
     written = read_csv(folder / "contact_errors.csv", ContactErrorRow)
-    assert [(row.sections, row.belief, row.side) for row in written] == [
-        (row.sections, row.belief, row.side) for row in rows
+    assert [(row.sections, row.nominal, row.side) for row in written] == [
+        (row.sections, row.nominal, row.side) for row in rows
     ]
     assert {row.estimator for row in rows} == {"contact"}, "the others estimate no contact"
     assert {path.suffix for path in folder.glob("contact_errors.*")} == {".csv", ".png", ".svg"}
@@ -56,9 +56,9 @@ def test_without_friction_force_and_place_are_found(scored: Scored) -> None:
 
 @pytest.mark.parametrize("change", ["+10 %", "-10 %"])
 def test_the_place_needs_the_ratio_and_the_force_the_stiffness(scored: Scored, change: str) -> None:
-    belief = f"youngs_modulus {change}"
+    nominal = f"youngs_modulus {change}"
     wrong, trusting_stiffness, trusting_chamber = (
-        of(scored[1], sections=4, belief=belief, calibration=calibration)
+        of(scored[1], sections=4, nominal=nominal, calibration=calibration)
         for calibration in ("none", "trusting stiffness", "trusting chamber")
     )
     assert trusting_stiffness.place_median_percent < 0.5 < wrong.place_median_percent

@@ -23,8 +23,8 @@ def free_motion(layout: SensorLayout) -> FreeMotion:
     return FreeMotion(layout.response.reading(extension_ratios(layout, q)), PRESSURES, GRAVITY)
 
 
-def calibrated(calibrate: Callable[[SensorLayout, FreeMotion], Scale], true: Finger, believed: Finger) -> Scale:
-    return calibrate(SensorLayout(believed, 2, borders=(1 / 3,)), free_motion(SensorLayout(true, 2, borders=(1 / 3,))))
+def calibrated(calibrate: Callable[[SensorLayout, FreeMotion], Scale], true: Finger, nominal: Finger) -> Scale:
+    return calibrate(SensorLayout(nominal, 2, borders=(1 / 3,)), free_motion(SensorLayout(true, 2, borders=(1 / 3,))))
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.1])
@@ -33,7 +33,7 @@ def test_a_wrong_stiffness_is_found(shipped_finger: Finger, factor: float) -> No
     np.testing.assert_allclose(scale, (factor, factor, 1 / factor), rtol=1e-3)
 
 
-def test_a_right_belief_is_left_alone(shipped_finger: Finger) -> None:
+def test_a_right_nominal_model_is_left_alone(shipped_finger: Finger) -> None:
     for calibrate in (trusting_chamber, trusting_stiffness):
         np.testing.assert_allclose(calibrated(calibrate, shipped_finger, shipped_finger), (1, 1, 1), rtol=1e-3)
 
@@ -48,11 +48,11 @@ def test_a_wrong_pressure_is_found(shipped_finger: Finger) -> None:
 
 def test_an_elastic_law_is_followed(shipped_finger: Finger) -> None:
     curvature, moment = np.array([-30.0, 0.0, 8.0, 40.0]), np.array([-0.15, 0.0, 0.04, 0.3])
-    true, believed = (
+    true, nominal = (
         replace(shipped_finger, elastic_law=ElasticLaw(tuple(curvature), *2 * (tuple(factor * moment),)))
         for factor in (1.0, 1.2)
     )
-    scale = calibrated(trusting_chamber, true, believed)
+    scale = calibrated(trusting_chamber, true, nominal)
     np.testing.assert_allclose(scale.force, 1 / 1.2, rtol=5e-3)
 
 
@@ -66,9 +66,9 @@ def test_every_set_of_readings_is_calibrated_by_itself(shipped_finger: Finger) -
 
 
 def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
-    """One across the finger in its middle, with a stiffness that is believed 10 % too high."""
+    """One across the finger in its middle, with a stiffness that is assumed 10 % too high."""
     factor, pressure = 1.1, np.array(60e3)
-    true, believed = (SensorLayout(f, 4) for f in (shipped_finger, softened(shipped_finger, 1 / factor)))
+    true, nominal = (SensorLayout(f, 4) for f in (shipped_finger, softened(shipped_finger, 1 / factor)))
     q = resting_angles(shipped_finger, pressure, np.array(GRAVITY))
     for _ in range(50):
         chain = np.exp(1j * q.cumsum())
@@ -78,9 +78,9 @@ def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
         known = float(pressure) * shipped_finger.pressure_gain + gravity_torque(shipped_finger, q, GRAVITY)
         q = 0.5 * (q + shipped_finger.angle(known + torque))
     readings = true.response.reading(extension_ratios(true, q))
-    scale = trusting_chamber(believed, free_motion(true))
-    found = SHAPE_FUNCTIONS["contact"](believed, Uncertainty())(
-        readings, believed.finger.pressure_torque(scale.pressure * pressure), scale.gravity * GRAVITY
+    scale = trusting_chamber(nominal, free_motion(true))
+    found = SHAPE_FUNCTIONS["contact"](nominal, Uncertainty())(
+        readings, nominal.finger.pressure_torque(scale.pressure * pressure), scale.gravity * GRAVITY
     ).contact
     assert found is not None
     assert float(scale.force * found.force) == pytest.approx(0.5, rel=0.02)

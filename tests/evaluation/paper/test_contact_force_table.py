@@ -31,7 +31,7 @@ def table() -> list[ContactForceRow]:
 
 
 def test_a_row_for_every_finger_layout_and_step() -> None:
-    assert [(r.finger, r.estimator, r.belief, r.sections, r.borders, r.pressure_kpa) for r in table()] == [
+    assert [(r.finger, r.estimator, r.nominal, r.sections, r.borders, r.pressure_kpa) for r in table()] == [
         (finger, "contact", "as simulated", sections, borders, pressure)
         for finger in FINGERS
         for sections, borders in ((2, "60"), (2, "40"), (4, "30 60 90"))

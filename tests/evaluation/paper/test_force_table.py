@@ -42,7 +42,7 @@ def test_holds_what_the_blocks_put_out(obstructed, sections):
 
 def test_a_row_for_every_finger_number_of_sections_step_and_joint():
     rows = force_table("free", *recorded("free_bending", "pressure.settle=0.01"), [1, 3])
-    assert [(r.scenario, r.finger, r.estimator, r.belief, r.sections, r.pressure_kpa, r.joint) for r in rows] == [
+    assert [(r.scenario, r.finger, r.estimator, r.nominal, r.sections, r.pressure_kpa, r.joint) for r in rows] == [
         ("free", finger, "arcs", "as simulated", sections, pressure, joint)
         for finger in FINGERS
         for sections in (1, 3)

@@ -60,7 +60,7 @@ def bent(station: Station) -> Bent:
 
 def test_a_row_for_every_finger_number_of_sections_and_step(station: Station, recording: Recording) -> None:
     rows = pose_table("free", station, recording, [1, 3])
-    assert [(r.scenario, r.finger, r.estimator, r.belief, r.sections, r.pressure_kpa) for r in rows] == [
+    assert [(r.scenario, r.finger, r.estimator, r.nominal, r.sections, r.pressure_kpa) for r in rows] == [
         ("free", finger, "arcs", "as simulated", sections, pressure)
         for finger in ("left_finger", "right_finger")
         for sections in (1, 3)

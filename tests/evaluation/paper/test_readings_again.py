@@ -24,9 +24,9 @@ RUNS = {
     "one side": ("free_bending", [*SHORT, "sensor.one_sided=true", "sensor.sections=3"]),
     "unequal sections": ("free_bending", [*SHORT, "sensor.sections=3", "sensor.borders=[0.2, 0.5]"]),
     "with the weight": ("obstructed_inside", [*SHORT, "estimator.compensate_gravity=false"]),
-    "believed": ("free_bending", [*SHORT, "believed.youngs_modulus='+10 %'", "believed.sensor_spacing='-5 %'"]),
+    "nominal": ("free_bending", [*SHORT, "nominal.youngs_modulus='+10 %'", "nominal.sensor_spacing='-5 %'"]),
     "other response": ("free_bending", [*SHORT, f"sensor.response={CURVE}"]),
-    "believed response": ("free_bending", [*SHORT, f"believed.response={CURVE}"]),
+    "nominal response": ("free_bending", [*SHORT, f"nominal.response={CURVE}"]),
 }
 Run = tuple[Station, Recording]
 
@@ -101,12 +101,12 @@ def test_other_sensors_read_what_a_run_with_them_does(sections: int) -> None:
         np.testing.assert_allclose(torque, expected, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["unequal sections", "one side", "with the weight", "believed", "other response"])
+@pytest.mark.parametrize("name", ["unequal sections", "one side", "with the weight", "nominal", "other response"])
 def test_shapes_are_those_of_the_estimators_of_the_run(name: str) -> None:
     """Of all of this project, beside each other, with an uncertainty that is not the usual one."""
     scenario, overrides = RUNS[name]
     kinds = ["spline", "gaussian", "contact"]
-    overrides = [*overrides, f"estimator.beside={kinds}", "estimator.uncertainty={reading: 5.0e-4, angle: 1.0e-3}"]
+    overrides = [*overrides, f"estimator.alongside={kinds}", "estimator.uncertainty={reading: 5.0e-4, angle: 1.0e-3}"]
     station, recording = run_of(scenario, overrides)
     for finger in station.fingers:
         again = read_again(station, recording, finger, station.scenario.sensor.sections)
@@ -131,7 +131,7 @@ def test_torque_of_another_estimator_is_that_of_a_run_with_it() -> None:
 
 
 def test_borders_belong_to_the_number_of_sections_of_the_scenario() -> None:
-    """Of the sensors as of those that are believed in; others are equally long."""
+    """Of the sensors as of those that are assumed in; others are equally long."""
     station = make_station(load_scenario(*RUNS["unequal sections"]))
     layout = SensorLayout(station.fingers[0].finger, 3, borders=(0.2, 0.5))
     assert with_sections(layout, 3) is layout
@@ -144,16 +144,16 @@ def test_borders_belong_to_the_number_of_sections_of_the_scenario() -> None:
     assert ends == [[0, 2, 6, 12], [0, 6, 12]]
 
 
-def test_the_belief_is_that_of_the_scenario_and_the_sensors_are_not_believed() -> None:
-    """Sensors that are believed to be wider apart than they are find less bend in the same readings."""
+def test_the_nominal_model_is_that_of_the_scenario_and_the_sensors_are_not_believed() -> None:
+    """Sensors that are assumed to be wider apart than they are find less bend in the same readings."""
     station, recording = run_of("free_bending", SHORT)
-    doubting, _ = run_of("free_bending", [*SHORT, "believed.sensor_spacing='+10 %'"])
+    doubting, _ = run_of("free_bending", [*SHORT, "nominal.sensor_spacing='+10 %'"])
     finger, same = station.fingers[0], doubting.fingers[0]
     assert read_again(doubting, recording, same, 4).layout.finger.sensor_spacing == pytest.approx(
         1.1 * finger.finger.sensor_spacing
     )
-    theta, believed = (arcs_of(read_again(s, recording, f, 4)).theta for s, f in ((station, finger), (doubting, same)))
-    np.testing.assert_allclose(1.1 * believed, theta, rtol=1e-9, atol=1e-12)
+    theta, nominal = (arcs_of(read_again(s, recording, f, 4)).theta for s, f in ((station, finger), (doubting, same)))
+    np.testing.assert_allclose(1.1 * nominal, theta, rtol=1e-9, atol=1e-12)
 
 
 def test_sections_are_as_they_are_or_as_asked(shipped_finger: Finger) -> None:

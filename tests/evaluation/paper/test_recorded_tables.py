@@ -1,4 +1,4 @@
-"""Recorded tables: what the scenario's own estimator made of its own sensors, and what a wrong belief costs."""
+"""Recorded tables: what the scenario's own estimator made of its own sensors, and what a wrong nominal costs."""
 
 from collections.abc import Sequence
 from dataclasses import astuple
@@ -19,12 +19,12 @@ from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[60e3, -30e3, 120e3]", "pressure.settle=0.5", "pressure.hold_samples=10"]
 # Of silicone and layer alike: the neutral axis, and so what the sensors say, stays.
-STIFFER = ("believed.youngs_modulus='+10 %'", "believed.layer_modulus='+10 %'")
+STIFFER = ("nominal.youngs_modulus='+10 %'", "nominal.layer_modulus='+10 %'")
 RUNS = {
     "four sections": ("free_bending", []),
     "three sections": ("obstructed_inside", ["sensor.sections=3"]),
     "one side": ("box_grasp", ["sensor.one_sided=true", "sensor.sections=2"]),
-    "a wrong belief": ("free_bending", [*STIFFER, "believed.sensor_spacing='+5 %'"]),
+    "a wrong nominal": ("free_bending", [*STIFFER, "nominal.sensor_spacing='+5 %'"]),
 }
 STRAIGHT = """
 from pydrake.systems.framework import LeafSystem
@@ -62,8 +62,8 @@ def test_recorded_tables_are_those_read_again_for_as_many_sections(name: str, ov
     compare(recorded_force_table("run", station, recording), force_table("run", station, recording, sections))
 
 
-def test_a_belief_has_its_name_in_every_row() -> None:
-    station, recording = run_of("free_bending", *STIFFER, "believed.response=[[0.9, -0.1], [1.1, 0.1]]")
+def test_a_nominal_model_has_its_name_in_every_row() -> None:
+    station, recording = run_of("free_bending", *STIFFER, "nominal.response=[[0.9, -0.1], [1.1, 0.1]]")
     tables = (
         recorded_pose_table("run", station, recording),
         recorded_force_table("run", station, recording),
@@ -71,7 +71,7 @@ def test_a_belief_has_its_name_in_every_row() -> None:
         force_table("run", station, recording, [1, 4]),
     )
     for rows in tables:
-        assert {row.belief for row in rows} == {"youngs_modulus +10 %; layer_modulus +10 %; response"}
+        assert {row.nominal for row in rows} == {"youngs_modulus +10 %; layer_modulus +10 %; response"}
 
 
 def test_a_finger_believed_too_stiff_seems_to_be_pushed_by_what_its_elasticity_is_wrong() -> None:
@@ -91,10 +91,10 @@ def test_a_finger_believed_too_stiff_seems_to_be_pushed_by_what_its_elasticity_i
             np.testing.assert_array_equal(true, 0)
 
 
-def test_a_belief_about_the_stiffness_changes_no_pose() -> None:
+def test_a_nominal_model_about_the_stiffness_changes_no_pose() -> None:
     poses = [
-        [(row.pose_error_mm, row.tip_error_mm) for row in recorded_pose_table("run", *run_of("free_bending", *belief))]
-        for belief in ([], STIFFER)
+        [(row.pose_error_mm, row.tip_error_mm) for row in recorded_pose_table("run", *run_of("free_bending", *nominal))]
+        for nominal in ([], STIFFER)
     ]
     np.testing.assert_allclose(*poses, rtol=1e-9)
 

@@ -42,20 +42,20 @@ def test_a_run_leaves_a_whole_folder(short, folder):
             "metrics.csv",
             PoseRow,
             6 * 2 * 4 * 2,
-            "estimator,belief,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm",
+            "estimator,nominal,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm",
         ),
         (
             "forces.csv",
             ForceRow,
             2 * 2 * 4 * 2 * 12,
-            "estimator,belief,sections,pressure_kpa,joint,estimated_nm,true_nm",
+            "estimator,nominal,sections,pressure_kpa,joint,estimated_nm,true_nm",
         ),
         ("contact.csv", ContactRow, 2 * 2, "pressure_kpa,touching_links,contact_length_mm,sign_changes"),
         (
             "contact_forces.csv",
             ContactForceRow,
             2 * 3 * 2,
-            "estimator,belief,sections,pressure_kpa,borders,estimated_n,true_n,total_n,normal_n,estimated_mm,true_mm",
+            "estimator,nominal,sections,pressure_kpa,borders,estimated_n,true_n,total_n,normal_n,estimated_mm,true_mm",
         ),
     ],
 )

@@ -1,9 +1,9 @@
-"""Cases: noise scales every error of the preset, beliefs are named and wrong as they say."""
+"""Cases: noise scales every error of the preset, nominals are named and wrong as they say."""
 
 import pytest
 
-from soft_gripper.evaluation.robustness.table import BELIEFS, Belief, errors_at
-from soft_gripper.scenario.belief import read_belief
+from soft_gripper.evaluation.robustness.table import NOMINAL_CASES, NominalCase, errors_at
+from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.sensors.strain_errors import StrainErrors
 
 
@@ -26,13 +26,13 @@ def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -
     assert errors_at(2.0) == StrainErrors(**dict.fromkeys(sizes, 0.02))
 
 
-def test_beliefs_have_names() -> None:
-    assert [belief.name for belief in BELIEFS] == ["as simulated", "E -10 %, p +1 %", "E +10 %, p -1 %"]
-    assert Belief(modulus=0.05).name == "E +5 %"
+def test_nominal_models_have_names() -> None:
+    assert [nominal.name for nominal in NOMINAL_CASES] == ["as simulated", "E -10 %, p +1 %", "E +10 %, p -1 %"]
+    assert NominalCase(modulus=0.05).name == "E +5 %"
 
 
-def test_a_belief_is_wrong_by_its_size(shipped_finger) -> None:
-    believed = read_belief(Belief(-0.1).config).finger(shipped_finger)
-    assert believed.base.youngs_modulus == pytest.approx(0.9 * shipped_finger.base.youngs_modulus)
-    assert read_belief(Belief(pressure=0.01).config).finger(shipped_finger) == shipped_finger
-    assert Belief(0.03, -0.04).size == pytest.approx(0.05)
+def test_a_nominal_model_is_wrong_by_its_size(shipped_finger) -> None:
+    nominal = read_nominal_model(NominalCase(-0.1).config).finger(shipped_finger)
+    assert nominal.base.youngs_modulus == pytest.approx(0.9 * shipped_finger.base.youngs_modulus)
+    assert read_nominal_model(NominalCase(pressure=0.01).config).finger(shipped_finger) == shipped_finger
+    assert NominalCase(0.03, -0.04).size == pytest.approx(0.05)

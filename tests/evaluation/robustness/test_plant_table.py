@@ -1,4 +1,4 @@
-"""Other plants in a table: a finger that is known reads as itself, one of rubber as what is believed of it."""
+"""Other plants in a table: a finger that is known reads as itself, one of rubber as its nominal model."""
 
 import numpy as np
 import pytest
@@ -47,11 +47,11 @@ def test_of_rubber_the_modulus_is_known_to_a_tenth(held, monkeypatch) -> None:
 
 
 def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simulated(held, monkeypatch) -> None:
-    believed = []
-    monkeypatch.setattr(module, "estimated", lambda *args: believed.append(args[1].finger) or Errors(*np.zeros((3, 1))))
+    nominal = []
+    monkeypatch.setattr(module, "estimated", lambda *args: nominal.append(args[1].finger) or Errors(*np.zeros((3, 1))))
     shipped = softened(held.simulated, 2.0)
     monkeypatch.setattr(module, "shipped_finger", lambda *_: shipped)
     for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
-        believed.clear()
+        nominal.clear()
         plant_table(plant, "free_bending", [held], 1, ["gaussian"])
-        assert set(believed) == {finger}
+        assert set(nominal) == {finger}

@@ -27,11 +27,11 @@ def test_files_say_what_is_different(tmp_path, shipped_finger) -> None:
 
 def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(tmp_path, shipped_finger) -> None:
     rubber = finger_of(RUBBER, tmp_path)
-    believed = [np.full(12, np.radians(bend) / 12) for bend in (60, 120, -30)]
-    simulated = [np.repeat(q, 2) / 2 for q in believed]
+    nominal = [np.full(12, np.radians(bend) / 12) for bend in (60, 120, -30)]
+    simulated = [np.repeat(q, 2) / 2 for q in nominal]
     linear, curved = (
         [float(finger.elastic_torque(q)[len(q) // 2]) for q in angles]
-        for finger, angles in ((shipped_finger, believed), (rubber, simulated))
+        for finger, angles in ((shipped_finger, nominal), (rubber, simulated))
     )
     assert curved[0] == pytest.approx(linear[0], rel=0.01)
     assert curved[1] < 0.95 * linear[1]

@@ -10,12 +10,12 @@ from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.report.bars import BARS
 from soft_gripper.evaluation.robustness.claims import realistic, robustness_claims
 from soft_gripper.evaluation.robustness.plants import PLANTS
-from soft_gripper.evaluation.robustness.table import BELIEFS, PlantRow, RobustnessRow
+from soft_gripper.evaluation.robustness.table import NOMINAL_CASES, PlantRow, RobustnessRow
 
 MEANS = {"arcs": 0.9, "gaussian": 0.8}
 ROWS = [
-    RobustnessRow(s, name, belief.name, noise, n, noise * mean, 2.4 * noise * mean, 9.0, 0.95, 20)
-    for (name, mean), s, belief, noise, n in product(MEANS.items(), SCENARIOS, BELIEFS, (1.0, 4.0), (1, 2, 3, 4))
+    RobustnessRow(s, name, nominal.name, noise, n, noise * mean, 2.4 * noise * mean, 9.0, 0.95, 20)
+    for (name, mean), s, nominal, noise, n in product(MEANS.items(), SCENARIOS, NOMINAL_CASES, (1.0, 4.0), (1, 2, 3, 4))
 ]
 OF_PLANT = {1: 2.0, 2: 0.4, 3: 0.2, 4: 0.2}  # mm, within 1.5 times the bars
 PLANT_ROWS = [
@@ -55,9 +55,9 @@ def test_all_hold_within_the_bars() -> None:
         ({"coverage": nan}, "gaussian", 2, [2]),
     ],
 )
-def test_a_scenario_and_belief_alone_break_it(change, estimator, sections, fails) -> None:
+def test_a_scenario_and_nominal_model_alone_break_it(change, estimator, sections, fails) -> None:
     where = {"estimator": estimator, "sections": sections, "noise": 1.0, "scenario": "box_grasp"}
-    assert failing(changed(ROWS, change, belief="E +10 %, p -1 %", **where)) == fails
+    assert failing(changed(ROWS, change, nominal="E +10 %, p -1 %", **where)) == fails
 
 
 def test_worse_sensors_do_not_matter() -> None:
@@ -93,7 +93,7 @@ def test_no_step_errs_by_more_than_1_5_mm_with_two_sensors_and_no_tip(column, er
     assert len(failing(ROWS, changes)) == breaks
 
 
-def test_the_worst_scenario_and_belief_are_named() -> None:
-    where = {"estimator": "arcs", "sections": 4, "noise": 1.0, "scenario": "box_grasp", "belief": "E +10 %, p -1 %"}
+def test_the_worst_scenario_and_nominal_model_are_named() -> None:
+    where = {"estimator": "arcs", "sections": 4, "noise": 1.0, "scenario": "box_grasp", "nominal": "E +10 %, p -1 %"}
     claim = robustness_claims(changed(ROWS, {"mean_mm": 0.7}, **where), PLANT_ROWS)[1]
     assert claim.number.endswith("worst: box_grasp, E +10 %, p -1 %")

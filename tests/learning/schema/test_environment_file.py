@@ -41,7 +41,7 @@ def test_a_file_of_ones_own_names_its_scenario_beside_it(tmp_path):
         ({"variation.youngs_modulus": 1.0}, "variation.youngs_modulus"),
         ({"variation.gripper": "hand"}, "variation.gripper"),
         ({"scenario.models.1.fingers": {"all": {"youngs_modulus": "5e5"}}}, "variation.youngs_modulus"),
-        ({"scenario.believed.youngs_modulus": "+30 %"}, "variation.youngs_modulus"),
+        ({"scenario.nominal.youngs_modulus": "+30 %"}, "variation.youngs_modulus"),
         ({"variation.weight": 1.0}, "variation.weight"),
         ({"grasp.object": "apple"}, "grasp.object"),
         ({"reach": {}}, "task"),

@@ -1,4 +1,4 @@
-"""What is believed of a finger: values, changes and other files; and what a wrong belief does to the estimates."""
+"""The nominal model: values, changes and other files; and its effect on the estimates."""
 
 from dataclasses import replace
 
@@ -9,20 +9,20 @@ from finger_plants import free_bending
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch
-from soft_gripper.scenario.belief import describe_belief, read_belief
-from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig
+from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
+from soft_gripper.scenario.scenario import NominalConfig, SensorConfig
 
 CURVE = [[1.0, 0.0], [2.0, 3.0]]
 TWO = "package://soft_gripper/grippers/two_finger.urdf"
 
 
-def believed(finger, **changes):
-    return read_belief(BelievedConfig(**changes)).finger(finger)
+def nominal(finger, **changes):
+    return read_nominal_model(NominalConfig(**changes)).finger(finger)
 
 
 def test_nothing_said_is_the_truth(tapered_finger):
-    assert believed(tapered_finger) == tapered_finger
-    layout = read_belief(BelievedConfig()).layout(
+    assert nominal(tapered_finger) == tapered_finger
+    layout = read_nominal_model(NominalConfig()).layout(
         tapered_finger, SensorConfig(sections=3, one_sided=True, response=CURVE)
     )
     assert (layout.finger, layout.sections, layout.one_sided) == (tapered_finger, 3, True)
@@ -33,7 +33,7 @@ def test_nothing_said_is_the_truth(tapered_finger):
 def test_changes_of_the_finger(tapered_finger, name, value):
     true = getattr(tapered_finger, name)
     for text, expected in ((str(value), value), ("+5 %", 1.05 * true), ("-2.5%", 0.975 * true)):
-        assert believed(tapered_finger, **{name: text}) == replace(tapered_finger, **{name: expected})
+        assert nominal(tapered_finger, **{name: text}) == replace(tapered_finger, **{name: expected})
 
 
 @pytest.mark.parametrize(
@@ -48,23 +48,23 @@ def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name,
     for text, change in ((repr(value), lambda old: value), ("+10 %", lambda old: 1.1 * old)):
         sections = {"base": tapered_finger.base, "tip": tapered_finger.tip}
         ends = {end: replace(section, **{name: change(getattr(section, name))}) for end, section in sections.items()}
-        assert believed(tapered_finger, **{name: text}) == replace(tapered_finger, **ends)
+        assert nominal(tapered_finger, **{name: text}) == replace(tapered_finger, **ends)
 
 
 def test_creep_need_not_be_known(tapered_finger):
     creeps = replace(tapered_finger, creep=(CreepBranch(0.2, 0.3),))
-    assert believed(creeps) == creeps
-    assert believed(creeps, creep=False) == tapered_finger
+    assert nominal(creeps) == creeps
+    assert nominal(creeps, creep=False) == tapered_finger
 
 
 @pytest.mark.parametrize("text", ["10", "0.1"])
 def test_a_forgotten_percent_sign_is_no_modulus(tapered_finger, text):
     with pytest.raises(InputError, match="is far from the simulated"):
-        believed(tapered_finger, youngs_modulus=text)
+        nominal(tapered_finger, youngs_modulus=text)
 
 
 def test_another_response_is_believed_of_the_same_sensors(tapered_finger):
-    layout = read_belief(BelievedConfig(response=CURVE)).layout(tapered_finger, SensorConfig(sections=2))
+    layout = read_nominal_model(NominalConfig(response=CURVE)).layout(tapered_finger, SensorConfig(sections=2))
     assert [list(point) for point in layout.response.points] == CURVE
     assert (layout.finger, layout.sections) == (tapered_finger, 2)
 
@@ -74,33 +74,33 @@ def test_a_file_gives_the_finger_of_that_name_or_its_only_one(shipped_finger, fi
     """With as many segments as are simulated; changes come on top."""
     simulated = replace(shipped_finger, name="right_finger", length=0.5, segments=7, sensor_spacing=0.01)
     expected = replace(shipped_finger, name="right_finger", segments=7, relaxation_time=0.013)
-    assert believed(simulated, file=file, relaxation_time="+100 %") == expected
+    assert nominal(simulated, file=file, relaxation_time="+100 %") == expected
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"width": "wide"}, "believed: width = 'wide': give a number, or a change such as \"+10 %\""),
-        ({"width": "10 %"}, "believed: width = '10 %': give a number"),
-        ({"width": "-100 %"}, "believed: finger 'tapered': base.width = 0.0"),
-        ({"length": "-1"}, "believed: finger 'tapered': length = -1.0"),
-        ({"file": "none.urdf"}, "believed: file = 'none.urdf': there is no file none.urdf"),
+        ({"width": "wide"}, "nominal: width = 'wide': give a number, or a change such as \"+10 %\""),
+        ({"width": "10 %"}, "nominal: width = '10 %': give a number"),
+        ({"width": "-100 %"}, "nominal: finger 'tapered': base.width = 0.0"),
+        ({"length": "-1"}, "nominal: finger 'tapered': length = -1.0"),
+        ({"file": "none.urdf"}, "nominal: file = 'none.urdf': there is no file none.urdf"),
         ({"file": TWO}, "holds no finger 'tapered', nor a single one; it has left_finger, right_finger"),
         ({"file": "package://soft_gripper/arms/ur5e.urdf"}, "it has none"),
     ],
 )
 def test_what_cannot_be_believed(tapered_finger, changes, message):
     with pytest.raises(InputError) as caught:
-        believed(tapered_finger, **changes)
+        nominal(tapered_finger, **changes)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_description_for_tables():
-    assert describe_belief(BelievedConfig()) == "as simulated"
-    assert describe_belief(BelievedConfig(creep=False)) == "no creep"
-    belief = BelievedConfig(file=TWO, youngs_modulus="+10 %", length="0.1", response=CURVE, calibration="my/own.yaml")
-    assert describe_belief(belief) == "two_finger.urdf; youngs_modulus +10 %; length 0.1; response; own.yaml"
+    assert describe_nominal_model(NominalConfig()) == "as simulated"
+    assert describe_nominal_model(NominalConfig(creep=False)) == "no creep"
+    nominal = NominalConfig(file=TWO, youngs_modulus="+10 %", length="0.1", response=CURVE, calibration="my/own.yaml")
+    assert describe_nominal_model(nominal) == "two_finger.urdf; youngs_modulus +10 %; length 0.1; response; own.yaml"
 
 
 PRESSURE = 60e3  # Pa
@@ -108,10 +108,10 @@ PRESSURE = 60e3  # Pa
 
 @pytest.fixture(scope="module")
 def settled():
-    """What is recorded at the end of a free bending under PRESSURE without weight, by what is believed."""
+    """What is recorded at the end of a free bending under PRESSURE without weight, by nominal model."""
 
-    def run(*beliefs):
-        scenario = free_bending([PRESSURE], 1.5, "gravity=[0, 0, 0]", *(f"believed.{belief}" for belief in beliefs))
+    def run(*nominals):
+        scenario = free_bending([PRESSURE], 1.5, "gravity=[0, 0, 0]", *(f"nominal.{nominal}" for nominal in nominals))
         data = simulate(scenario).data.isel(time=-1)
         return lambda signal: data[f"left_finger.{signal}"].values
 

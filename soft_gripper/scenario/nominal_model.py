@@ -1,4 +1,4 @@
-"""What the estimators believe of a finger and its sensors, from the simulated ones and what a scenario changes."""
+"""The nominal model of a finger and its sensors, from the simulated ones and the changes of a scenario."""
 
 import os
 from dataclasses import dataclass, field, replace
@@ -8,21 +8,21 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.calibration_file import CalibrationConfig, calibrated, load_calibration
 from soft_gripper.scenario.model_files import OF_FINGER, OF_SECTION, changed_finger, model_path
-from soft_gripper.scenario.scenario import BelievedConfig, SensorConfig
+from soft_gripper.scenario.scenario import NominalConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.measurement import MeasurementModel
 
 
 @dataclass(frozen=True)
-class Belief:
-    """What a scenario believes, with the contents of the files that it names."""
+class NominalModel:
+    """The nominal model of a scenario, with the contents of the files that it names."""
 
-    config: BelievedConfig = field(default_factory=BelievedConfig)
+    config: NominalConfig = field(default_factory=NominalConfig)
     fingers: tuple[Finger, ...] = ()  # of `config.file`
     calibration: CalibrationConfig | None = None
 
     def layout(self, finger: Finger, sensor: SensorConfig) -> MeasurementModel:
-        """Sensors and finger as the estimators believe them to be.
+        """The nominal sensors and finger.
 
         Raises:
             InputError: if a change is no number, or leads to what cannot be a finger, or the calibration is of another.
@@ -32,22 +32,22 @@ class Belief:
         return layout if self.calibration is None else calibrated(layout, self.calibration)
 
     def finger(self, finger: Finger) -> Finger:
-        """The finger as it is believed to be; raises as `layout`."""
+        """The nominal finger; raises as `layout`."""
         found = finger if self.config.file is None else self._from_file(finger)
         found = found if self.config.creep else replace(found, creep=())
-        return changed_finger(found, "believed", self.config, OF_FINGER)
+        return changed_finger(found, "nominal", self.config, OF_FINGER)
 
     def _from_file(self, finger: Finger) -> Finger:
         named = [other for other in self.fingers if other.name == finger.name] or list(self.fingers)
         if len(named) != 1:
             names = ", ".join(other.name for other in self.fingers) or "none"
             expected = f"holds no finger '{finger.name}', nor a single one; it has {names}"
-            raise InputError("believed", "file", self.config.file, expected)
+            raise InputError("nominal", "file", self.config.file, expected)
         return replace(named[0], name=finger.name, segments=finger.segments)
 
 
-def read_belief(config: BelievedConfig) -> Belief:
-    """Reads the files that a belief names.
+def read_nominal_model(config: NominalConfig) -> NominalModel:
+    """Reads the files that a nominal model names.
 
     Raises:
         InputError: if one is missing, or holds no fingers or no calibration.
@@ -56,15 +56,15 @@ def read_belief(config: BelievedConfig) -> Belief:
     if config.file is not None:
         path = model_path(config.file)
         if not os.path.isfile(path):
-            raise InputError("believed", "file", config.file, f"there is no file {path}")
+            raise InputError("nominal", "file", config.file, f"there is no file {path}")
         fingers = tuple(expand_urdf(path).fingers)
-    return Belief(config, fingers, None if config.calibration is None else load_calibration(config.calibration))
+    return NominalModel(config, fingers, None if config.calibration is None else load_calibration(config.calibration))
 
 
-def describe_belief(believed: BelievedConfig) -> str:
-    """The belief in a few words, for tables."""
-    changes = [f"{name} {text}" for name in (*OF_SECTION, *OF_FINGER) if (text := getattr(believed, name))]
-    creep = [] if believed.creep else ["no creep"]
-    response = ["response"] if believed.response is not None else []
-    files = [file.rpartition("/")[2] if file is not None else "" for file in (believed.file, believed.calibration)]
+def describe_nominal_model(nominal: NominalConfig) -> str:
+    """The nominal model in a few words, for tables."""
+    changes = [f"{name} {text}" for name in (*OF_SECTION, *OF_FINGER) if (text := getattr(nominal, name))]
+    creep = [] if nominal.creep else ["no creep"]
+    response = ["response"] if nominal.response is not None else []
+    files = [file.rpartition("/")[2] if file is not None else "" for file in (nominal.file, nominal.calibration)]
     return "; ".join(filter(None, [files[0], *changes, *creep, *response, files[1]])) or "as simulated"

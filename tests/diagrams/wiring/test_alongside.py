@@ -1,4 +1,4 @@
-"""Estimators beside another: what they estimate is what they would as the estimator of the run, and nothing else."""
+"""Estimators alongside another: what they estimate is what they would as the estimator of the run, and nothing else."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import fingertip_error, pose_error
 
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
-SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "believed.youngs_modulus='+5 %'"]
+SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.youngs_modulus='+5 %'"]
 KINDS = ["gaussian", "spline", "contact", "own_blocks:mean_bend"]
 OF_CONTACT = ("contact_force", "contact_arc_length", "contact_force_std", "contact_arc_length_std")
 
@@ -30,11 +30,11 @@ def alone():
 @pytest.fixture(scope="module")
 def recording():
     """With four more."""
-    return run_of(f"estimator.beside={KINDS}")
+    return run_of(f"estimator.alongside={KINDS}")
 
 
 def signals_of(recording, finger, kind):
-    """The signals of a finger by one of the estimators beside, by their names alone."""
+    """The signals of a finger by one of the estimators alongside, by their names alone."""
     begin = f"{finger}.{kind}."
     return {name.removeprefix(begin): recording[name] for name in recording.data if name.startswith(begin)}
 
@@ -78,9 +78,9 @@ def test_errors_are_those_of_its_shape(recording, kind):
 
 
 def test_arcs_may_stand_beside_too(alone):
-    beside = run_of("estimator.type=spline", "estimator.beside=[arcs]")
+    alongside = run_of("estimator.type=spline", "estimator.alongside=[arcs]")
     for name in ("theta", "kappa", "pose_error", "estimated_joint_angles"):
-        found, expected = beside[f"left_finger.arcs.{name}"].values, alone[f"left_finger.{name}"].values
+        found, expected = alongside[f"left_finger.arcs.{name}"].values, alone[f"left_finger.{name}"].values
         np.testing.assert_array_equal(found, expected)
 
 
@@ -97,17 +97,23 @@ def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
     ("overrides", "complaint"),
     [
         (
-            ["estimator.beside=[gauss]"],
-            "estimator.beside = 'gauss': known: arcs, spline, gaussian, contact, recursive, constant_curvature; ",
+            ["estimator.alongside=[gauss]"],
+            "estimator.alongside = 'gauss': known: arcs, spline, gaussian, contact, recursive, constant_curvature; ",
         ),
-        (["estimator.beside=['nosuch:make']"], "estimator.beside = 'nosuch:make': cannot be imported"),
-        (["estimator.beside=['own_blocks:warm_sensor']"], "estimator.beside = 'own_blocks:warm_sensor': failed: "),
-        (["estimator.beside=[spline, spline]"], "estimator.beside[0] = 'spline': is an estimator of this scenario al"),
+        (["estimator.alongside=['nosuch:make']"], "estimator.alongside = 'nosuch:make': cannot be imported"),
         (
-            ["estimator.beside=[gaussian, arcs]"],
-            "estimator.beside[1] = 'arcs': is an estimator of this scenario already",
+            ["estimator.alongside=['own_blocks:warm_sensor']"],
+            "estimator.alongside = 'own_blocks:warm_sensor': failed: ",
         ),
-        (["estimator.beside=spline"], "estimator.beside = 'spline'"),
+        (
+            ["estimator.alongside=[spline, spline]"],
+            "estimator.alongside[0] = 'spline': is an estimator of this scenario al",
+        ),
+        (
+            ["estimator.alongside=[gaussian, arcs]"],
+            "estimator.alongside[1] = 'arcs': is an estimator of this scenario already",
+        ),
+        (["estimator.alongside=spline"], "estimator.alongside = 'spline'"),
     ],
 )
 def test_what_cannot_stand_beside(overrides, complaint):
