@@ -28,11 +28,11 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_alon
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
 _STDS = 2  # standard deviations, on either side
-_STRAIGHT = 10.0  # m; an arc of a larger radius is called straight
-_TEXT_DISTANCE = 9e-3  # m, from the side of the finger to where its radius is written
+_STRAIGHT = 10.0  # m; an arc with a larger radius is labelled straight
+_TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radius
 _EDGE = "0.35"
-_LENGTH = 0.025  # m for a newton
-_LEAST = 0.02  # N, that is drawn
+_LENGTH = 0.025  # m/N
+_LEAST = 0.02  # N, smallest force drawn
 
 
 def in_mm(planar: Planar) -> Array:
@@ -41,7 +41,7 @@ def in_mm(planar: Planar) -> Array:
 
 
 def draw_base(axes: Axes, finger: Finger) -> None:
-    """What the finger is mounted on, as a dark block."""
+    """The mount of the finger, as a dark block."""
     width, depth = 1.8e3 * finger.base.thickness, 0.6e3 * finger.base.thickness
     middle = -1e3 * float(finger.base.neutral_axis)
     axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
@@ -63,7 +63,7 @@ def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array) -> 
 
 
 def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -> None:
-    """The finger as the arcs bend it: a piece of `colors`, (N, 3), for every segment, a line round every section."""
+    """The finger bent along the arcs: a piece of `colors`, (N, 3), per segment, and an outline around each section."""
     in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
     for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
         ends = np.array([i, i + 1]) / layout.joints_per_section[section]
@@ -74,7 +74,7 @@ def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -
 
 
 def _outline(layout: MeasurementModel, arcs: Arcs, section: int, begin: float = 0.0, end: float = 1.0) -> Array:
-    """Round the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
+    """Outline of the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
     fraction = np.linspace(begin, end, 17)
     s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
     built, of = layout.finger.section(s), np.full(len(fraction), section)
@@ -169,7 +169,7 @@ _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true 
 
 
 class Shape(NamedTuple):
-    """What a recording says about one finger at one time, in B."""
+    """One finger at one time of a recording, in B."""
 
     corners: Array  # (N + 2, 3) m, the true base, joints and tip
     arcs: Arcs
@@ -178,12 +178,12 @@ class Shape(NamedTuple):
     true_torque: Array  # (N) N m
     pose_error: float  # m
     true_contact: Arrow | None
-    contact: Arrow | None  # estimated, if it is
-    std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if it is estimated
+    contact: Arrow | None  # estimated, if available
+    std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if available
 
 
 def read_shape(layout: MeasurementModel, recording: Recording, time: float) -> Shape:
-    """The shape of the finger of `layout`, which was recorded with these sensors, at a time, s."""
+    """The shape, at a time, s, of the finger of `layout`, which was recorded with these sensors."""
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
@@ -212,15 +212,15 @@ def _arrow(finger: Finger, beside: Beside, signals: Mapping[str, Array], which: 
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
     """Three panels at a time, s: the simulation, the estimated arcs over the true joints, the estimate.
 
-    The contact force is drawn where it presses, 25 mm a newton: the true one, and beside it the estimated one where the
-    estimator has one, as the uncertainty of the curve.
+    The true contact force is drawn at the contact, 25 mm/N; so are the estimated force and the uncertainty of the
+    curve, if the estimator provides them.
 
-    Drawn in frame B, mm, with the base at the top. Segments and arcs have the colours of the true and of
-    the estimated external torque, on one scale; the numbers at the arcs are their radii.
+    Drawn in frame B, mm, with the base at the top. Segments and arcs are coloured by the true and the
+    estimated external torque, on one scale; the numbers at the arcs are their radii.
     """
     finger, shape = layout.finger, read_shape(layout, recording, time)
     arcs = len(shape.arcs.theta)
-    if arcs != layout.sections:  # an estimator may have an arc a segment
+    if arcs != layout.sections:  # an estimator may have one arc per segment
         layout = replace(layout, sections=arcs, borders=None)
     limit = torque_limit([shape.torque, shape.true_torque])
     x_limits, z_limits = _limits(layout, shape)
@@ -246,7 +246,7 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
 
 
 def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]:
-    """Of x in the three panels and of z, mm; the centres of arcs are shown if they lie near."""
+    """Limits of x in the three panels, and of z, mm; the centres of arcs are shown if they are near."""
     x, z = 1e3 * shape.corners[:, ::2].T
     free = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
@@ -260,7 +260,7 @@ def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]
 
 
 def _draw_contact(panels: Sequence[Axes], finger: Finger, shape: Shape) -> None:
-    """The true force in the first and the last panel, and what is estimated in the last."""
+    """Draws the true force in the first and last panels, and the estimate in the last."""
     if shape.std is not None:
         draw_band(panels[2], finger, shape.arcs, shape.std)
     if shape.true_contact is not None:
@@ -275,4 +275,4 @@ def _draw_joints(axes: Axes, shape: Shape) -> None:
     estimated = f"estimated joints (mean error {1e3 * shape.pose_error:.2f} mm)"
     axes.plot(*(1e3 * shape.corners[1:-1, ::2].T), "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
     axes.plot(*in_mm(shape.joints).T, ".", ms=4, color="black", label=estimated)
-    axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the centres of the arcs")
+    axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the arc centres")

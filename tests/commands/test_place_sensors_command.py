@@ -120,7 +120,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--count", "0"], "--count = '0': give a whole number of at least 1"),
+        (["--count", "0"], "--count = '0': give a whole number from 1"),
         (["--count", "13", "--scenarios", "free_bending"], "count = 13: give 1 to 12"),
         (["--count", "two"], "--count = 'two'"),
         (["--estimator", "splines"], "--estimator = 'splines': known: arcs, spline, gaussian, contact"),
@@ -149,4 +149,4 @@ def test_contacts_take_an_estimator_of_contact(tmp_path):
     save_contacts(contact, tmp_path / "contacts.npz")
     done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.npz")
     assert done.code == 2
-    assert "--estimator = 'gaussian': estimates no contact" in done.err
+    assert "--estimator = 'gaussian': does not estimate contact" in done.err

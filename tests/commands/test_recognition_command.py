@@ -63,10 +63,10 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--train", "1"], "--train = '1': give a whole number of at least 2"),
-        (["--test", "none"], "--test = 'none': give a whole number of at least 1"),
-        (["--seed", "-1"], "--seed = '-1': give a whole number of at least 0"),
-        (["--jobs", "0"], "--jobs = '0': give a whole number of at least 1"),
+        (["--train", "1"], "--train = '1': give a whole number from 2"),
+        (["--test", "none"], "--test = 'none': give a whole number from 1"),
+        (["--seed", "-1"], "--seed = '-1': give a whole number from 0"),
+        (["--jobs", "0"], "--jobs = '0': give a whole number from 1"),
         (["nowhere"], "name = 'nowhere': not shipped"),
         (["free_bending"], "pressure.steps"),
         (["probing_grasp", "--out", "/dev/null/out"], "output: folder = '/dev/null/out'"),

@@ -66,4 +66,4 @@ def test_without_the_option_nothing_of_it_is_run(run: dict[str, list[object]], t
 def test_seeds_are_a_number(seeds: str, tmp_path: Path) -> None:
     refused = soft_gripper("evaluate", "--out", tmp_path, "--seeds", seeds)
     assert refused.code == 2
-    assert "give a whole number of at least 1" in refused.err
+    assert "give a whole number from 1" in refused.err

@@ -126,15 +126,15 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["--trials", "0"], "--trials = '0': give a whole number of at least 1"),
-        (["--seed", "-1"], "--seed = '-1': give a whole number of at least 0"),
-        (["--jobs", "many"], "--jobs = 'many': give a whole number of at least 1"),
-        (["--trial", "1.5"], "--trial = '1.5': give a whole number of at least 0"),
+        (["--trials", "0"], "--trials = '0': give a whole number from 1"),
+        (["--seed", "-1"], "--seed = '-1': give a whole number from 0"),
+        (["--jobs", "many"], "--jobs = 'many': give a whole number from 1"),
+        (["--trial", "1.5"], "--trial = '1.5': give a whole number from 0"),
         (["--scenario", "nowhere"], "name = 'nowhere': not shipped"),
-        (["--scenario", "box_grasp"], "task = None: give a task to be tried"),
+        (["--scenario", "box_grasp"], "task = None: give a task for the trials"),
         (
             ["--scenario", "box_grasp", "--scenario", str(SHIPPED / "box_grasp.yaml")],
-            "give scenarios of different names",
+            "give scenarios with different names",
         ),
     ],
 )
@@ -150,7 +150,7 @@ def test_mistakes_are_reported_in_a_line(arguments, complaint, tmp_path):
     [
         (
             "estimator.contact_threshold=null",
-            "estimator.contact_threshold = None: give a torque, so that contact is looked for",
+            "estimator.contact_threshold = None: give a torque, so that contact is detected",
         ),
         ("models.3.file=package://soft_gripper/objects/box.sdf", "task.object = 'box': give the model of a bare mesh"),
         ("models.3.X_PC.translation=[2, 0, 0.03001]", "task.phases[0] 'approach': to = 'object'"),

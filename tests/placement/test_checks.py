@@ -44,5 +44,5 @@ def test_a_finger_has_no_such_count(shipped_finger, count):
 def test_contacts_take_an_estimator_of_contact():
     check_contacts(NOTHING, Assumptions("contact"))
     for estimator in ("arcs", "spline", "gaussian"):
-        with pytest.raises(InputError, match=f"'{estimator}': estimates no contact"):
+        with pytest.raises(InputError, match=f"'{estimator}': does not estimate contact"):
             check_contacts(NOTHING, Assumptions(estimator))

@@ -186,7 +186,7 @@ EDGE = 1.003  # times what friction alone makes of the normal force: a total abo
 
 @dataclass(frozen=True)
 class RandomContact:
-    """What is random about a contact."""
+    """The random parameters of a contact."""
 
     side: str  # of the finger, "inner" or "outer"
     radius_mm: float  # of the peg
@@ -281,7 +281,7 @@ _LARGEST = 2**26  # bytes of all arrays of a file: 200 000 contacts
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """What is true about M single contacts of one finger with N joints, at rest; see `TrueContact`."""
+    """Ground truth of M single contacts of one finger with N joints, at rest; see `TrueContact`."""
 
     q: Array  # (M, N) rad, joint angles
     pressure: Array  # (M,) Pa

@@ -52,7 +52,7 @@ _NOISE = 1.0  # of the readings, all alike, whatever it is
 
 
 class FreeMotion(NamedTuple):
-    """What is measured of a finger that touches nothing."""
+    """The measurements on a finger without contact."""
 
     readings: Array  # (..., K, paths * S)
     pressure: Array  # (K) Pa
@@ -221,7 +221,7 @@ class ContactEstimate:
 
 
 def check_estimator(name: str) -> None:
-    """Looks at an estimator before any work is done.
+    """Checks an estimator before any work is done.
 
     Raises:
         InputError: if there is none of that name, it estimates no contact, or it needs the samples before.
@@ -231,7 +231,7 @@ def check_estimator(name: str) -> None:
     if isinstance(function, RecursiveShape):
         raise InputError("contact-trials", "--estimator", name, "needs a recording; contacts are samples by themselves")
     if straight_shape(function, layout).contact is None:
-        raise InputError("contact-trials", "--estimator", name, f"estimates no contact; {ESTIMATOR} does")
+        raise InputError("contact-trials", "--estimator", name, f"does not estimate contact; {ESTIMATOR} does")
 
 
 def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[ContactEstimate]:

@@ -147,7 +147,7 @@ def _flattening(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
         "Four sensors still gain much over two, as above.",
         f"Gains flatten beyond two: up to {_list(gains.max(axis=0))} mm of mean pose error with the second, third and"
         " fourth sensor.",
-        "The error falls about with the square of the length of an arc: most of it is gone with the second sensor.",
+        "The error decreases roughly with the square of the arc length: the second sensor removes most of it.",
     )
 
 

@@ -10,7 +10,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.view.estimate_visualizer import put
 
-_FRAMES = 20.0  # a second
+_FRAMES = 20.0  # per second
 _RADIUS, _BODY = 0.0035, 0.014  # m, of an estimated arm and edge of a measured body
 _GREY, _BLACK = Rgba(0.6, 0.6, 0.6), Rgba(0.1, 0.1, 0.1, 0.8)
 
@@ -18,12 +18,12 @@ _GREY, _BLACK = Rgba(0.6, 0.6, 0.6), Rgba(0.1, 0.1, 0.1, 0.8)
 def show_replays(meshcat: Meshcat, recordings: Sequence[Recording], colors: Mapping[str, str]) -> None:
     """Records an animation in Meshcat.
 
-    The arm hangs: z of B points down. A black box is a body where motion capture saw it, a line an estimate.
+    The arm hangs: z of B points down. A black box is a body measured by motion capture; a line is an estimate.
 
     Args:
         meshcat: shows it.
         recordings: of replays; they follow each other in time.
-        colors: of the estimators that are drawn, as #rrggbb, by their rows.
+        colors: colours of the drawn estimators, as #rrggbb, by row.
     """
     reach = float(np.nanmax(recordings[0]["measured_bodies"].values[1:]))
     _set_scene(meshcat, reach)

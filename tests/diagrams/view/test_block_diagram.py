@@ -41,7 +41,7 @@ def test_file_is_of_the_kind_that_its_name_says(tmp_path, diagram, suffix, begin
 
 @pytest.mark.parametrize("name", ["station.jpg", "station", "station.SVG.txt"])
 def test_other_endings_are_refused(tmp_path, diagram, name):
-    with pytest.raises(InputError, match=r"end it in \.dot, \.gv, \.svg, \.png, \.pdf"):
+    with pytest.raises(InputError, match=r"give a name that ends in \.dot, \.gv, \.svg, \.png, \.pdf"):
         save_block_diagram(diagram, tmp_path / name)
     assert not list(tmp_path.iterdir())
 

@@ -131,7 +131,7 @@ def test_a_grip_closes_until_it_estimates_the_force_limit(limit):
 def test_a_force_limit_needs_an_estimator_of_contact():
     overrides = ("control.set_points=[0.06]", GAINS, FORCE_GAINS, "control.force_limit=0.5")
     with pytest.raises(
-        InputError, match=r"force_limit = 0\.5: needs an estimator of contact force: .* contact or recursive"
+        InputError, match=r"force_limit = 0\.5: requires an estimator of contact force: .* contact or recursive"
     ):
         make_station(load_scenario("box_grasp", list(overrides)))
 

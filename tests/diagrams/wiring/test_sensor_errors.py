@@ -113,7 +113,7 @@ def test_estimation_cannot_ask_for_the_truth():
 
 
 def test_a_sensor_with_other_readings_cannot_be_disturbed():
-    with pytest.raises(InputError, match=r"sensor: output ports = .*: put out 'strain' \(8\), the readings"):
+    with pytest.raises(InputError, match=r"sensor: output ports = .*: output 'strain' \(8\), the readings"):
         make_station(short(REALISTIC), make_sensor=lambda layout, period: ConstantVectorSource([0.0]))
 
 

@@ -117,5 +117,5 @@ def test_a_sensor_of_other_joints_is_refused():
             super().__init__()
             self.DeclareVectorInputPort("joint_angles", 3)
 
-    with pytest.raises(InputError, match="input port 'joint_angles' = 3: the signal of that name has 12 entries"):
+    with pytest.raises(InputError, match="input port 'joint_angles' = 3: the signal with that name has 12 entries"):
         make_station(short(), make_sensor=lambda layout, period: Short())

@@ -104,9 +104,9 @@ def test_law_of_a_file_is_where_a_fit_begins(hollow):
         (["stiffness"], "there is no such key"),
         (["pressure_law"], "no pressure to fit it to"),
         (["length", "length"], "more than once"),
-        (["creep.time"], "no first guess"),
-        (["shear_factor"], "no first guess"),
-        (["chamber_width"], "no first guess"),
+        (["creep.time"], "no initial guess"),
+        (["shear_factor"], "no initial guess"),
+        (["chamber_width"], "no initial guess"),
     ],
 )
 def test_keys_that_cannot_be_fitted(beam, names, said):

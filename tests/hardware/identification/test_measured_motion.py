@@ -84,8 +84,8 @@ def test_load_hangs_where_it_is_said_to(recording):
 @pytest.mark.parametrize(
     ("displacement", "description", "name", "said"),
     [
-        (FALLS, RELEASED.replace("tip: [tip_1, tip_2, tip_3]", "base: [tip_1, tip_2]"), "run", "two markers at least"),
-        (FALLS, RELEASED.replace("event: release", ""), "run", "say what moves the finger"),
+        (FALLS, RELEASED.replace("tip: [tip_1, tip_2, tip_3]", "base: [tip_1, tip_2]"), "run", "at least two markers"),
+        (FALLS, RELEASED.replace("event: release", ""), "run", "give the cause of the motion"),
         (RISES_AND_FALLS, STEPPED, "run", "does not say the pressure"),
         (1e-5 * np.sin(40 * TIME), RELEASED, "run", "hardly moves"),
         (FALLS, STEPPED, "run_30kPa", "does not close"),

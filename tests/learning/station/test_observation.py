@@ -33,9 +33,9 @@ def test_what_is_out_of_range_is_at_its_limit_and_what_is_unknown_is_zero():
 @pytest.mark.parametrize(
     ("observed", "match"),
     [
-        (ObservedConfig("plant.state"), "is no estimate"),
-        (ObservedConfig("finger.true_contact_force"), "is no estimate"),
-        (ObservedConfig("finger.ideal_strain"), "is no estimate"),
+        (ObservedConfig("plant.state"), "is not an estimate"),
+        (ObservedConfig("finger.true_contact_force"), "is not an estimate"),
+        (ObservedConfig("finger.ideal_strain"), "is not an estimate"),
         (ObservedConfig("finger.strain"), "known: finger.contact_force"),
         (ObservedConfig("finger.tip_pose", [3]), "0 to 2"),
     ],

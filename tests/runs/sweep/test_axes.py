@@ -101,7 +101,7 @@ def test_a_relative_range_gives_changes():
     ("axes", "arguments", "complaint"),
     [
         ([Values("a", (1,)), Values("a", (2,))], (), "appears more than once"),
-        ([Range("a", 0, 1)], (), "say how many values"),
+        ([Range("a", 0, 1)], (), "give the number of values"),
         ([Range("a", 0, 1)], ("sobol", 6), "power of 2"),
         ([Range("a", 0, 1)], ("latin", 0), "give a number"),
     ],

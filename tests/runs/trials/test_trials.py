@@ -60,7 +60,7 @@ def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(execut
 @pytest.mark.parametrize(
     ("error", "cause"),
     [
-        (InputError("task.phases[0]", "to", "object", "is out of the arm's reach: 1.2 m"), "out of the arm's reach"),
+        (InputError("task.phases[0]", "to", "object", "is out of reach of the arm: 1.2 m"), "out of reach of the arm"),
         (SimulationDivergedError("the simulation diverged before t = 1 s"), "diverged before t = 1 s"),
         (WorkerDiedError("the process died, 2 times"), "the process died, 2 times"),
         (ZeroDivisionError("float\ndivision"), "ZeroDivisionError: float division"),
