@@ -13,7 +13,8 @@ NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versi
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
 
-PYTEST = python -m pytest -n 2 --dist loadscope
+# Three on two cores: some tests wait for browsers, sockets and processes.
+PYTEST = python -m pytest -n 3 --dist loadscope
 
 test: $(READY)
 	$(BIN)/$(PYTEST) -m "not slow"

@@ -122,7 +122,7 @@ def _print_estimator(name: str, bar: float) -> bool:
 
 
 def _print_creep(name: str) -> bool:
-    """A grasp by a gripper, the first model, that creeps: by one whose nominal model creeps, over one whose does not, run in turns."""
+    """A grasp by a gripper, the first model, that creeps: with creep in the nominal model over without."""
     tree = ElementTree.parse(model_path(load_scenario(name).models[0].file))
     for finger in tree.iter("finger"):
         ElementTree.SubElement(finger, "creep", CREEP)

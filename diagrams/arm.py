@@ -1,4 +1,4 @@
-"""The arm: a plant of its own for planning and for its weight.
+"""The arm: a separate plant for planning and gravity compensation.
 
 Planning and gravity compensation use a plant of the arm alone (`Arm.plant`), in which the gripper is one rigid body.
 """
@@ -27,14 +27,14 @@ class Arm:
 
     name: str
     model: ModelInstanceIndex  # in the plant of the station
-    plant: MultibodyPlant  # of the arm alone, what it carries being one rigid body
-    tool: Frame  # in this plant: the frame by which the gripper is welded
-    tool_model: ModelConfig  # what is welded by it
+    plant: MultibodyPlant  # of the arm alone, with its whole payload as one rigid body
+    tool: Frame  # in this plant: the frame at which the gripper is welded
+    tool_model: ModelConfig  # the model welded at that frame
     config: ArmConfig
 
     @property
     def home(self) -> Array:
-        """The posture in which it begins, (n) rad or m."""
+        """The initial posture, (n) rad or m."""
         return np.array(self.config.home)
 
 
@@ -62,7 +62,7 @@ def make_arm(
 
 
 def carried_models(models: Sequence[ModelConfig], arm: str) -> list[ModelConfig]:
-    """The models that the arm carries, itself not among them."""
+    """The models that the arm carries, excluding the arm itself."""
     names = [arm]
     for model in models:
         if model.parent.rpartition("::")[0] in names and not model.free:
@@ -71,10 +71,10 @@ def carried_models(models: Sequence[ModelConfig], arm: str) -> list[ModelConfig]
 
 
 def gripper_model(models: Sequence[ModelConfig], arm: str, fingers: Sequence[PlantFinger]) -> ModelConfig:
-    """The model, welded to the arm, that is or carries the fingers; without fingers, the first that is carried.
+    """The model welded to the arm that contains or carries the fingers; without fingers, the first one carried.
 
     Raises:
-        InputError: if the fingers do not hang on the arm, or on several models that are welded to it.
+        InputError: if the fingers are not attached to the arm, or are attached through several models.
     """
     of_name = {model.name: model for model in models}
     tips = {finger.model_name for finger in fingers} or {model.name for model in carried_models(models, arm)[:1]}
@@ -84,18 +84,18 @@ def gripper_model(models: Sequence[ModelConfig], arm: str, fingers: Sequence[Pla
             name = of_name[name].parent.rpartition("::")[0]
         welded.add(name)
     if len(welded) != 1 or not welded <= set(of_name):
-        raise InputError("arm", "model", arm, f"does not carry the gripper; weld that to it: parent: {arm}::...")
+        raise InputError("arm", "model", arm, f"does not carry the gripper; weld the gripper to it: parent: {arm}::...")
     return of_name[welded.pop()]
 
 
 def _inertia(plant: MultibodyPlant, gripper: ModelConfig, carried: Sequence[ModelConfig]) -> SpatialInertia:
-    """All that is carried as one body, about and in the frame by which the gripper is welded."""
+    """Inertia of the whole payload as one body, about and expressed in the frame at which the gripper is welded."""
     bodies = [index for model in carried for index in plant.GetBodyIndices(plant.GetModelInstanceByName(model.name))]
     return plant.CalcSpatialInertia(plant.CreateDefaultContext(), own_frame(plant, gripper, "models"), bodies)
 
 
 def add_home(builder: DiagramBuilder, arm: Arm, desired: InputPort) -> OutputPort:
-    """Adds `{arm}.home`, which keeps the arm in its home posture; returns its desired state."""
+    """Adds `{arm}.home`, which holds the arm in its home posture; returns its desired state."""
     home = ConstantVectorSource([*arm.home, *np.zeros(len(arm.home))])
     builder.AddNamedSystem(f"{arm.name}.home", home)
     builder.Connect(home.get_output_port(), desired)
@@ -103,17 +103,17 @@ def add_home(builder: DiagramBuilder, arm: Arm, desired: InputPort) -> OutputPor
 
 
 def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) -> InputPort:
-    """Adds `{arm}.gravity_compensation` and gives every actuator of the arm a PD.
+    """Adds `{arm}.gravity_compensation` and gives every actuator of the arm a PD controller.
 
     ::
 
-        desired state ----------------------------> PDs, solved with the plant's own equations
+        desired state ----------------------------> PD controllers, solved with the plant's own equations
         state of the arm -> GravityCompensation -> actuators, within their effort limits
 
-    The compensation knows the gripper's weight but not that of what it grasps.
+    The compensation includes the weight of the gripper, but not that of a grasped object.
 
     Returns:
-        where the desired state goes in, positions and then velocities in the order of the joints, (2 n).
+        the input port of the desired state, positions and then velocities in the order of the joints, (2 n).
     """
     _check_actuators(plant, arm)
     _set_gains(plant, arm)
@@ -132,12 +132,12 @@ def _check_actuators(plant: MultibodyPlant, arm: Arm) -> None:
     driven = [plant.get_joint_actuator(i).joint().name() for i in plant.GetJointActuatorIndices(arm.model)]
     for joint in arm_joints(plant, arm.model):
         if joint.name() not in driven:
-            expected = "has no actuator; give it an effort limit above 0, in a URDF also a <transmission>"
+            expected = "has no actuator; give it an effort limit above 0, and in a URDF also a <transmission>"
             raise InputError(f"arm '{arm.name}'", "joint", joint.name(), expected)
 
 
 def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
-    """Gains of a joint for the wanted frequency, from the inertia that it moves in the home posture."""
+    """Gains of a joint for the desired frequency, from the inertia that it moves in the home posture."""
     context = arm.plant.CreateDefaultContext()
     arm.plant.SetPositions(context, arm.home)
     inertia = np.diag(arm.plant.CalcMassMatrix(context))
@@ -152,16 +152,16 @@ def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
 
 
 def _folded(arm: ArmConfig) -> Array:
-    """Matrix from a wanted position and velocity to a position alone that a PD answers with the same torque.
+    """Matrix from a desired position and velocity to a position alone for which a PD controller gives the same torque.
 
-    Drake's cenic (1.51 and 1.58) takes a wanted velocity with the wrong sign; so it is wanted to be zero.
+    Drake's cenic (1.51 and 1.58) applies a desired velocity with the wrong sign, so the desired velocity is zero.
     """
     angular_frequency = 2 * np.pi * arm.frequency
     return np.array([[1.0, 2 * arm.damping_ratio / angular_frequency], [0.0, 0.0]])
 
 
 def _actuator_rows(plant: MultibodyPlant, arm: Arm) -> Array:
-    """Matrix from the order of the joints to that of the actuators, (n, n)."""
+    """Matrix from joint order to actuator order, (n, n)."""
     names = [joint.name() for joint in arm_joints(plant, arm.model)]
     actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(arm.model))
     return np.eye(len(names))[[names.index(actuator.joint().name()) for actuator in actuators]]

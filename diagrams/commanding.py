@@ -1,4 +1,4 @@
-"""Commands, applied: what moves the gripper and the arm of a station."""
+"""Commands, applied: the sources that move the gripper and the arm of a station."""
 
 from pydrake.systems.framework import DiagramBuilder, InputPort
 
@@ -13,10 +13,10 @@ from soft_gripper.scenario.scenario import ArmConfig
 
 
 def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive: Drive) -> InputPort | None:
-    """Adds what commands the pressure: an input, grip control or steps; returns the set point that a task gives.
+    """Adds the pressure command: an input, grip control or steps; returns the input of the set point for a task.
 
     Raises:
-        InputError: if pressures are missing or of no finger, or the fingers do not form a gripper.
+        InputError: if pressures are missing or name an unknown finger, or the fingers do not form a gripper.
     """
     scenario, period = station.scenario, station.scenario.sensor.period
     check_steps(scenario.pressure, drive.commands)
@@ -42,10 +42,10 @@ def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive:
 
 
 def add_arm(builder: DiagramBuilder, station: StationParts, config: ArmConfig, set_point: InputPort | None) -> None:
-    """Adds the arm's control, and what commands it: a task, an input, or its home posture.
+    """Adds the arm control and its command: a task, an input, or the home posture.
 
     Raises:
-        InputError: if the arm does not carry the gripper, or cannot do what the task asks.
+        InputError: if the arm does not carry the gripper, or cannot do the task.
     """
     scenario, period = station.scenario, station.scenario.sensor.period
     station.arm = arm = make_arm(station.plant, scenario.models, config, station.fingers)

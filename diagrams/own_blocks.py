@@ -1,4 +1,4 @@
-"""What a user's own blocks do wrong in a run, as one line: which function made the block, which port, and when."""
+"""Errors of user blocks in a run, as one line: which function made the block, which port, and when."""
 
 import logging
 from collections.abc import Iterable, Iterator
@@ -22,17 +22,17 @@ _LOGGER = logging.getLogger(__name__)
 
 
 class OwnBlock(NamedTuple):
-    """A block that a user's function made."""
+    """A block made by a user function."""
 
-    field: str  # of the scenario, that names the function
-    name: str  # of the function, "module:function"
-    place: str  # the finger, or what else its signals begin with
+    field: str  # field of the scenario that names the function
+    name: str  # name of the function, "module:function"
+    place: str  # the finger, or another prefix of its signals
     block: System
-    port: str  # what it must put out
-    quantity: str  # that the sensors of the finger read
+    port: str  # its required output
+    quantity: str  # quantity that the sensors of the finger measure
 
     def error(self, port: str, expected: str) -> InputError:
-        """A mistake at one of its ports."""
+        """An error at one of its ports."""
         output = self.block.GetOutputPort(port)
         unit = " rad" if port == ANGLES else ""
         expected = f"{self.place}: output port '{port}', ({output.size()}){unit}, {expected}"
@@ -40,7 +40,7 @@ class OwnBlock(NamedTuple):
 
 
 def own_blocks(station: Station) -> list[OwnBlock]:
-    """The user's own blocks of a station; what they read comes first."""
+    """The user blocks of a station, each after those that feed it."""
     found, parts = [], station.parts
     for plant_finger in station.fingers:
         finger = plant_finger.name
@@ -64,12 +64,12 @@ def _inside(diagram: Diagram, part: str, name: str) -> System:
 
 
 def blamed(station: Station, context: Context, failure: BaseException) -> InputError | None:
-    """A failure of a run, or of reading its logs, as that of a user's own block; None if it is of none.
+    """A failure of a run, or of reading its logs, as an error of a user block; None if no user block caused it.
 
     Args:
-        station: that failed.
-        context: of its diagram, at the time of the failure.
-        failure: as it came out of Drake or of a block.
+        station: the station that failed.
+        context: the context of its diagram, at the time of the failure.
+        failure: the exception from Drake or from a block.
     """
     blocks, when = own_blocks(station), f"failed at t = {context.get_time():.6g} s"
     for own in blocks:
@@ -81,12 +81,12 @@ def blamed(station: Station, context: Context, failure: BaseException) -> InputE
     of_block = (own for own in blocks if any(frame.f_locals.get("self") is own.block for frame in frames))
     modules = {str(frame.f_globals.get("__name__")) for frame in frames}
     of_module = (own for own in blocks if own.name.partition(":")[0] in modules)
-    at_fault = next(of_block, None) or next(of_module, None)  # in an update: no port is to blame
+    at_fault = next(of_block, None) or next(of_module, None)  # in an update: no port is at fault
     return None if at_fault is None else at_fault.error(at_fault.port, f"{when}: {described(failure)}")
 
 
 def _failure_of(own: OwnBlock, port: str, context: Context) -> BaseException | None:
-    """What a port raises in the present state."""
+    """The exception that a port raises in the current state."""
     try:
         own.block.GetOutputPort(port).Eval(own.block.GetMyContextFromRoot(context))
     except (Exception, SystemExit) as error:
@@ -95,7 +95,7 @@ def _failure_of(own: OwnBlock, port: str, context: Context) -> BaseException | N
 
 
 def _frames(failure: BaseException) -> Iterator[FrameType]:
-    """The functions that a failure went through."""
+    """The functions in the traceback of a failure."""
     traceback = failure.__traceback__
     while traceback is not None:
         yield traceback.tb_frame
@@ -103,12 +103,12 @@ def _frames(failure: BaseException) -> Iterator[FrameType]:
 
 
 def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
-    """Looks at all that a user's own blocks have put out in a run.
+    """Checks all outputs of user blocks in a run.
 
-    An estimator may answer with NaN where a reading is NaN.
+    An estimator may output NaN where a reading is NaN.
 
     Raises:
-        InputError: if a reading or a joint angle is not finite; it names the first time.
+        InputError: if a reading or a joint angle is not finite, with the first time.
     """
     for own in blocks:
         name = f"{own.place}.{own.port}"
@@ -125,12 +125,12 @@ def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
             sample, entry = np.argwhere(wrong)[0]
             time = float(recording["time"].values[sample])
             raise own.error(
-                own.port, f"is {values[sample, entry]} in entry {entry} at t = {time:.6g} s; give finite numbers"
+                own.port, f"is {values[sample, entry]} in entry {entry} at t = {time:.6g} s; output finite numbers"
             )
 
 
 def note_missing(recording: Recording) -> None:
-    """Says, in the log, whether an estimator has left shapes out, as without readings."""
+    """Logs a warning if an estimator has produced NaN shapes, as it does without readings."""
     for name in filter(lambda name: str(name).endswith(f".{ANGLES}"), recording.data):
         is_missing = np.asarray(~np.isfinite(_flat(recording.data[name].values)).all(axis=1))
         if is_missing.any():

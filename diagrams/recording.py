@@ -1,7 +1,7 @@
 """Recording: every named signal of a run over time, as labelled arrays with units.
 
-An ArrayBlock gives its outputs at all samples of a recording from its inputs at all of them. So a port of such a block
-needs no log, and is not computed while the diagram runs, as long as its inputs lead back to ports that are logged.
+An ArrayBlock computes its outputs at all samples of a recording from its inputs at all samples. So a port of such a
+block needs no log, and is not computed while the diagram runs, if its inputs can be traced back to logged ports.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,9 +44,9 @@ from soft_gripper.signals import Signal, signal_of
 
 
 class Logged(NamedTuple):
-    """A port that has a log, by its place among `SignalSources.ports`.
+    """A logged port, by its index in `SignalSources.ports`.
 
-    Logs keep it after the diagram is built; a port that was kept would keep the diagram alive.
+    Logs hold on to it after the diagram is built; a reference to the port itself would keep the diagram alive.
     """
 
     number: int
@@ -54,11 +54,11 @@ class Logged(NamedTuple):
 
 @dataclass(eq=False)
 class Derived:
-    """Outputs of a block that follow from the same outputs of others."""
+    """Outputs of a block that are computed from the same outputs of other blocks."""
 
     block: ArrayBlock
-    leaves: dict[str, "Source"]  # by the names of the block's ports
-    outputs: list[str] = field(default_factory=list)  # names of the requested ones
+    leaves: dict[str, "Source"]  # by port name of the block
+    outputs: list[str] = field(default_factory=list)  # names of the requested outputs
 
 
 class Output(NamedTuple):
@@ -74,12 +74,12 @@ Source = Logged | Output
 class _Level(NamedTuple):
     """The wires around a system."""
 
-    wires: Mapping[tuple[System, int], tuple[System, int]]  # outputs by the inputs that they feed
-    diagram: Diagram | None = None  # None: the builder of the whole
+    wires: Mapping[tuple[System, int], tuple[System, int]]  # outputs by the inputs they feed
+    diagram: Diagram | None = None  # None: the builder of the root diagram
     above: "_Level | None" = None
 
     def source(self, port: InputPort) -> "tuple[OutputPort, _Level] | None":
-        """The output that feeds an input, and where it is; None if there is none yet."""
+        """The output that feeds an input, and its level; None if there is none yet."""
         key = port.get_system(), port.get_index()
         if key in self.wires:
             system, index = self.wires[key]
@@ -92,7 +92,7 @@ class _Level(NamedTuple):
         return None if port_above is None else self.above.source(port_above)
 
     def exported(self, port: OutputPort) -> OutputPort | None:
-        """The port of the whole that shows an output; None if none does."""
+        """The port of the root diagram that exports an output; None if there is none."""
         if self.diagram is None or self.above is None:
             return port
         key = port.get_system(), port.get_index()
@@ -103,7 +103,9 @@ class _Level(NamedTuple):
 
 
 class SignalSources:
-    """Finds what signals of a diagram follow from, at samples `period` s apart. Use it before the diagram is built.
+    """Finds the ports from which signals of a diagram can be computed, sampled every `period` s.
+
+    Use it before the diagram is built.
 
     `ports` are those that may need a log.
     """
@@ -115,7 +117,7 @@ class SignalSources:
         self._outputs: dict[tuple[System, str], Output | None] = {}
 
     def find(self, port: OutputPort) -> Source:
-        """What gives a port of the builder's systems."""
+        """The source of a port of the builder's systems."""
         return self._trace(port, self._root) or self._logged(port)
 
     def _logged(self, port: OutputPort) -> Logged:
@@ -124,7 +126,7 @@ class SignalSources:
         return Logged(self.ports.index(port))
 
     def _trace(self, port: OutputPort, level: _Level) -> Source | None:
-        """The same anywhere; None if it follows from what no port of the whole shows."""
+        """The same at any level; None if it depends on an output that the root diagram does not export."""
         system = port.get_system()
         if isinstance(system, Diagram):
             inner, index = system.get_output_port_locator(port.get_index())
@@ -137,7 +139,7 @@ class SignalSources:
         return None if shown is None else self._logged(shown)
 
     def _follow(self, system: ArrayBlock, name: str, level: _Level) -> Output | None:
-        """An output of a block, if all that it follows from is known; None too while that is looked for, in a loop."""
+        """An output of a block, if all its sources are known; None also during the search itself, in a loop."""
         key = system, name
         if key not in self._outputs:
             self._outputs[key] = None
@@ -158,12 +160,12 @@ class SignalSources:
 
 
 def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]) -> dict[str, Array]:
-    """Signals at all samples, (T, size) each, by their names.
+    """Signals at all samples, (T, size) each, by name.
 
     Args:
-        sources: of the signals.
-        time: of the samples, s, (T,).
-        logged: what the logs hold, (T, size) each or lists of T, by the numbers of their ports.
+        sources: the sources of the signals.
+        time: times of the samples, s, (T,).
+        logged: contents of the logs, (T, size) each or lists of T, by port number.
     """
     known: dict[Derived, dict[str, Array]] = {}
 
@@ -180,7 +182,7 @@ def derive(sources: Mapping[str, Source], time: Array, logged: Mapping[int, Any]
 
 
 class ValueLog(LeafSystem):
-    """Keeps the values of a port, as a VectorLogSink keeps vectors: in its context, from the beginning of a run.
+    """Logs the values of a port as a VectorLogSink logs vectors: in its context, from the beginning of a run.
 
     ::
 
@@ -188,7 +190,7 @@ class ValueLog(LeafSystem):
     """
 
     def __init__(self, period: float):
-        """Takes a value every `period` s."""
+        """Samples a value every `period` s."""
         super().__init__()
         self._value = self.DeclareAbstractInputPort("value", AbstractValue.Make(object()))
         self._log = Cached(self, "log", lambda _, value: value.set_value([]), {self.nothing_ticket()})
@@ -196,7 +198,7 @@ class ValueLog(LeafSystem):
         self.DeclareForcedPublishEvent(self._keep)
 
     def values(self, root_context: Context) -> list[Any]:
-        """The kept values, in the context of the whole diagram."""
+        """The logged values, from the context of the root diagram."""
         log: list[Any] = self._log.Eval(self.GetMyContextFromRoot(root_context))
         return log
 
@@ -206,13 +208,13 @@ class ValueLog(LeafSystem):
 
 
 class SignalLogs(Diagram):
-    """Keeps what signals follow from, sampled each `period` s; an input port for each.
+    """Logs the sources of signals, sampled every `period` s; with an input port for each.
 
-    Vectors go into one log side by side, since every additional system in a diagram costs time at every step.
+    Vectors share one log, because each additional system in a diagram costs time at every step.
     """
 
     def __init__(self, signals: Mapping[str, OutputPort], sources: SignalSources, period: float):
-        """`signals` are vector ports by their names in the recording; units and axes are read from the ports."""
+        """`signals` are vector ports by name in the recording; units and axes are read from the ports."""
         super().__init__()
         builder = DiagramBuilder()
         self.signals: dict[str, Signal] = {name: signal_of(port) for name, port in signals.items()}
@@ -233,11 +235,11 @@ class SignalLogs(Diagram):
 
     @property
     def logged(self) -> list[int]:
-        """The ports that have a log, in the order of the inputs, by their places among those of the sources."""
+        """The logged ports, in the order of the inputs, by their indices among those of the sources."""
         return [*self._sizes, *self._values]
 
     def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
-        """Times, (T,) s, and all signals, (T, size) each, in the context of the whole diagram."""
+        """Times, (T,) s, and all signals, (T, size) each, in the context of the root diagram."""
         log = self._sink.FindLog(root_context)
         ends = np.cumsum([*self._sizes.values()])
         vectors = dict(zip(self._sizes, np.split(log.data().T, ends[:-1], axis=1), strict=True))
@@ -246,21 +248,21 @@ class SignalLogs(Diagram):
         return time, derive(self._sources, time, vectors | values)
 
     def clear(self, root_context: Context) -> None:
-        """Forgets all samples, in the context of the whole diagram."""
+        """Forgets all samples, in the context of the root diagram."""
         self._sink.FindMutableLog(root_context).Clear()
         for sink in self._values.values():
             sink.values(root_context).clear()
 
 
 def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:
-    """Adds `logs` to any diagram; `read_logs` makes a Recording of all signals of them after a run.
+    """Adds `logs` to any diagram; `read_logs` makes a Recording of all their signals after a run.
 
-    Signals of an ArrayBlock are not computed while the diagram runs, unless something else reads them.
+    Signals of an ArrayBlock are not computed while the diagram runs unless another block reads them.
 
     Args:
-        builder: of the diagram, in which the sources of the signals are connected.
-        signals: vector ports by their names in the recording, such as "left_finger.strain".
-        period: between the samples, s.
+        builder: builder of the diagram, in which the sources of the signals are connected.
+        signals: vector ports by name in the recording, such as "left_finger.strain".
+        period: sampling period, s.
     """
     sources = SignalSources(builder, period)
     logs = SignalLogs(signals, sources, period)
@@ -271,7 +273,7 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
 
 
 def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort]) -> dict[int, str]:
-    """The ports that need a log, and its name: that of the signal, if the port is one."""
+    """The ports that need a log, with the name of each log: that of the signal, if the port is a signal."""
     found = {source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
     blocks = [source.of for source in sources.values() if not isinstance(source, Logged)]
     while blocks:
@@ -288,22 +290,22 @@ def _is_vector(port: OutputPort) -> bool:
     return bool(port.get_data_type() == PortDataType.kVectorValued)
 
 
-_MAGICS = (b"CDF\x01", b"CDF\x02")  # the first bytes of a netCDF 3 file
-_LARGEST = 8  # times the size of the file: its arrays in memory, where text takes more
+_MAGICS = (b"CDF\x01", b"CDF\x02")  # first bytes of a netCDF 3 file
+_LARGEST = 8  # maximum size of the arrays in memory, as a multiple of the file size; text takes more in memory
 
-_LEGEND_LINES = 12  # entries; with more there is no legend
+_LEGEND_LINES = 12  # entries; no legend if there are more
 _NO_UNIT = {"units": "1"}
-_OWN_COLORS = 10  # in Matplotlib's cycle; more lines take their colours from a scale
+_OWN_COLORS = 10  # in Matplotlib's cycle; with more lines, colours come from a colormap
 
 
 @dataclass(frozen=True)
 class Recording:
     """One variable per named signal, such as `left_finger.strain`, over a common `time` (s).
 
-    Every variable and every coordinate has the attribute `units`, "1" for none, as in the CF conventions; if entries
-    differ, the units of those along the last axis, "m, m, rad", which are in the coordinate `{axis}_units` too.
-    A signal that numbers states names them in `flag_meanings`. A value at time t is the value of the port at t: a
-    sampled signal still has the sample before the one that is taken at t. The attributes of the recording describe the
+    Every variable and every coordinate has the attribute `units`, "1" if dimensionless, as in the CF conventions; if
+    entries differ, the units along the last axis, "m, m, rad", which are also in the coordinate `{axis}_units`.
+    A signal that encodes states as numbers names them in `flag_meanings`. A value at time t is the value of the port at
+    t: a sampled signal still has the sample before the one taken at t. The attributes of the recording describe the
     run, see `provenance`.
     """
 
@@ -319,10 +321,10 @@ class Recording:
 
     @staticmethod
     def load(path: Path | str) -> "Recording":
-        """Reads a file that `save` wrote.
+        """Reads a file written by `save`.
 
         Raises:
-            InputError: if there is no such file, or it is not a netCDF 3 file, or damaged.
+            InputError: if the file does not exist, is not a netCDF 3 file, or is damaged.
         """
         file = Path(path)
         check_regular(file)
@@ -341,7 +343,7 @@ class Recording:
             raise InputError(file, "file", file.name, expected) from None
 
     def plot(self, *signals: str) -> Figure:
-        """Plots signals over time, one below the other, with a line for every entry of a vector."""
+        """Plots signals over time, one below the other, with a line for each entry of a vector."""
         figure = Figure(figsize=(8, 2.2 * len(signals)), layout="constrained")
         panels = figure.subplots(len(signals), sharex=True, squeeze=False)[:, 0]
         for axes, signal in zip(panels, signals, strict=True):
@@ -369,8 +371,8 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
     """Collects the logs of a diagram after a run.
 
     Args:
-        logs: of the diagram.
-        root_context: of the whole diagram.
+        logs: the logs of the diagram.
+        root_context: the context of the root diagram.
         about: attributes of the recording, see `provenance`.
     """
     names, variables = _axis_names(logs.signals), {}
@@ -389,9 +391,10 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
 
 
 def _axis_names(signals: Mapping[str, Signal]) -> dict[tuple[str, str], str]:
-    """The name of each axis of each signal: its own; prefixed with that of the owner or the signal if kinds differ.
+    """The name of each axis of each signal, prefixed with that of the owner or the signal if labels differ.
 
-    Two fingers with as many joints share the axis `joint`; else there are `left_finger.joint` and `right_finger.joint`.
+    Two fingers with equally many joints share the axis `joint`; otherwise, each has its own, such as
+    `left_finger.joint`.
     """
     axes = [(name, axis, _kind(signal, axis)) for name, signal in signals.items() for axis in signal.axes]
     names: dict[tuple[str, str], str] = {}
@@ -424,7 +427,7 @@ def _attributes(signal: Signal) -> dict[str, Any]:
 
 
 class Span(NamedTuple):
-    """A phase that was run."""
+    """A phase as executed."""
 
     phase: Phase
     begin: float  # s
@@ -432,9 +435,9 @@ class Span(NamedTuple):
 
 
 def phase_spans(recording: Recording, phases: Sequence[Phase]) -> list[Span]:
-    """The phases in the order in which they were run, without the time after the last.
+    """The phases in the order of execution, without the time after the last.
 
-    `phases` are those of the TaskMachine, rescues too, by their numbers.
+    `phases` are those of the TaskMachine, including rescues, by number.
     """
     signal = recording["task.phase"]
     times, numbers = signal["time"].values, signal.values.astype(int)
@@ -450,16 +453,16 @@ FRAMES = (
     "SI units. W: the world. B: base of a finger, +z along the straight finger, +x toward the object; positive joint"
     " angles close it. joint_positions and tip_pose are in B, joint_positions_world, contact_center and the rows of"
     " X_WB in W. A {object}.pose is its first link in W, a quaternion w x y z and a position; a contact_wrench acts on"
-    " it about its origin, in W. An external torque is positive where it closes the finger and belongs to two samples"
-    " before; true_external_torque to the sample. A true_contact_force acts across the finger, positive on the inner"
-    " side; true_contact_arc_length is its place from the base."
+    " it about its origin, in W. An external torque is positive if it closes the finger and belongs to two samples"
+    " before; true_external_torque belongs to the current sample. A true_contact_force acts across the finger, positive"
+    " on the inner side; true_contact_arc_length is its location, from the base."
 )
 
 
 def provenance(scenario: Scenario, sensor: str, estimator: str) -> dict[str, str]:
     """Attributes of a recording: description, scenario as YAML, versions, frames.
 
-    `sensor` and `estimator` name the blocks, which a user may have given instead of the scenario's.
+    `sensor` and `estimator` name the blocks, which may be user blocks instead of the scenario's.
     """
     versions = (f"{name} {version(name)}" for name in ("soft-gripper", "drake", "numpy"))
     return {

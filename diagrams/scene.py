@@ -1,4 +1,4 @@
-"""The plant: models put in their places, and the fingers found in them."""
+"""The plant: models added at their poses, and the fingers found in them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -21,13 +21,13 @@ from soft_gripper.scenario.scenario import ArmConfig, ModelConfig
 
 
 def set_home_posture(plant: MultibodyPlant, arm: ArmConfig) -> None:
-    """Makes the home posture of the arm its default.
+    """Sets the default positions of the arm to its home posture.
 
     Raises:
         InputError: if there is no such model, or the posture does not fit its joints.
     """
     if not plant.HasModelInstanceNamed(arm.model):
-        raise InputError("arm", "model", arm.model, "is none of the models")
+        raise InputError("arm", "model", arm.model, "no such model")
     joints = arm_joints(plant, plant.GetModelInstanceByName(arm.model))
     if len(arm.home) != len(joints):
         raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(j.name() for j in joints)}")
@@ -40,7 +40,7 @@ def set_home_posture(plant: MultibodyPlant, arm: ArmConfig) -> None:
 
 
 def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
-    """The movable joints of a model, each of one degree of freedom, in the order of its positions.
+    """The movable joints of a model, each with one degree of freedom, in the order of its positions.
 
     Raises:
         InputError: if a joint has more than one degree of freedom.
@@ -55,10 +55,10 @@ def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
 def add_model(
     plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool
 ) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
-    """Loads a model and puts it in its place; returns it and the fingers in it.
+    """Loads a model and places it; returns the model and the fingers in it.
 
     Raises:
-        InputError: if its file or a frame that it names is wrong.
+        InputError: if its file or a frame that it names is invalid.
     """
     model, fingers = load_model(plant, config, where, is_arm)
     X_PC = config.X_PC.GetDeterministicValue()
@@ -70,7 +70,7 @@ def add_model(
 
 
 def own_frame(plant: MultibodyPlant, config: ModelConfig, where: str) -> Frame:
-    """The frame of a model by which it is welded to its parent."""
+    """The frame of a model at which it is welded to its parent."""
     if config.child is not None:
         return find_frame(plant, f"{config.name}::{config.child}", where, "child")
     return first_body(plant, config.name).body_frame()
@@ -82,10 +82,10 @@ def first_body(plant: MultibodyPlant, model: str) -> RigidBody:
 
 
 def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Frame:
-    """The frame called "world" or "model::frame".
+    """The frame named "world" or "model::frame".
 
     Raises:
-        InputError: if there is none, naming those of the model.
+        InputError: if there is none; lists the frames of the model.
     """
     if name == "world":
         return plant.world_frame()
@@ -93,7 +93,7 @@ def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fram
     if not model:
         raise InputError(where, field, name, 'write "model::frame", or "world"')
     if not plant.HasModelInstanceNamed(model):
-        raise InputError(where, field, name, f"no such frame: no model '{model}' stands before this one")
+        raise InputError(where, field, name, f"no such frame: no model '{model}' precedes this one")
     instance = plant.GetModelInstanceByName(model)
     if not plant.HasFrameNamed(frame, instance):
         frames = (plant.get_frame(index).name() for index in plant.GetFrameIndices(instance))
@@ -103,7 +103,7 @@ def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fram
 
 
 class Scene(NamedTuple):
-    """What is simulated."""
+    """The simulated scene."""
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
@@ -117,17 +117,17 @@ def add_plant(
     gravity: Sequence[float],
     arm: ArmConfig | None = None,
 ) -> Scene:
-    """Adds a finalized plant named "plant" and its SceneGraph, with all models in their places.
+    """Adds a finalized plant named "plant" and its SceneGraph, with all models placed.
 
     Args:
-        builder: of the diagram.
-        config: of the plant, Drake's own.
-        models: in an order in which each is welded to one before it.
-        gravity: in the world, (3,) m/s^2.
-        arm: which of the models is an arm, and the posture in which it begins.
+        builder: builder of the diagram.
+        config: Drake's config of the plant.
+        models: the models, each welded to an earlier one.
+        gravity: gravity in the world, (3,) m/s^2.
+        arm: which of the models is an arm, and its initial posture.
 
     Raises:
-        InputError: if a model or a finger in it is wrong.
+        InputError: if a model or a finger in it is invalid.
     """
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
@@ -136,7 +136,7 @@ def add_plant(
         where = f"models[{i}]"
         _, found = add_model(plant, model, where, is_arm=arm is not None and model.name == arm.model)
         if model.free and found:
-            raise InputError(where, "free", True, "fingers need a base that is welded")
+            raise InputError(where, "free", True, "fingers need a welded base")
         fingers += found
     with drake_reads("models", "file", [model.file for model in models]):
         plant.Finalize()
@@ -145,15 +145,15 @@ def add_plant(
     return Scene(plant, scene_graph, fingers)
 
 
-MAX_RELATIVE_DEPTH = 0.1  # of the depth at which a compliant body is pressed through to its middle
-MAX_RIGID_DEPTH = 1e-3  # m, between bodies that are both rigid
+MAX_RELATIVE_DEPTH = 0.1  # of the depth at which a compliant body is compressed to its middle
+MAX_RIGID_DEPTH = 1e-3  # m, between two rigid bodies
 
 
 def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
-    """Looks at the contacts of the initial state.
+    """Checks the contacts of the initial state.
 
     Raises:
-        InputError: if a body begins deeper in another one than a touch.
+        InputError: if bodies initially penetrate more deeply than a touch.
     """
     context = scene_graph.GetMyContextFromRoot(diagram.CreateDefaultContext())
     query = scene_graph.get_query_output_port().Eval(context)
@@ -165,12 +165,12 @@ def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph) -> None:
     for pair in deep:
         one, other = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
         raise InputError(
-            "models", "X_PC", one, f"begins inside '{other}'; move one of them away, or leave links out with `without`"
+            "models", "X_PC", one, f"begins inside '{other}'; move one of them away, or exclude links with `without`"
         )
 
 
 def _depth(inspector: SceneGraphInspector, surface: ContactSurface) -> float:
-    """How deep the bodies lie in each other, as a part of the softer one's half thickness."""
+    """Penetration of two bodies, as a fraction of the softer one's half thickness."""
     moduli = [
         inspector.GetProximityProperties(id).GetPropertyOrDefault("hydroelastic", "hydroelastic_modulus", float("inf"))
         for id in (surface.id_M(), surface.id_N())

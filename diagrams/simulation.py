@@ -1,9 +1,9 @@
 """simulate: a scenario -> a recording of every named signal.
 
-Seeds are set in the context (`seed_random_sources`): a RandomSource made in Python has no fixed seed of its own.
+Seeds are set in the context (`seed_random_sources`): a RandomSource made in Python has no fixed seed.
 
-To build a station takes a third of a second, and Drake before 1.58 never frees one. A station holds no state of a run,
-so `kept_station` returns it again for an equal scenario if nothing that it was built of has changed in between.
+Building a station takes a third of a second, and Drake before 1.58 never frees one. A station holds no state of a run,
+so `kept_station` returns it again for an equal scenario if none of its input files has changed in between.
 """
 
 import math
@@ -34,19 +34,19 @@ from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario import Scenario, default_simulator_config
 from soft_gripper.scenario.scenario_file import dump_scenario
 
-MOST = 4  # stations that are kept, 8 to 20 MB each
+MOST = 4  # cached stations, 8 to 20 MB each
 _NAMES_OTHERS = (
     b"<mesh",
     b"<uri",
     b"<include",
     b"filename",
     b"file:",
-)  # in the text of a model that consists of several files
+)  # in the text of a model that refers to other files
 _kept: OrderedDict[tuple[str, ...], Station] = OrderedDict()
 
 
 def kept_station(scenario: Scenario) -> Station:
-    """A station without a Meshcat; a kept one if the scenario differs in nothing but its seed and its solver.
+    """A station without a Meshcat; a cached one if the scenario differs only in its seed and its solver.
 
     One with blocks of the user's is not kept, since they may remember a run; nor is one whose models consist of several
     files of the user's, any of which may have changed.
@@ -78,7 +78,7 @@ def _built_of(scenario: Scenario) -> tuple[str, ...] | None:
 
 
 def _content(file: str) -> str | None:
-    """What stands for the content of a file; None if it is missing, or consists of several."""
+    """A fingerprint of a file's content; None if the file is missing or refers to others."""
     path = model_path(file)
     if path.is_relative_to(DIRECTORY):
         return str([(each.name, each.stat().st_mtime_ns) for each in sorted(DIRECTORY.rglob("*"))])
@@ -90,15 +90,15 @@ def _content(file: str) -> str | None:
 
 
 def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
-    """Gives every RandomSource in a diagram a stream of its own, that follows from one seed, 0 or more.
+    """Gives each RandomSource in a diagram a stream of its own, derived from one seed, 0 or more.
 
     A source in Python has no other way to a fixed seed: a default context holds one that differs from instance to
     instance. Call it before `Simulator.Initialize`, in which the draws for a run are made.
 
     Args:
-        diagram: which may hold diagrams.
-        context: of the diagram, or of one that holds it.
-        seed: of the run.
+        diagram: may contain other diagrams.
+        context: the context of the diagram, or of one that contains it.
+        seed: the seed of the run.
     """
     generator = RandomGenerator(seed)
     for source in _random_sources(diagram):
@@ -113,27 +113,27 @@ def _random_sources(diagram: Diagram) -> Iterator[RandomSource]:
             yield system
 
 
-TASK_PAUSE = 0.5  # s of a task, between looks at whether it is over
+TASK_PAUSE = 0.5  # s, interval at which a task is checked for its end
 Progress = Callable[[float], None]
 
 
 def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
     """Runs a scenario from beginning to end.
 
-    A scenario that equals one of the last few in all but its seed and its solver is run on the same blocks, see
-    `kept_station`. Others are built, and with Drake before 1.58 a station that was built stays in memory for as long as
-    the process runs: 8 MB with two fingers. For thousands of different scenarios use `run_sweep`, whose processes make
-    way for others when they have grown.
+    A scenario that differs from one of the last few only in its seed and its solver reuses the same blocks, see
+    `kept_station`. Others are built; with Drake before 1.58, every station built stays in memory for as long as
+    the process runs: 8 MB with two fingers. For thousands of different scenarios use `run_sweep`, whose worker
+    processes are replaced when they have grown.
 
     Args:
-        scenario: what to run.
+        scenario: the scenario to run.
         meshcat: shows the run, and records it for `Meshcat.StaticHtml`.
-        progress: called with the simulated time, s, after every step, and now and then in a task.
+        progress: called with the simulated time, s, after every step, and regularly during a task.
 
     Raises:
-        InputError: if the scenario cannot be built, or leaves commands open, or one of the user's own blocks fails or
-            puts out what is no number.
-        SimulationDivergedError: if the state leaves the finite numbers.
+        InputError: if the scenario cannot be built or leaves commands open, or if a user block fails or outputs
+            a value that is not finite.
+        SimulationDivergedError: if the state is no longer finite.
     """
     station = kept_station(scenario) if meshcat is None else make_station(scenario, meshcat)
     return run_station(station, meshcat, progress)
@@ -159,10 +159,10 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
 
 
 def _recording(station: Station, context: Context) -> Recording:
-    """What was logged, if a user's own blocks have put out numbers."""
+    """The recording of a run, after checking that the outputs of user blocks are finite."""
     try:
         recording = station.recording(context)
-    except (Exception, SystemExit) as failure:  # of functions that are called for all samples at once
+    except (Exception, SystemExit) as failure:  # raised by functions that are called for all samples at once
         raise blamed(station, context, failure) or failure from failure
     check_values(own_blocks(station), recording)
     note_missing(recording)
@@ -172,12 +172,12 @@ def _recording(station: Station, context: Context) -> Recording:
 def check_closed(station: Station) -> None:
     """Raises an InputError if the scenario leaves commands open."""
     if station.parts.inputs:
-        expected = f"connect or fix {', '.join(station.parts.inputs)}, and step a Simulator of your own"
+        expected = f"connect or fix {', '.join(station.parts.inputs)}, and step your own Simulator"
         raise InputError("scenario", "external", station.scenario.external, expected)
 
 
 def make_simulator(station: Station) -> Simulator:
-    """A Simulator of a station with the solver and the seed of its scenario; Simulator(diagram) alone has neither."""
+    """A Simulator of a station with the solver and the seed of its scenario; Simulator(diagram) has neither."""
     simulator = Simulator(station.diagram)
     ApplySimulatorConfig(solver_config(station.scenario), simulator)
     seed_random_sources(station.diagram, simulator.get_mutable_context(), station.scenario.sensor.seed)
@@ -185,14 +185,14 @@ def make_simulator(station: Station) -> Simulator:
 
 
 def _pauses(scenario: Scenario) -> Iterator[float]:
-    """When a run pauses to report, and to see whether its task is over, s."""
+    """Times at which a run pauses to report and to check whether its task has ended, s."""
     pause = TASK_PAUSE if scenario.task is not None else scenario.step_duration
     yield from (pause * number for number in range(1, math.ceil(scenario.duration / pause - 1e-9)))
     yield scenario.duration
 
 
 def solver_config(scenario: Scenario) -> SimulatorConfig:
-    """The scenario's simulator config; beside a discrete plant nothing is left for cenic to integrate."""
+    """The scenario's simulator config; with a discrete plant, nothing is left for cenic to integrate."""
     config = copy(scenario.simulator_config)
     if scenario.plant_config.time_step > 0:
         config.integration_scheme = "explicit_euler"
@@ -201,14 +201,14 @@ def solver_config(scenario: Scenario) -> SimulatorConfig:
 
 
 def advance(simulator: Simulator, station: Station, time: float) -> None:
-    """Advances to a time, s; where it already is, nothing happens.
+    """Advances to a time, s; does nothing if the simulator is already there.
 
     Raises:
-        InputError: if one of the user's own blocks fails.
-        SimulationDivergedError: if the state leaves the finite numbers.
+        InputError: if a user block fails.
+        SimulationDivergedError: if the state is no longer finite.
     """
     if time == simulator.get_context().get_time():
-        return  # cenic ends the process over a step of no length
+        return  # cenic aborts the process on a step of zero length
     failure: BaseException | None = None
     try:
         simulator.AdvanceTo(time)
@@ -236,7 +236,7 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
 
 
 def _blame(station: Station, context: Context, failure: BaseException | None, has_diverged: bool) -> None:
-    """Raises an InputError if a user's own block has failed, or has led the state out of the finite numbers."""
+    """Raises an InputError if a user block has failed, or has made the state non-finite."""
     if failure is not None and not has_diverged and (error := blamed(station, context, failure)):
         raise error from failure
     blocks = own_blocks(station)
@@ -244,18 +244,18 @@ def _blame(station: Station, context: Context, failure: BaseException | None, ha
         return
     try:
         recording = station.recording(context)
-    except (Exception, SystemExit):  # of a function that takes NaN badly
+    except (Exception, SystemExit):  # raised by a function that cannot handle NaN
         return
     check_values(blocks, recording)
 
 
 def _is_from_python(failure: RuntimeError) -> bool:
-    """Whether it came through a block written in Python: it is at fault, or asked a plant that has diverged."""
+    """Whether the error passed through a Python block, which is at fault or has evaluated a diverged plant."""
     return failure.__traceback__ is not None and failure.__traceback__.tb_next is not None
 
 
 def _has_contact(plant: MultibodyPlant, context: Context) -> bool:
-    """Whether the plant can say what is touched in its present state."""
+    """Whether the plant can compute contacts in its current state."""
     try:
         plant.get_contact_results_output_port().Eval(context)
     except RuntimeError:

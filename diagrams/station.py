@@ -1,4 +1,4 @@
-"""add_station: a scenario -> its blocks in a diagram. It reads as a table of contents."""
+"""add_station: a scenario -> its blocks in a diagram. Reads like a table of contents."""
 
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
@@ -26,7 +26,7 @@ def make_station(
     make_sensor: MakeSensor | None = None,
     make_estimator: MakeEstimator | None = None,
 ) -> Station:
-    """Builds a diagram of a scenario alone; see `add_station`.
+    """Builds a diagram that contains only the blocks of a scenario; see `add_station`.
 
     Raises:
         InputError: if a part of the scenario cannot be built.
@@ -52,7 +52,7 @@ def add_station(
     make_sensor: MakeSensor | None = None,
     make_estimator: MakeEstimator | None = None,
 ) -> StationParts:
-    """Adds the blocks of a scenario to a diagram; to be followed by the user's own, `add_logs` and `Build`.
+    """Adds the blocks of a scenario to a diagram; add your own blocks, `add_logs` and `Build` afterwards.
 
     ::
 
@@ -63,13 +63,13 @@ def add_station(
                      +---> {arm}: desired state ------+
 
     Args:
-        builder: of any diagram.
-        scenario: what is simulated, driven, sensed and estimated.
+        builder: builder of any diagram.
+        scenario: defines the models, drive, sensors and estimators.
         meshcat: shows the scene and the estimates.
-        make_sensor, make_estimator: blocks of the user's in the place of those that the scenario names.
+        make_sensor, make_estimator: make user blocks that replace those named in the scenario.
 
     Raises:
-        InputError: if a part of the scenario cannot be built, or the diagram has a plant already.
+        InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
     """
     _check_first(builder)
     scenario = checked_scenario("scenario", scenario)
@@ -104,8 +104,8 @@ def add_station(
 
 
 def _check_first(builder: DiagramBuilder) -> None:
-    """A diagram holds one station: Drake ends the process over blocks of one name."""
+    """Checks that there is no other station: Drake aborts the process if two blocks have the same name."""
     for name in ("plant", "scene_graph"):
         if builder.HasSubsystemNamed(name):
-            expected = "is already in the diagram; put all models into one scenario, or make_station for each diagram"
+            expected = "is already in the diagram; put all models into one scenario, or call make_station for each"
             raise InputError("add_station", "builder", name, expected)

@@ -1,4 +1,4 @@
-"""What a station is made of, in a diagram of its own or of the user's."""
+"""The parts of a station, in its own diagram or in the user's."""
 
 from dataclasses import dataclass, field
 
@@ -21,19 +21,19 @@ class StationParts:
     """The blocks of a scenario in a diagram.
 
     `inputs` are the commands that the scenario leaves open (`external`), to be connected or exported; `signals` are
-    the ports that are worth a log, `{finger}.{signal}` and others.
+    the ports to log, `{finger}.{signal}` and others.
     """
 
     scenario: Scenario
     plant: MultibodyPlant
     scene_graph: SceneGraph
     fingers: tuple[PlantFinger, ...]
-    sensor: str  # what the blocks are called in tables and recordings
+    sensor: str  # name of the block in tables and recordings
     estimator: str
     inputs: dict[str, InputPort] = field(default_factory=dict)
     signals: dict[str, OutputPort] = field(default_factory=dict)
     arm: Arm | None = None
-    task: TaskMachine | None = None  # what leads through the task, if there is one
+    task: TaskMachine | None = None  # controller of the task, if there is one
 
     @property
     def about(self) -> dict[str, str]:
@@ -41,15 +41,15 @@ class StationParts:
         return provenance(self.scenario, self.sensor, self.estimator)
 
     def leave_open(self, external: External) -> None:
-        """Takes in a command that comes from outside."""
+        """Adds the input of an external command."""
         self.inputs |= external.inputs
         self.signals |= external.signals
 
     def check(self, diagram: Diagram) -> None:
-        """Checks, in the built diagram, where everything begins and where a task leads.
+        """Checks, in the built diagram, the initial state and the paths of a task for collisions.
 
         Raises:
-            InputError: if something begins inside something else, or a motion of a task leads through it.
+            InputError: if bodies initially penetrate each other, or a motion of a task collides.
         """
         check_starts_apart(diagram, self.scene_graph)
         task, models = self.scenario.task, self.scenario.models
@@ -85,5 +85,5 @@ class Station:
         return self.parts.task
 
     def recording(self, context: Context) -> Recording:
-        """What was logged, from the context of the whole diagram."""
+        """The recording of all logs, from the context of the root diagram."""
         return read_logs(self.logs, context, self.parts.about)

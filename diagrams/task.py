@@ -1,9 +1,9 @@
-"""The task of a scenario, applied: planned before anything moves, then led by a TaskMachine.
+"""The task of a scenario, applied: planned before anything moves, then controlled by a TaskMachine.
 
-The pose of an object is reported with an error (`task.pose_error`), so that a moved object is reported where it then
-is. The path check uses the reported pose too, because the true one is not known before the fingers arrive. Pick and
+The pose of an object is reported with an error (`task.pose_error`), so that a moved object is reported at its new
+place. The path check uses the reported pose too, because the true one is not known before the fingers arrive. Pick and
 place uses steps of 5 ms and a stiction tolerance of 0.1 mm/s: at 10 ms and 1 mm/s a heavy or slippery object creeps
-in the fingers and turns.
+and turns in the fingers.
 """
 
 import math
@@ -37,14 +37,14 @@ from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, TaskConfig
 
-TOUCH_DEPTH = 1e-3  # m, depth of a touch
+TOUCH_DEPTH = 1e-3  # m, penetration that counts as a touch
 
 
 @dataclass(frozen=True)
 class Collision:
-    """A body of the robot inside something that is not of the robot."""
+    """A body of the robot that penetrates a body that is not part of the robot."""
 
-    index: int  # of the positions in which it happens
+    index: int  # of the colliding positions
     body: str  # of the robot; names are model::body
     obstacle: str
     depth: float  # m
@@ -61,20 +61,20 @@ def first_collision(
     positions: Array,
     allowed: float = TOUCH_DEPTH,
 ) -> Collision | None:
-    """Walks through positions of the whole plant, (K, nq), until the robot meets something.
+    """Steps through positions of the whole plant, (K, nq), until the robot collides.
 
-    Meshes count as their convex hulls. What is welded to the same body, and what a model filters, never collides.
+    Meshes count as their convex hulls. Bodies welded to the same body, and pairs filtered by a model, never collide.
 
     Args:
-        diagram: holds plant and scene_graph.
+        diagram: contains plant and scene_graph.
         plant: the plant.
         scene_graph: its geometry.
-        robot: its bodies, what it carries among them; they may touch each other.
-        positions: rad and m; no finer steps are looked at.
-        allowed: depth that passes for a touch, m.
+        robot: its bodies, including its payload; they may touch each other.
+        positions: rad and m; nothing in between is checked.
+        allowed: penetration that still counts as a touch, m.
 
     Returns:
-        The deepest collision of the first positions that have one.
+        The deepest collision at the first positions with a collision; None if there is none.
     """
     root = diagram.CreateDefaultContext()
     context, scene_context = plant.GetMyMutableContextFromRoot(root), scene_graph.GetMyContextFromRoot(root)
@@ -102,7 +102,7 @@ def _name(plant: MultibodyPlant, body: BodyIndex) -> str:
 
 
 def reported_pose(task: TaskConfig, models: Sequence[ModelConfig]) -> RigidTransform:
-    """Reported pose of the first link of the task's object in the world: the true one and `pose_error`."""
+    """Reported pose of the first link of the task's object in the world: the true pose plus `pose_error`."""
     (X_WO,) = (model.X_PC.GetDeterministicValue() for model in models if model.name == task.object)
     error = task.pose_error
     shift = np.array([error.x, error.y, 0.0])
@@ -110,7 +110,7 @@ def reported_pose(task: TaskConfig, models: Sequence[ModelConfig]) -> RigidTrans
     return RigidTransform(turned, X_WO.translation() + shift)
 
 
-POSTURE_SPACING = 0.02  # rad or m, that a joint moves at most between two postures that are checked
+POSTURE_SPACING = 0.02  # rad or m, maximum motion of a joint between two checked postures
 OUT_OF_THE_WAY = RigidTransform([0.0, 0.0, 1e3])
 
 
@@ -123,13 +123,13 @@ def check_paths(
     task: TaskConfig,
     phases: Sequence[Phase],
 ) -> None:
-    """Checks arm, gripper and, while it is held, the object, all along the motions of a task.
+    """Checks the arm, the gripper and, while it is held, the object for collisions along all motions of a task.
 
-    The fingers are straight. The object stands where it is reported, then lies in them as it is to be grasped; in a
-    rescue nobody knows where it is.
+    The fingers are straight. The object is at its reported pose until it is grasped, then at its planned pose in the
+    fingers; during a rescue its pose is unknown.
 
     Raises:
-        InputError: naming the phase, what meets what, and where.
+        InputError: naming the phase, the colliding bodies, and the place.
     """
     names = [arm.name, *(model.name for model in carried_models(models, arm.name))]
     robot = {body for name in names for body in plant.GetBodyIndices(plant.GetModelInstanceByName(name))}
@@ -143,7 +143,7 @@ def check_paths(
             failed = next((k for k, other in enumerate(phases) if other.rescue in range(i - 2, i + 1)), i)
             where = f"task.phases[{failed if i >= len(task.phases) else i}]"
             part = collision.index / (len(postures) - 1)
-            raise InputError(where, "name", phase.name, f"leads through something: {part:.0%} on its way {collision}")
+            raise InputError(where, "name", phase.name, f"collides: {part:.0%} along its path, {collision}")
 
 
 def _postures(phase: Phase) -> Array:
@@ -156,7 +156,7 @@ def _postures(phase: Phase) -> Array:
 
 
 def _place(models: Sequence[ModelConfig], task: TaskConfig, number: int) -> RigidTransform | None:
-    """Where the object lies in a phase, as far as is known; None: in the fingers."""
+    """The assumed pose of the object in a phase; None: in the fingers."""
     configs = task.phases
     if number >= len(configs) or task.object is None:
         return OUT_OF_THE_WAY
@@ -192,10 +192,10 @@ RESCUE = ("rescue: open", "rescue: rise", "rescue: home")
 
 
 def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tuple[Phase, ...]:
-    """The phases of the task, and behind them a rescue for each that can fail: fingers open, straight up, home.
+    """The phases of the task, followed by a rescue for each that can fail: fingers open, straight up, home.
 
     Raises:
-        InputError: naming the phase whose goal the arm cannot reach, or not in the way that is asked for.
+        InputError: naming the phase whose goal the arm cannot reach, or cannot reach by the requested motion.
     """
     planner, configs = MotionPlanner(task, models, arm), task.phases
     watched = [i for i, config in enumerate(configs) if config.holds or config.until]
@@ -218,7 +218,7 @@ def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tu
 
 
 def end_of(motion: Trajectory) -> Array:
-    """The posture in which a motion ends, (n) rad or m."""
+    """The final posture of a motion, (n) rad or m."""
     return motion.value(motion.end_time())[:, 0]
 
 
@@ -233,14 +233,14 @@ class MotionPlanner:
             raise InputError("arm", "model", arm.name, str(error)) from None
 
     def motion(self, where: str, config: PhaseConfig, start: Array) -> Trajectory:
-        """What the arm does in a phase that begins in the posture `start`.
+        """The motion of the arm in a phase that starts from the posture `start`.
 
         Raises:
-            InputError: if it cannot.
+            InputError: if the arm cannot do it.
         """
         if config.posture is not None:
             if len(config.posture) != len(start):
-                raise InputError(where, "posture", config.posture, f"give {len(start)} numbers, one a joint of the arm")
+                raise InputError(where, "posture", config.posture, f"give {len(start)} numbers, one per joint")
             return self._timed(where, joint_path(start, np.array(config.posture)), config.speed)
         if config.to == "home":
             return self._timed(where, joint_path(start, self._arm.home), config.speed)
@@ -249,10 +249,10 @@ class MotionPlanner:
         return self._timed(where, joint_path(start, start), config.speed)
 
     def rescue(self, where: str, start: Array) -> tuple[Trajectory, Trajectory, Trajectory]:
-        """What is done from the end of a phase that failed: stay, rise as high as the task goes, and home.
+        """The motion after a failed phase: stay, rise to the greatest height of the task, and return home.
 
         Raises:
-            InputError: if the arm cannot.
+            InputError: if the arm cannot do it.
         """
         X_WTool = tool_pose(self._arm.plant, self._arm.tool, start)
         goals = [self._goal(phase) for phase in self._task.phases if phase.to in ("object", "goal")]
@@ -264,7 +264,7 @@ class MotionPlanner:
         return stay, up, self._timed(where, joint_path(end_of(up), self._arm.home), 1.0)
 
     def _goal(self, config: PhaseConfig) -> RigidTransform:
-        """Where the gripper is to be, in the world."""
+        """The goal pose of the gripper in the world."""
         task = self._task
         to_object = config.to == "object"
         X_WO = reported_pose(task, self._models) if to_object else task.X_WGoal.GetDeterministicValue()
@@ -278,20 +278,20 @@ class MotionPlanner:
             else:
                 path = joint_path(start, self._posture(X_WTool, start))
         except UnreachableError as error:
-            raise InputError(where, "to", config.to, f"is out of the arm's reach: {error}") from None
+            raise InputError(where, "to", config.to, f"is out of reach of the arm: {error}") from None
         return self._timed(where, path, config.speed)
 
     def _posture(self, X_WTool: RigidTransform, start: Array) -> Array:
         posture = solve_posture(self._arm.plant, self._arm.tool, X_WTool, start)
         if posture is None:
-            raise UnreachableError(f"no posture puts the gripper at {X_WTool.translation().round(3).tolist()} m")
+            raise UnreachableError(f"no posture places the gripper at {X_WTool.translation().round(3).tolist()} m")
         return posture
 
     def _timed(self, where: str, path: Trajectory, speed: float) -> Trajectory:
         try:
             return timed(self._arm.plant, path, self._limits, speed)
         except LimitError as error:
-            raise InputError(where, "motion", self._arm.name, f"is more than the arm can do: {error}") from None
+            raise InputError(where, "motion", self._arm.name, f"exceeds the limits of the arm: {error}") from None
 
 
 def add_task(
@@ -306,16 +306,16 @@ def add_task(
     """Adds `task`; returns it and the signals.
 
     Args:
-        builder: of a diagram with the arm's plant.
+        builder: builder of a diagram with the arm's plant.
         task: the `task` part of a scenario.
-        models: the `models` part, with the object that is handled.
-        arm: that moves.
-        period: of the samples, s.
-        desired_state: of the arm, where `add_arm_control` takes it in.
-        grip: of a task that commands the gripper, the set point, opening and torque of its grip control.
+        models: the `models` part, with the object to be handled.
+        arm: the arm that moves.
+        period: sampling period, s.
+        desired_state: desired state of the arm, the input port that `add_arm_control` returns.
+        grip: set point, opening and torque of the grip control, if the task commands the gripper.
 
     Raises:
-        InputError: if a phase leads where the arm cannot go.
+        InputError: if the arm cannot reach the goal of a phase.
     """
     rules = Rules(plan_phases(task, models, arm), task.grip_threshold, task.timeout, task.quiet_band)
     machine = builder.AddNamedSystem("task", TaskMachine(rules, period))
@@ -336,11 +336,11 @@ def add_tool_target(
     """Adds `{arm}.tool_follower`.
 
     Returns:
-        where `{arm}.X_WTool` goes in, a RigidTransform, the pose of the frame by which the gripper is welded; and
-        `{arm}.desired_state`, what is desired of the joints, (2 n).
+        the input port `{arm}.X_WTool`, a RigidTransform, the pose of the frame at which the gripper is welded; and
+        `{arm}.desired_state`, the desired state of the joints, (2 n).
 
     Raises:
-        InputError: if the arm's file leaves a limit open.
+        InputError: if the arm's file does not give a limit.
     """
     try:
         limits = ArmLimits.of_plant(arm.plant, arm.config.acceleration)

@@ -45,7 +45,7 @@ def test_runs_from_top_to_bottom(notebook: NotebookNode, tmp_path: Path, monkeyp
     kernel = AsyncKernelManager(kernel_name="python3", kernel_spec_manager=specs)
     assert kernel.kernel_spec.argv[0] == sys.executable
     place = {"metadata": {"path": str(tmp_path)}}
-    NotebookClient(notebook, timeout=60, km=kernel, resources=place).execute(cleanup_kc=True)
+    NotebookClient(notebook, timeout=300, km=kernel, resources=place).execute(cleanup_kc=True)
     assert not list(tmp_path.iterdir()), "a notebook leaves no files behind"
 
 

@@ -16,8 +16,8 @@ PICTURES = (".svg", ".png", ".pdf")
 def graphviz(diagram: Diagram, max_depth: int = 1) -> str:
     """Graphviz (DOT) text; `max_depth` is the number of levels of sub-diagrams that are expanded.
 
-    Drake numbers the systems of a process, and lists wires by their addresses in memory; here the same diagram has the
-    same text in every run: systems are numbered in order, and wires are sorted.
+    Drake numbers systems per process, and lists wires by memory address. Here the same diagram gives the same text in
+    every run: systems are numbered in order, and wires are sorted.
     """
     numbers: dict[str, str] = {}
     drawn: str = diagram.GetGraphvizString(max_depth=max_depth)
@@ -30,7 +30,7 @@ def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None
     """Writes DOT text, or a picture if the name ends in .svg, .png or .pdf.
 
     Raises:
-        InputError: if the ending is another, or a picture is requested and pygraphviz is not installed.
+        InputError: if the name has another ending, or a picture is requested and pygraphviz is not installed.
     """
     text = graphviz(diagram, max_depth)
     if path.suffix in (".dot", ".gv"):
@@ -38,11 +38,11 @@ def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None
             partial.write_text(text, encoding="utf-8")
         return
     if path.suffix not in PICTURES:
-        raise InputError("--graphviz", "FILE", str(path), f"end it in .dot, .gv, {', '.join(PICTURES)}")
+        raise InputError("--graphviz", "FILE", str(path), f"give a name that ends in .dot, .gv, {', '.join(PICTURES)}")
     try:
         import pygraphviz
     except ImportError:
-        expected = "a picture requires pygraphviz: pip install 'soft-gripper[notebooks]'; or end it in .dot"
+        expected = "a picture requires pygraphviz: pip install 'soft-gripper[notebooks]'; or name a .dot file"
         raise InputError("--graphviz", "FILE", str(path), expected) from None
     picture = pygraphviz.AGraph(string=text).draw(prog="dot", format=path.suffix[1:])
     with atomic_file(path) as partial:

@@ -1,14 +1,11 @@
-"""EstimateVisualizer: what is estimated of the fingers, drawn into Meshcat and into its recording.
+"""EstimateVisualizer: draws the estimates of the fingers in Meshcat, and into its recording.
 
-The uncertainty of an estimated curve as a translucent ribbon in Meshcat, on both sides of the finger.
+The uncertainty of an estimated curve is a translucent ribbon on both sides of the finger, with one piece per link. It
+extends two standard deviations to either side, averaged over the ends of the link. The base pose is known.
 
-A piece for every link: as wide as two standard deviations on either side, in the mean over its ends. The base of the
-finger is where it is known to be.
-
-The estimated contact force of a finger as an arrow in Meshcat, on both sides of the finger.
-
-It begins at the face on which the force presses, at the estimated place, and points to where the finger is pushed;
-beside the finger, because neither the finger nor what it touches can hide it there.
+The estimated contact force of a finger is an arrow on both sides of the finger. It starts at
+the loaded face, at the estimated contact location, and points in the direction of the force. Next to the finger,
+neither the finger nor the touched object can hide it.
 """
 
 from collections.abc import Sequence
@@ -24,12 +21,13 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.view.torque_colors import color
-from soft_gripper.estimators.arcs import Arcs, join_arcs, points_on_arcs
+from soft_gripper.estimators.arcs import Arcs, join_arcs, points_on_arcs, sites_on_arcs
 from soft_gripper.estimators.contact import face_offset
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points
 
 PROUD = 1e-3  # m, how far the estimate protrudes from the sides of the finger
-_PIECES = 2  # of the curve, for every segment
+_PIECES = 2  # of the curve, per segment
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +38,7 @@ class DrawnFinger:
     finger: Finger
     section_ends: NDArray[np.int_]  # segments covered up to the end of each arc of the estimated curve, from 0 to N
     base: BodyIndex  # body whose frame is B
-    skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of every link, base to tip
+    skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of each link, base to tip
     has_contact: bool = False  # a contact force is estimated
     has_band: bool = False  # the uncertainty of the curve is estimated
 
@@ -51,40 +49,40 @@ class DrawnFinger:
 
     @property
     def pieces(self) -> int:
-        """Number of pieces that each arc of the curve is drawn in."""
+        """Number of pieces in which each arc of the curve is drawn."""
         return int(np.ceil(_PIECES * self.finger.segments / self.sections))
 
     @property
     def piece_lengths(self) -> Array:
-        """Length of every piece, m."""
+        """Length of each piece, m."""
         sections = np.diff(self.section_ends) * self.finger.segment_length
         return np.repeat(sections / self.pieces, self.pieces)
 
     @property
     def sides(self) -> tuple[float, float]:
-        """Distances from the bending plane between which the estimate is drawn on both sides, m.
+        """Distances from the bending plane, m: the inner and outer bounds of the estimate drawn on each side.
 
-        Between the sides there is nothing: the curve runs close below the inner face and would hide it.
+        Nothing is drawn in between: the curve runs just below the inner face, which would hide it.
         """
         widths = self.finger.base.width, self.finger.tip.width
         return min(widths) / 2 - PROUD, max(widths) / 2 + PROUD
 
 
-_STEPS = 2.0**20  # in a metre and in a radian: numbers of few digits, which a replay keeps in little room
+_STEPS = 2.0**20  # per metre and per radian: rounded numbers, which compress well in a replay
 
 
-def put(meshcat: Meshcat, path: str, position: complex, heading: float, time: float) -> None:
-    """Poses an object in the frame above it, z + i x in m and rad from z to x.
+def put(meshcat: Meshcat, path: str, position: Array, heading: float, time: float) -> None:
+    """Poses an object in the frame above it, (x, z) m and rad from z to x.
 
-    In a recording this takes less room than a transform.
+    This takes less space in a recording than a transform.
     """
-    x, z, angle = (rounded(value) for value in (position.imag, position.real, heading))
+    x, z, angle = (rounded(value) for value in (*position, heading))
     meshcat.SetProperty(path, "position", [x, 0.0, z], time)
     meshcat.SetProperty(path, "rotation[y]", angle, time)
 
 
 def rounded(value: float) -> float:
-    """A length, m, or an angle, rad, to about a millionth."""
+    """Rounds a length, m, or an angle, rad, to about 1e-6."""
     return round(float(value) * _STEPS) / _STEPS
 
 
@@ -95,9 +93,9 @@ def arcs_of_table(table: Array) -> Arcs:
 
 
 def curve_pieces(arcs: Arcs, pieces: int) -> tuple[Planar, Array]:
-    """Middles (m in B) and headings (rad) of the chords of each arc's equal `pieces`, (S * pieces).
+    """Midpoints (m in B) and headings (rad) of the chords of the equal `pieces` of each arc, (S * pieces).
 
-    Pieces that are not known lie on the last one that is, so that the curve ends there.
+    Unknown pieces coincide with the last known one, so that the curve ends there.
     """
     sections, ends = np.arange(len(arcs.theta)), np.linspace(0, 1, pieces + 1)
     points = points_on_arcs(arcs, np.repeat(sections, pieces + 1), np.tile(ends, len(sections)))
@@ -109,17 +107,8 @@ def curve_pieces(arcs: Arcs, pieces: int) -> tuple[Planar, Array]:
     return np.nan_to_num(middles.ravel()[last]), np.nan_to_num(headings.ravel()[last])
 
 
-def point_at(arcs: Arcs, s: float) -> tuple[complex, float]:
-    """The point at arc length s, m, as z + i x in B, and the heading there, rad; on the last arc beyond its end."""
-    ends = np.cumsum(arcs.length)
-    i = min(int(np.searchsorted(ends, s)), len(ends) - 1)
-    fraction = (s - (ends[i] - arcs.length[i])) / arcs.length[i]
-    (point,) = points_on_arcs(arcs, np.array([i]), np.array([fraction]))
-    return complex(point), float(arcs.heading[i] + fraction * arcs.theta[i])
-
-
 def arc_frames(arcs: Arcs) -> tuple[Planar, Array, Array]:
-    """Centres (m in B) of the arcs, headings (rad) of the radii to where they begin, and radii (m), each (S)."""
+    """Centres (m in B) of the arcs, headings (rad) of the radii to their starting points, and radii (m), each (S)."""
     headings = arcs.heading - np.sign(arcs.theta) * np.pi / 2
     return arcs.centers, headings, np.abs(arcs.start - arcs.centers)
 
@@ -131,7 +120,7 @@ def unit_circle(edges: int = 96) -> Array:
 
 
 BAND = "/drake/estimate/band"
-STDS = 2  # standard deviations, on either side
+STDS = 2  # standard deviations on either side
 BAND_COLOR = Rgba(0.0, 0.6, 0.6, 0.45)
 _LEAST = 1e-6  # m; Meshcat has no shape without width
 
@@ -139,7 +128,7 @@ _LEAST = 1e-6  # m; Meshcat has no shape without width
 def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
     """Makes the pieces, 1 m wide."""
     inside, outside = drawn.sides
-    thickness = outside - inside - PROUD / 2  # less proud than the curve, which lies over it
+    thickness = outside - inside - PROUD / 2  # protrudes less than the curve, which covers it
     for i, length in enumerate(np.diff(drawn.finger.link_ends)):
         for side, sign in (("left", 1), ("right", -1)):
             path = f"{_ribbon_path(drawn, i)}/{side}"
@@ -148,19 +137,19 @@ def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
 
 
 def draw_ribbon(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, std: Array, time: float) -> None:
-    """Poses and scales the pieces by the standard deviations of joints and tip, (N + 1) m; hides what is not known."""
+    """Places and scales the pieces by the standard deviations of joints and tip, (N + 1) m; hides unknown ones."""
     ends, widths = drawn.finger.link_ends, 2 * STDS * _in_links(std)
-    for i, (s, width) in enumerate(zip((ends[:-1] + ends[1:]) / 2, widths, strict=True)):
-        path, (point, heading) = _ribbon_path(drawn, i), point_at(arcs, s)
-        visible = bool(np.isfinite([point.real, heading, width]).all())
+    middles, headings = sites_on_arcs(arcs, (ends[:-1] + ends[1:]) / 2)
+    for i, (middle, heading, width) in enumerate(zip(as_points(middles), headings, widths, strict=True)):
+        path, visible = _ribbon_path(drawn, i), bool(np.isfinite([*middle, heading, width]).all())
         meshcat.SetProperty(path, "visible", visible, time)
         if visible:
-            put(meshcat, path, point, heading, time)
+            put(meshcat, path, middle, heading, time)
             meshcat.SetProperty(path, "scale", [max(rounded(width), _LEAST), 1.0, 1.0], time)
 
 
 def _in_links(std: Array) -> Array:
-    """In the middles of the links, (N + 1)."""
+    """At the midpoints of the links, (N + 1)."""
     ends = np.concatenate([[0.0], std])
     return (ends[:-1] + ends[1:]) / 2
 
@@ -170,16 +159,16 @@ def _ribbon_path(drawn: DrawnFinger, link: int) -> str:
 
 
 CONTACT = "/drake/estimate/contact"
-LENGTH = 0.025  # m for a newton, as for the true forces
-LEAST = 0.02  # N, that is drawn; as for the true forces
+LENGTH = 0.025  # m/N, as for the true forces
+LEAST = 0.02  # N, smallest force drawn, as for the true forces
 ARROW_COLOR = Rgba(1.0, 0.72, 0.0)
 _RADIUS, _HEAD, _HEAD_RADIUS = 0.9e-3, 5e-3, 2.2e-3  # m
 
 
 def place_arrow(meshcat: Meshcat, drawn: DrawnFinger) -> None:
-    """Makes the arrow, hidden: along z from the origin, with a shaft that is to be scaled from 1 m."""
+    """Makes the arrow, hidden: along z from the origin, with a shaft of 1 m that is scaled later."""
     path, aside = _arrow_path(drawn), drawn.sides[1] + PROUD
-    turned = RotationMatrix.MakeXRotation(np.pi)  # a cone of Meshcat has its point at the origin
+    turned = RotationMatrix.MakeXRotation(np.pi)  # a cone in Meshcat has its apex at the origin
     for side, y in (("left", aside), ("right", -aside)):
         meshcat.SetObject(f"{path}/shaft/{side}", Cylinder(_RADIUS, 1.0), ARROW_COLOR)
         meshcat.SetTransform(f"{path}/shaft/{side}", RigidTransform([0.0, y, 0.5]))
@@ -190,15 +179,14 @@ def place_arrow(meshcat: Meshcat, drawn: DrawnFinger) -> None:
 
 def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, force: float, arc_length: float, time: float) -> None:
     """Poses the arrow of a force, N, that presses at an arc length, m; hides it where either is not known."""
-    path, (point, heading) = _arrow_path(drawn), point_at(arcs, arc_length)
-    visible = bool(abs(force) >= LEAST and np.isfinite([arc_length, heading, point.real]).all())  # not if it is NaN
+    path, s, side = _arrow_path(drawn), np.array([arc_length]), np.sign(force)
+    begins, (heading,) = sites_on_arcs(arcs, s, face_offset(drawn.finger, s, side))
+    (begin,) = as_points(begins)
+    visible = bool(abs(force) >= LEAST and np.isfinite([*begin, heading]).all())  # not if it is NaN
     meshcat.SetProperty(path, "visible", visible, time)
     if visible:
-        side, length = np.sign(force), max(LENGTH * abs(force) - _HEAD, 0.0)
-        face = point + 1j * np.exp(1j * heading) * float(
-            face_offset(drawn.finger, np.array(arc_length), np.array(side))
-        )
-        put(meshcat, path, face, heading - side * np.pi / 2, time)
+        length = max(LENGTH * abs(force) - _HEAD, 0.0)
+        put(meshcat, path, begin, heading - side * np.pi / 2, time)
         meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, rounded(length)], time)
         meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, rounded(length)], time)
 
@@ -214,7 +202,7 @@ _LARGEST_RADIUS = 1.0  # m; a flatter arc is not drawn
 
 
 class EstimateVisualizer(LeafSystem):
-    """Shows what is estimated of every finger; takes part in Meshcat's recording.
+    """Shows the estimates of each finger in Meshcat, and in its recording.
 
     ::
 
@@ -225,11 +213,11 @@ class EstimateVisualizer(LeafSystem):
         {finger}.contact_arc_length (1) m -> |                    |
         {finger}.position_std (N + 1) m ---> +--------------------+
 
-    The links of the finger take the colour of the external torque, N m, on a scale that ends at
-    `torque_limit`. The estimated curve stands out of both sides of the finger as a dark line. The circles and
-    radii of its arcs are hidden until `estimate/arcs` is ticked in Meshcat's tree. Where a sensor has failed
-    the curve ends and the links are dark grey. The last three inputs are there if they are estimated: the contact force
-    is an arrow, `contact_arrow`, and the uncertainty of the curve a translucent ribbon, `band_ribbon`.
+    The links of the finger are coloured by the external torque, N m, on a scale that ends at
+    `torque_limit`. The estimated curve is a dark line that protrudes from both sides of the finger. The circles and
+    radii of its arcs are hidden until `estimate/arcs` is ticked in Meshcat's tree. Where a sensor has failed,
+    the curve ends and the links are dark grey. The last three inputs exist if they are estimated: the contact force is
+    an arrow, `contact_arrow`, and the uncertainty of the curve a translucent ribbon, `band_ribbon`.
     """
 
     def __init__(self, meshcat: Meshcat, fingers: Sequence[DrawnFinger], torque_limit: float, period: float):
@@ -297,21 +285,21 @@ class EstimateVisualizer(LeafSystem):
 
     def _draw_curve(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
         middles, headings = curve_pieces(arcs, finger.pieces)
-        for i, (middle, heading) in enumerate(zip(middles, headings, strict=True)):
+        for i, (middle, heading) in enumerate(zip(as_points(middles), headings, strict=True)):
             put(self._meshcat, f"{CURVE}/{finger.name}/{i}", middle, heading, time)
 
     def _draw_arcs(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
         centers, headings, radii = arc_frames(arcs)
         for i, radius in enumerate(radii):
-            path, drawn = f"{ARCS}/{finger.name}/{i}", bool(radius < _LARGEST_RADIUS)  # not if it is NaN
+            path, drawn = f"{ARCS}/{finger.name}/{i}", bool(radius < _LARGEST_RADIUS)  # False if NaN
             self._meshcat.SetProperty(path, "visible", drawn, time)
             if drawn:
-                put(self._meshcat, path, centers[i], headings[i], time)
+                put(self._meshcat, path, as_points(centers[i]), headings[i], time)
                 self._meshcat.SetProperty(f"{path}/unit", "scale", [radius, 1.0, radius], time)
                 self._meshcat.SetProperty(f"{path}/unit/end", "rotation[y]", float(arcs.theta[i]), time)
 
     def _color_skin(self, finger: DrawnFinger, torque: Array, time: float) -> None:
-        """Gives each link the colour of the joint at which it begins; the first link shares the second's."""
+        """Colours each link by the torque at its proximal joint; the first link takes the colour of the second."""
         colors = _linear(color(np.concatenate([torque[:1], torque]), self._limit)).tolist()
         for paths, rgb in zip(finger.skin, colors, strict=True):
             for path in paths:
@@ -320,5 +308,5 @@ class EstimateVisualizer(LeafSystem):
 
 
 def _linear(srgb: Array) -> Array:
-    """The linear intensities, which Meshcat's materials hold, of colours as they are usually given (sRGB)."""
+    """Converts sRGB colours to the linear intensities that Meshcat's materials use."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

@@ -1,10 +1,10 @@
-"""What a user sees in Meshcat: the bodies, the estimates drawn over them, a legend and a camera.
+"""The scene in Meshcat: the bodies, the estimates drawn over them, a legend and a camera.
 
-A Meshcat of this machine's own, and what is left to do where one has failed.
+Also a Meshcat for this machine only, and cleanup after one has failed.
 
-A Meshcat takes commands and junk from whoever can connect: it checks neither Host nor Origin, and one message that is
-not MessagePack ends its thread. Every later call then raises a RuntimeError, and its destructor waits until the last
-client has gone of itself.
+A Meshcat accepts commands and junk from anyone who can connect: it checks neither Host nor Origin, and one message
+that is not MessagePack ends its thread. Every later call then raises a RuntimeError, and its destructor waits until the
+last client has disconnected.
 """
 
 import gzip
@@ -44,23 +44,23 @@ _MOST_DESCRIPTORS = 4096
 
 
 def open_meshcat() -> Meshcat:
-    """A Meshcat at the first of its ports that is free, for this machine alone.
+    """A Meshcat at the first free port of its default range, for this machine only.
 
     Raises:
-        InputError: if there is none.
+        InputError: if none is free.
     """
     try:
         return Meshcat(MeshcatParams(host=LOOPBACK))
     except RuntimeError as error:
-        expected = f"none is free at {LOOPBACK}; end other viewers ({first_line(error)})"
+        expected = f"no free port at {LOOPBACK}; close other viewers ({first_line(error)})"
         raise InputError("Meshcat", "port", "7000 to 7099", expected) from None
 
 
 def hidden_meshcat() -> Meshcat:
-    """A Meshcat where no other program expects it: at an arbitrary address of the loopback, and an arbitrary port.
+    """A Meshcat at an unpredictable place: a random loopback address and a random port.
 
-    No page of a browser can guess both, of some 2^38. Where the loopback has a single address, as on macOS, the port
-    alone is arbitrary.
+    A web page cannot guess both, out of some 2^38. If the loopback has a single address, as on macOS, only the port is
+    random.
 
     Raises:
         InputError: if none is free.
@@ -69,20 +69,20 @@ def hidden_meshcat() -> Meshcat:
     for host in (str(address), LOOPBACK):
         with suppress(RuntimeError):
             return Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=False))
-    raise InputError("Meshcat", "port", "any", f"none is free at {LOOPBACK}")
+    raise InputError("Meshcat", "port", "any", f"no free port at {LOOPBACK}")
 
 
 def has_failed(meshcat: Meshcat) -> bool:
     """Whether the thread that serves a Meshcat has ended."""
     try:
-        meshcat.web_url()  # which, unlike others, does not wait for the thread
+        meshcat.web_url()  # unlike other calls, this does not wait for the thread
     except RuntimeError:
         return True
     return False
 
 
 def cut_off(address: str) -> None:
-    """Ends the connections of the Meshcat at an address, which has failed, lest its destructor wait for its clients."""
+    """Closes the connections of a failed Meshcat at an address, so that its destructor does not wait for clients."""
     port = urlsplit(address).port
     for descriptor in range(3, _MOST_DESCRIPTORS):
         with suppress(OSError), socket.socket(fileno=os.dup(descriptor)) as copy:
@@ -90,18 +90,18 @@ def cut_off(address: str) -> None:
                 copy.shutdown(socket.SHUT_RDWR)
 
 
-_ASIDE = np.radians(45.0)  # to the right of the arm, so that it is behind what it does, and not hidden by it
-_DOWNWARD = 0.35  # for every metre forward, so that the height above the bench is seen
-_CORNERS = np.array(list(product((-1, 1), repeat=3)))  # of a box, in halves of its widths
+_ASIDE = np.radians(45.0)  # to the right, so that the arm is behind the gripper and does not hide it
+_DOWNWARD = 0.35  # per metre forward, so that the height above the bench is visible
+_CORNERS = np.array(list(product((-1, 1), repeat=3)))  # of a box, in half widths
 
 
 def viewing_direction(
     arm: ArmConfig | None, plant: MultibodyPlant, fingers: Sequence[PlantFinger], without_arm: Array
 ) -> Array:
-    """The direction of sight into a scene, (3) in the world, of any length.
+    """The viewing direction into a scene, (3) in the world, of any length.
 
-    An arm is seen from in front of it, aside and above; front is where it begins to hold the fingers.
-    `without_arm` is the direction for fingers alone.
+    An arm is viewed from the front, from one side and from above; the front is where its initial posture holds the
+    fingers. `without_arm` is the direction for fingers without an arm.
     """
     if arm is None:
         return without_arm
@@ -114,17 +114,17 @@ def viewing_direction(
 
 
 def upright_view(direction: Array) -> RotationMatrix:
-    """The axes in the world of an upright picture: x to the right, y down and z in `direction`."""
+    """The camera axes of an upright picture, in the world: x to the right, y down and z along `direction`."""
     z = direction / np.linalg.norm(direction)
     x = np.cross(z, [0.0, 0.0, 1.0]) / np.hypot(z[0], z[1])
     return RotationMatrix(np.column_stack([x, np.cross(z, x), z]))
 
 
 def nearest_eye(p_W: Array, R_WC: RotationMatrix, least: Array, most: Array) -> Array:
-    """The nearest point from which all points, (M, 3) m, lie within the edges of a picture, (3) m.
+    """The nearest camera position, (3) m, from which all points, (M, 3) m, lie within the picture.
 
-    The axes of the picture are R_WC. Along them an eye at c sees a point p if, to the right and down, p - c is
-    between `least`, (2), and `most`, (2), times the distance p_z - c_z.
+    The axes of the picture are R_WC. In these axes, a camera at c sees a point p if the components of p - c
+    to the right and down are between `least`, (2), and `most`, (2), times the distance p_z - c_z.
     """
     along = p_W @ R_WC.matrix()
     lowest = np.max(along[:, :2] - most * along[:, 2:], axis=0)
@@ -137,7 +137,7 @@ def nearest_eye(p_W: Array, R_WC: RotationMatrix, least: Array, most: Array) -> 
 def box_corners(
     plant: MultibodyPlant, scene_graph: SceneGraph, context: Context, models: Iterable[ModelInstanceIndex], role: Role
 ) -> Array:
-    """Corners of the boxes around all shapes of a role that some models have, (M, 3) m in the world.
+    """Corners of the bounding boxes of all shapes with a role in some models, (M, 3) m in the world.
 
     `context` is the plant's.
     """
@@ -153,15 +153,15 @@ def box_corners(
 
 
 PERIOD = 1 / 20  # s between frames
-FIELD_OF_VIEW = np.radians(35)  # from the lower to the upper edge
-_ASPECT = 1.5  # width over height of a window that still shows all
+FIELD_OF_VIEW = np.radians(35)  # vertical
+_ASPECT = 1.5  # smallest width over height of a window that still shows everything
 _ARROW_COLOR = Rgba(0.45, 0.1, 0.5)
-_DIRECTION = np.array([-0.25, 1.0, -0.25])  # of sight, onto fingers alone
+_DIRECTION = np.array([-0.25, 1.0, -0.25])  # viewing direction for fingers without an arm
 _MARGIN = 1.1
-_FILL_LIGHT = np.array([-4.0, -3.0, -10.0])  # from which it shines: right, down and ahead of the camera, m
+_FILL_LIGHT = np.array([-4.0, -3.0, -10.0])  # its position: right, down and ahead of the camera, m
 _FILL_INTENSITY = 1.4
 _LEGEND_SHARE = 0.15  # of the height of the view, left free for the legend
-# Corners, in B, of where a finger and its mount can be, in lengths of the finger.
+# Corners, in B, of the region that a finger and its mount can reach, in finger lengths.
 _REACH = np.array([[x, 0, z] for x in (-0.5, 0.5) for z in (-0.3, 1.0)])
 
 
@@ -176,24 +176,24 @@ def add_meshcat_view(
     arm: ArmConfig | None = None,
     task: TaskConfig | None = None,
 ) -> None:
-    """Adds the visualizers of bodies and of estimates, and sets the scene for them.
+    """Adds the visualizers of bodies and of estimates, and sets up camera, light and legend.
 
     Args:
-        builder: of a diagram with the scene.
-        scene: what is simulated.
-        signals: has `{finger}.arcs` and `{finger}.external_torque`; `contact_force` with its `contact_arc_length` and
-            `position_std` are drawn if they are there.
-        meshcat: shows it.
-        pressure: of it the limits, from which the scale of the torques follows.
-        sensor: of it the sections, whose arcs may be of unequal lengths.
-        models, arm, task: parts of the scenario; all that happens in them is to be in the picture.
+        builder: builder of a diagram with the scene.
+        scene: the simulated scene.
+        signals: must contain `{finger}.arcs` and `{finger}.external_torque`; `contact_force` with its
+            `contact_arc_length` and `position_std` are drawn if present.
+        meshcat: the Meshcat to draw in.
+        pressure: the `pressure` part, whose limits determine the torque scale.
+        sensor: the `sensor` part, whose sections determine the arcs, which may have unequal lengths.
+        models, arm, task: parts of the scenario; their whole workspace is kept in view.
     """
     plant, scene_graph, fingers = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
     ContactVisualizer.AddToBuilder(builder, plant, meshcat, _contact_arrows())
     drawn = [_drawn(scene_graph, finger, signals, sensor) for finger in fingers]
     limit = torque_limit(pressure, fingers)
-    # After the visualizer of the bodies, which it colours.
+    # After the visualizer of the bodies, whose colours it sets.
     estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn, limit, PERIOD))
     builder.Connect(plant.get_body_poses_output_port(), estimates.GetInputPort("body_poses"))
     for name, port in inputs(estimates).items():
@@ -208,7 +208,7 @@ def add_meshcat_view(
 
 
 def _contact_arrows() -> ContactVisualizerParams:
-    """True contact forces as arrows of 25 mm a newton; their moments are left out."""
+    """Draws true contact forces as arrows of 25 mm/N, without their moments."""
     return ContactVisualizerParams(
         publish_period=PERIOD,
         newtons_per_meter=40.0,
@@ -221,7 +221,7 @@ def _contact_arrows() -> ContactVisualizerParams:
 
 
 def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> float:
-    """End of the scale of colours, N m: what the pressure supply can do to a joint, rounded up."""
+    """Limit of the colour scale, N m: the largest torque of the pressure supply at a joint, rounded up."""
     limits = np.array([pressure.minimum, pressure.maximum])
     return round_limit(max(np.abs(finger.finger.pressure_torque(limits)).max() for finger in fingers))
 
@@ -231,7 +231,7 @@ def _drawn(
 ) -> DrawnFinger:
     skin = tuple(_shape_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
     arcs, layout = signals[f"{finger.name}.arcs"].size() // len(ARC), sensor_layout(finger.finger, sensor)
-    # An estimator has an arc a section, or others, which are equally long.
+    # An estimator has one arc per section, or else arcs of equal length.
     ends = layout.section_ends if arcs == layout.sections else finger.finger.section_ends(arcs)
     has_contact = {f"{finger.name}.contact_{name}" for name in ("force", "arc_length")} <= signals.keys()
     has_band = f"{finger.name}.position_std" in signals
@@ -256,7 +256,7 @@ def _set_scene(meshcat: Meshcat) -> None:
 
 
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
-    """What is to be seen, (M, 3) m: where the fingers can go, the arm, what is handled, and where its task ends."""
+    """Points to keep in view, (M, 3) m: the reach of the fingers, the arm, the object handled, and its goal."""
     plant, scene_graph, fingers = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
     if arm is not None:
@@ -284,7 +284,7 @@ def _aim_camera(meshcat: Meshcat, points: Array, direction: Array) -> None:
 
 
 def _light_from_camera(meshcat: Meshcat, direction: Array) -> None:
-    """A brighter light from beside the camera; Meshcat's own stand where fingers alone are seen from."""
+    """Adds a brighter light next to the camera; Meshcat's own lights suit the view of fingers without an arm."""
     meshcat.SetProperty("/Lights/FillLight/<object>", "position", [*upright_view(direction) @ _FILL_LIGHT])
     meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", _FILL_INTENSITY)
 
@@ -306,7 +306,7 @@ _PAGE = """<!DOCTYPE html>
 
 
 def write_replay(meshcat: Meshcat, path: Path) -> None:
-    """Writes what Meshcat shows and has recorded."""
+    """Writes the scene and the recorded animation of a Meshcat to a file."""
     packed = gzip.compress(meshcat.StaticHtml().encode(), mtime=0)
     with atomic_file(path) as partial:
         partial.write_text(_PAGE % b64encode(packed).decode(), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The colours of external torque: one scale for every picture, on screen and on paper."""
+"""The colours of external torque: one scale for all pictures, on screen and on paper."""
 
 from io import BytesIO
 from typing import Any
@@ -15,15 +15,14 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
 
-# Diverging from a light grey and distinct to colour-blind eyes: blue holds a finger open, red closes it.
+# Diverging from light grey, and safe for colour-blind readers: blue holds a finger open, red closes it.
 COLORMAP = mpl.colormaps["coolwarm"].with_extremes(bad="0.35")
 
 
 def color(torque: Array, limit: float) -> Array:
-    """Colours of external torques (...) N m, (..., 3) red, green, blue from 0 to 1.
+    """Colours of external torques (...) N m, as (..., 3) red, green, blue from 0 to 1.
 
-    The scale runs from -`limit` to `limit` N m and holds its end colours beyond; NaN, a torque that is not
-    known, is dark grey.
+    The scale runs from -`limit` to `limit` N m and keeps its end colours beyond; NaN, an unknown torque, is dark grey.
     """
     fraction = np.ma.masked_invalid(0.5 + 0.5 * np.asarray(torque, dtype=float) / limit)
     rgba: Array = np.asarray(COLORMAP(fraction))
@@ -31,7 +30,7 @@ def color(torque: Array, limit: float) -> Array:
 
 
 def round_limit(torque: float) -> float:
-    """A round end for the scale: the least of 1, 2, 3 and 5 times a power of ten that holds `torque`, N m."""
+    """A round limit for the scale: the smallest of 1, 2, 3 and 5 times a power of ten that covers `torque`, N m."""
     power = 10.0 ** np.floor(np.log10(torque))
     return float(next(power * step for step in (1, 2, 3, 5, 10) if torque <= power * step * (1 + 1e-9)))
 
@@ -45,14 +44,14 @@ def add_torque_bar(figure: Figure, limit: float, label: str = "external torque",
     return bar
 
 
-# What is below the camera in Meshcat's tree moves with it: x to the right, y up, z toward the viewer.
+# Objects below the camera in Meshcat's tree move with it: x to the right, y up, z toward the viewer.
 PATH = "/Cameras/default/rotated/<object>/legend"
 _SIZE = (4.6, 0.8)  # inches of the figure
 _PAPER = (1.0, 1.0, 1.0, 0.6)  # red, green, blue, opacity behind the scale
-_DISTANCE = 0.05  # m from the camera, so close that nothing comes between
+_DISTANCE = 0.05  # m from the camera, so close that nothing gets in between
 
-# A rectangle with the picture on it. It shines by itself: its colours are those of the scale in any light.
-# An opacity below 1 lets Meshcat see the picture's own transparency.
+# A rectangle with the picture on it. It is emissive: its colours match the scale in any light.
+# With an opacity below 1, Meshcat respects the transparency of the picture.
 _OBJ = """mtllib legend.mtl
 v -0.5 -0.5 0
 v 0.5 -0.5 0
@@ -73,14 +72,14 @@ _MTL = "newmtl picture\nKd 0 0 0\nKe 1 1 1\nd 0.999\nmap_Kd legend.png\nmap_Ke l
 def draw_torque_legend(meshcat: Meshcat, limit: float, field_of_view: float) -> None:
     """Shows the scale from -`limit` to `limit` N m at the lower edge of the view, wherever the camera goes.
 
-    Draw it after the camera is set. `field_of_view` is the camera's, rad, from the lower to the upper edge.
+    Call this after the camera is set. `field_of_view` is the vertical angle of the camera, rad.
     """
     parts = {"legend.mtl": _MTL.encode(), "legend.png": _picture(limit)}
     files = {name: MemoryFile(data, f".{name[-3:]}", name) for name, data in parts.items()}
     mesh = InMemoryMesh(mesh_file=MemoryFile(_OBJ.encode(), ".obj", "legend.obj"), supporting_files=files)
     edge = _DISTANCE * np.tan(field_of_view / 2)
     height = 0.26 * edge
-    meshcat.Delete(PATH)  # one that hangs on a camera of before
+    meshcat.Delete(PATH)  # one attached to an earlier camera
     meshcat.SetObject(PATH, Mesh(mesh, scale3=[height * _SIZE[0] / _SIZE[1], height, 1.0]))
     meshcat.SetTransform(PATH, RigidTransform([0.0, 0.53 * height - edge, -_DISTANCE]))
 

@@ -1,1 +1,1 @@
-"""Config, apply: each part of a scenario added to a diagram."""
+"""Adds each part of a scenario to a diagram, from its config."""

@@ -1,4 +1,4 @@
-"""The drive, applied: pressures, elastic laws of the user's and creep, as torques on the joints of the fingers."""
+"""The drive, applied: pressures, user-defined elastic laws and creep, as torques on the finger joints."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,24 +20,24 @@ from soft_gripper.signals import describe
 
 @dataclass(frozen=True)
 class Drive:
-    """Where the commanded pressures go in, and what comes of them."""
+    """The inputs of the commanded pressures, and the resulting outputs."""
 
-    commands: dict[str, InputPort]  # Pa, by the names of the fingers
-    pressures: dict[str, OutputPort]  # Pa in the chambers, by the names of the fingers
-    actuations: dict[str, OutputPort]  # N m of all actuators, by the names of the models
+    commands: dict[str, InputPort]  # Pa, by finger name
+    pressures: dict[str, OutputPort]  # Pa in the chambers, by finger name
+    actuations: dict[str, OutputPort]  # N m of all actuators, by model name
 
 
 def add_pressure_drive(
     builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: PressureConfig | None = None
 ) -> Drive:
-    """Adds `{model}.pressure_drive` for every model with fingers, and connects it to the actuators.
+    """Adds `{model}.pressure_drive` for each model with fingers, and connects it to the actuators.
 
     Args:
-        builder: of a diagram with the fingers' plant. A finger with an elastic law gets a `{finger}.elastic_law`, one
-            that creeps a `{finger}.creep`; with a pressure law there are `{finger}.unsoftened` and `{finger}.softened`
-            around it, which `{finger}.softening` feeds.
-        fingers: in the finalized plant, all of each model.
-        config: the `pressure` part of a scenario; of it the limits and the lag; None: its defaults.
+        builder: builder of a diagram with the fingers' plant. A finger with an elastic law gets a
+            `{finger}.elastic_law`, one that creeps a `{finger}.creep`; with a pressure law, this is between
+            `{finger}.unsoftened` and `{finger}.softened`, which `{finger}.softening` feeds.
+        fingers: fingers in the finalized plant; all those of a model.
+        config: the `pressure` part of a scenario, whose limits and lag are used; None: the defaults.
 
     Raises:
         InputError: if the step of a discrete plant is too long for a finger.
@@ -49,7 +49,7 @@ def add_pressure_drive(
     for model in dict.fromkeys(finger.model for finger in fingers):
         driven = [finger for finger in fingers if finger.model == model]
         if builder.IsConnectedOrExported(driven[0].plant.get_actuation_input_port(model)):
-            expected = "has a drive already; give all fingers of a model in one call"
+            expected = "already has a drive; give all fingers of a model in one call"
             raise InputError("add_pressure_drive", "model", driven[0].model_name, expected)
         block = _add_block(builder, driven, config)
         for name in (finger.name for finger in driven):
@@ -85,7 +85,7 @@ def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: P
 
 
 def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
-    """What the finger's elastic law adds to its linear springs, as actuation of its model."""
+    """The torque that the elastic law adds to the linear springs of the finger, as actuation of its model."""
     angles = builder.AddNamedSystem(f"{finger.name}.bent_angles", MatrixGain(finger.position_selector()))
     law = builder.AddNamedSystem(f"{finger.name}.elastic_law", elastic_law_block(finger.finger))
     rows = np.ascontiguousarray(finger.actuator_selector().T)
@@ -97,7 +97,7 @@ def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
 
 
 def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
-    """The memory torque of the finger, as actuation of its model."""
+    """The creep (memory) torque of the finger, as actuation of its model."""
     creep, state = CreepTorque(finger), finger.plant.get_state_output_port()
     builder.AddNamedSystem(f"{finger.name}.creep", creep)
     law = finger.finger.pressure_law
@@ -135,7 +135,7 @@ COMMON = "all"
 
 
 def pressure_steps(config: PressureConfig, finger: str) -> Array:
-    """Pressure of a finger in every step, Pa, (steps,); a short list holds its last value."""
+    """Pressure of a finger at each step, Pa, (steps,); a short list repeats its last value."""
     steps = config.steps.get(finger, config.steps.get(COMMON))
     if steps is None:
         known = ", ".join(config.steps)
@@ -144,7 +144,7 @@ def pressure_steps(config: PressureConfig, finger: str) -> Array:
 
 
 def check_steps(config: PressureConfig, fingers: Iterable[str]) -> None:
-    """Raises an InputError if there are steps for a finger that is none of `fingers`, by name."""
+    """Raises an InputError if there are steps for a finger that is not in `fingers`."""
     known = [*fingers, COMMON]
     for name, steps in config.steps.items():
         if name not in known:
@@ -154,9 +154,9 @@ def check_steps(config: PressureConfig, fingers: Iterable[str]) -> None:
 def add_pressure_steps(
     builder: DiagramBuilder, steps: Mapping[str, Array], duration: float, commands: Mapping[str, InputPort]
 ) -> dict[str, OutputPort]:
-    """Adds `{finger}.pressure_steps` for every command; returns the signals.
+    """Adds `{finger}.pressure_steps` for each command; returns the signals.
 
-    `steps` are pressures by the names of the fingers, (steps,) Pa, each held for `duration` s.
+    `steps` are pressures by finger name, (steps,) Pa, each held for `duration` s.
     """
     signals = {}
     for finger, command in commands.items():
@@ -167,6 +167,6 @@ def add_pressure_steps(
 
 
 def step_source(values: Array, duration: float) -> TrajectorySource:
-    """A source of one value after the other, each held for `duration` s; the last one for ever."""
+    """A source that outputs each value in turn for `duration` s, then holds the last one."""
     times = np.arange(len(values) + 1) * duration
     return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.append(values, values[-1])[None, :]))

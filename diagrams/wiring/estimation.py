@@ -23,19 +23,19 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 class FingerEstimation(Diagram):
-    """All that is estimated of one finger from what is measured; nothing in it asks for the truth.
+    """All estimates for one finger, computed from measurements; nothing in it uses ground truth.
 
     ::
 
         strain --------------------------> estimator --> estimated_joint_angles --> FingerShape -----> pose
         X_WB (12) [R | p] -------------------^ ^             |    |
         pressure (1) Pa --> DrivingTorque -----+             |    +---------------> ForceEstimator --> external torque
-                                ^----- if it creeps ---------+                           |
-                                                            contact, if looked for <-- ContactDetector
+                                ^----- with creep -----------+                           |
+                                                            contact, if detected <---- ContactDetector
 
-    FingerShape is there if the estimator does not put the pose out by itself; where it puts out `external_torque`, that
-    takes the place of the ForceEstimator's. What drives the finger goes to the ForceEstimator too. Wire recorded logs
-    to the inputs, and the same blocks estimate what happened on hardware.
+    FingerShape is present if the estimator does not output the pose itself; if it outputs `external_torque`, that
+    replaces the output of the ForceEstimator. The driving torque also goes to the ForceEstimator. With recorded signals
+    connected to the inputs, the same blocks estimate shape and load on hardware.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class FingerEstimation(Diagram):
             )
             wires.add("contact_detector", detector)
         else:
-            del wires.outputs["torque_tolerance"]  # which only the detector asks for
+            del wires.outputs["torque_tolerance"]  # used by the detector only
         wires.build_into(self)
 
 
@@ -79,7 +79,7 @@ _TAKEN = {
 
 
 def shape_wires(estimator: System, finger: Finger, period: float) -> NamedWires:
-    """An estimator, DrivingTorque before it, and FingerShape behind unless the estimator puts the pose out by itself.
+    """An estimator, preceded by DrivingTorque and followed by FingerShape unless the estimator outputs the pose itself.
 
     Raises:
         InputError: if the estimator does not estimate the joint angles of the finger.
@@ -97,14 +97,14 @@ def _check(estimator: System, joints: int, shape: FingerShape) -> None:
     found = vector_outputs(estimator)
     if found.keys() & _TAKEN:
         taken = ", ".join(sorted(found.keys() & _TAKEN))
-        raise InputError("estimator", "output ports", taken, "are names of what other blocks put out")
+        raise InputError("estimator", "output ports", taken, "are names of outputs of other blocks")
     sizes = {name: port.size() for name, port in vector_outputs(shape).items()} | {"external_torque": joints}
     for name, size in sizes.items():
         if name != "arcs" and name in found and found[name].size() != size:
             raise InputError("estimator", f"output port '{name}'", found[name].size(), f"give it {size} entries")
     if ANGLES not in found or found[ANGLES].size() != joints:
         given = ", ".join(f"{name} ({port.size()})" for name, port in found.items()) or "none"
-        raise InputError("estimator", "output ports", given, f"put out '{ANGLES}' ({joints}) rad")
+        raise InputError("estimator", "output ports", given, f"output '{ANGLES}' ({joints}) rad")
 
 
 def add_estimation(
@@ -117,23 +117,23 @@ def add_estimation(
     measured: Mapping[str, OutputPort],
     make_estimator: MakeEstimator | None = None,
 ) -> Ports:
-    """Adds `{name}.estimation` for the finger of that name.
+    """Adds `{name}.estimation` for the finger with that name.
 
     Args:
         builder: of any diagram; a plant is not needed.
         name: of the finger.
         layout: the nominal sensors and finger.
         config: the `estimator` part of a scenario.
-        period: of all samples, s.
-        gravity: in the world, (3,) m/s^2.
+        period: sampling period, s.
+        gravity: gravity in the world, (3,) m/s^2.
         measured: the outputs of the sensors, `sampled_pressure` (1) Pa and `X_WB` (12).
-        make_estimator: takes the place of the estimator that `config.type` names, see `named_blocks`.
+        make_estimator: replaces the estimator named by `config.type`, see `named_blocks`.
 
     Returns:
-        the signals by their names without the finger's.
+        the signals, by name without the finger's prefix.
 
     Raises:
-        InputError: if the estimator asks for what there is not, or its shape is none of this finger.
+        InputError: if the estimator requires an unknown signal, or its shape does not fit this finger.
     """
     make = make_estimator or find_estimator(config.type, config.uncertainty)
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
@@ -147,7 +147,7 @@ def add_estimation(
 
 
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:
-    """What an estimator may take, of what is measured: the sampled pressure, and no truth."""
+    """The measured signals available to an estimator: the sampled pressure, but no ground truth."""
     truth = ("joint_angles", TRUE_JOINTS, TRUE_TIP)
     known = {name: port for name, port in measured.items() if name not in truth and not name.startswith(IDEAL)}
     return known | {"pressure": measured["sampled_pressure"]}

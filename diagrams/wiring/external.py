@@ -1,4 +1,4 @@
-"""Commands that come from outside of a station, applied: input ports in the place of what a scenario commands."""
+"""External commands of a station, applied: input ports that replace the commands of a scenario."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -10,14 +10,14 @@ from soft_gripper.signals import describe
 
 
 class External(NamedTuple):
-    """Where commands go in, and what they lead to, by names."""
+    """The inputs of commands and the resulting signals, by name."""
 
     inputs: dict[str, InputPort]
     signals: dict[str, OutputPort]
 
 
 def add_external_pressures(builder: DiagramBuilder, commands: Mapping[str, InputPort]) -> External:
-    """Adds `{finger}.pressure_command`, (1) Pa, for every command."""
+    """Adds `{finger}.pressure_command`, (1) Pa, for each command."""
     found = External({}, {})
     for finger, command in commands.items():
         added = _add_input(builder, f"{finger}.pressure_command", command, "Pa")

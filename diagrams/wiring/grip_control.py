@@ -1,4 +1,4 @@
-"""Grip control, applied: the opening of a gripper, held through the common pressure of its fingers."""
+"""Grip control, applied: the gripper opening, controlled through the common pressure of the fingers."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,12 +15,12 @@ from soft_gripper.load.opening import Gripper, GripperOpening
 from soft_gripper.scenario.scenario import ControlConfig, PressureConfig
 from soft_gripper.signals import describe
 
-UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of what is measured of a grip
+UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of the measured quantities of a grip
 
 
 @dataclass(frozen=True)
 class Supply:
-    """The pressures that a controller may ask for, and how often."""
+    """The range of pressures that a controller may command, and its sampling period."""
 
     minimum: float  # Pa
     maximum: float  # Pa
@@ -28,7 +28,7 @@ class Supply:
 
 
 class GripControl(Diagram):
-    """Set point -> PID on the estimated opening -> pressure; a second PID may limit torque or force on the fingers.
+    """Set point -> PID on the estimated opening -> pressure; a second PID may limit the torque or force on the fingers.
 
     ::
 
@@ -37,13 +37,13 @@ class GripControl(Diagram):
         {finger}.external_torque (N) N m ------> |             | ---> torque    (1) N m, that opens the fingers
         {finger}.contact_force (1) N ----------> +-------------+ ---> force     (1) N, of the contacts
 
-    `torque` is the mean over the fingers at their base joints; `force`, there with a force limit, that of their contact
-    forces. With a limit the lower of the pressures that the two PIDs ask for is applied, and both PIDs receive what was
-    applied.
+    `torque` is the mean over the fingers at their base joints; `force`, which exists with a force limit, is the mean of
+    their contact forces. With a limit, the lower of the pressures commanded by the two PIDs is applied, and both PIDs
+    receive the applied pressure.
     """
 
     def __init__(self, gripper: Gripper, joints: Mapping[str, int], config: ControlConfig, supply: Supply):
-        """`joints` are the numbers of joints of the fingers of the gripper, in its order, by their names."""
+        """`joints` gives the number of joints of each finger by name, in the order of the gripper."""
         super().__init__()
         builder = DiagramBuilder()
         opening = builder.AddNamedSystem("gripper_opening", GripperOpening(gripper, list(joints)))
@@ -97,8 +97,8 @@ def _add_limit(
     measured: OutputPort,
     supply: Supply,
 ) -> OutputPort:
-    """A PID on a torque or a force beside that on the opening, and the selector of the lower pressure."""
-    # Until the first torque or force is estimated, it limits nothing.
+    """Adds a PID on a torque or a force in parallel with that on the opening, and a selector of the lower pressure."""
+    # It has no effect until the first torque or force is estimated.
     limiter = _add_pid(builder, f"{kind}_pid", gains, supply, supply.maximum)
     source = builder.AddNamedSystem(f"{kind}_limit", SampledSteps([limit], np.inf, supply.period))
     selector = builder.AddNamedSystem("selector", LowSelector())
@@ -111,7 +111,7 @@ def _add_limit(
 
 
 def forms_gripper(fingers: Sequence[PlantFinger]) -> bool:
-    """Whether fingers are two or more on one palm: their bases do not move against each other."""
+    """Whether there are two or more fingers on one palm, with bases fixed relative to each other."""
     if len(fingers) < 2:
         return False
     rigid = {body.index() for body in fingers[0].plant.GetBodiesWeldedTo(fingers[0].base)}
@@ -119,14 +119,14 @@ def forms_gripper(fingers: Sequence[PlantFinger]) -> bool:
 
 
 def find_gripper(fingers: Sequence[PlantFinger], field: str) -> Gripper:
-    """The gripper that fingers form.
+    """The gripper formed by some fingers.
 
     Raises:
-        InputError: if they form none; `field` is what asks for one.
+        InputError: if they do not form one; `field` is the field that requires it.
     """
     if not forms_gripper(fingers):
         names = [finger.name for finger in fingers]
-        raise InputError(field, "fingers", names, "needs two fingers or more that stand fixed to each other")
+        raise InputError(field, "fingers", names, "needs two fingers or more, with bases fixed relative to each other")
     return Gripper.of_bases([finger.X_WB for finger in fingers])
 
 
@@ -142,26 +142,27 @@ def add_grip_control(
     """Adds `grip_control` for the fingers of one gripper.
 
     Args:
-        builder: of a diagram with the fingers' plant.
-        fingers: of one gripper, two or more.
+        builder: builder of a diagram with the fingers' plant.
+        fingers: the fingers of one gripper, two or more.
         config: the `control` part of a scenario.
-        pressure: the `pressure` part; of it the limits.
-        period: of the samples, s.
-        signals: has `{finger}.tip_pose`, `{finger}.external_torque` and, if it is limited, `{finger}.contact_force`.
-        commands: where the pressures go in, by the names of the fingers.
+        pressure: the `pressure` part, whose limits are used.
+        period: sampling period, s.
+        signals: must contain `{finger}.tip_pose`, `{finger}.external_torque` and, if force is limited,
+            `{finger}.contact_force`.
+        commands: inputs of the pressures, by finger name.
 
     Returns:
-        where the set point goes in, (1) m, and the signals.
+        the input port of the set point, (1) m, and the signals.
 
     Raises:
-        InputError: unless the fingers form a gripper, and their contact force is estimated where it is limited.
+        InputError: if the fingers do not form a gripper, or contact force is limited but not estimated.
     """
     gripper, joints = find_gripper(fingers, "control"), {finger.name: finger.finger.segments for finger in fingers}
     supply = Supply(pressure.minimum, pressure.maximum, period)
     control = builder.AddNamedSystem("grip_control", GripControl(gripper, joints, config, supply))
     for name, port in inputs(control).items():
         if name.endswith(".contact_force") and name not in signals:
-            expected = "needs an estimator of contact force: estimator.type contact or recursive"
+            expected = "requires an estimator of contact force: estimator.type contact or recursive"
             raise InputError("control", "force_limit", config.force_limit, expected)
         if name != "set_point":
             builder.Connect(signals[name], port)

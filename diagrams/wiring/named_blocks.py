@@ -1,12 +1,12 @@
-"""Sensors and estimators by name: those of this project, and a user's own as "module:function".
+"""Sensors and estimators by name: built-in ones, and user-defined ones as "module:function".
 
-A kind of sensor is a class of what the sensors on a finger measure, made from the finger and the number of sections:
+A kind of sensor is a class that models the measurements on a finger, made from the finger and the number of sections:
 
     class Curvature(MeasurementModel): ...
 
 A strain sensor of your own is a system with an input `joint_angles` (N) rad and an output `strain`, the readings;
-whatever else it puts out is logged. It may also take `pressure` and `X_WB`. It is made by a function of the sensors on
-the finger and the period of their samples, s:
+any other outputs are logged. It may also take `pressure` and `X_WB`. It is made by a function of the sensors on
+the finger and their sampling period, s:
 
     def make(layout: SensorLayout, period: float) -> System
 
@@ -17,8 +17,8 @@ from the nominal sensors and finger, gravity in the world, m/s^2 (zero without
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System
 
-`module:function` is imported from Python's path and the current folder, not from the folder of the scenario: a
-scenario from a stranger cannot bring code of its own.
+`module:function` is imported from Python's path and the current folder, not from the folder of the scenario: an
+untrusted scenario cannot bring its own code.
 """
 
 from collections.abc import Callable
@@ -44,9 +44,9 @@ def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str
     """The estimator of a name.
 
     Args:
-        name: of one of this project, or "module:function".
-        uncertainty: for those of this project that weigh what they know; None: the defaults.
-        field: of a scenario, that names it.
+        name: a built-in one, or "module:function".
+        uncertainty: for built-in estimators that weight their inputs; None: the defaults.
+        field: the field of the scenario that names it.
 
     Raises:
         InputError: if there is none.
@@ -69,26 +69,26 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
 
 
 def make_block(field: str, name: str, make: Callable[..., System], *arguments: Any) -> System:
-    """The block that a function makes of its arguments.
+    """The block that a function makes from its arguments.
 
     Args:
-        field: of a scenario, or option, that names the function.
-        name: of a block of this project, or a user's "module:function", see `name_of`.
+        field: the scenario field or option that names the function.
+        name: a built-in block, or a user's "module:function", see `name_of`.
         make: the function.
-        arguments: of it.
+        arguments: its arguments.
 
     Raises:
-        InputError: if it fails, or makes no system, or a block that it has made before.
+        InputError: if it fails, does not return a system, or returns a block that it returned before.
     """
     block = made(field, name, make, *arguments)
     if not isinstance(block, System):
-        raise InputError("scenario", field, name, f"made a {type(block).__name__}; a Drake System is needed")
+        raise InputError("scenario", field, name, f"returned a {type(block).__name__}; return a Drake System")
     if hasattr(block, _IN_USE):
-        raise InputError("scenario", field, name, "returned the same block twice; make a new one for every finger")
+        raise InputError("scenario", field, name, "returned the same block twice; make a new one for each finger")
     setattr(block, _IN_USE, True)
     return block
 
 
 def name_of(make: Callable[..., System] | None, type_name: str) -> str:
-    """What a block is called in tables, recordings and messages: a user's function, or the type of a scenario."""
+    """The name of a block in tables, recordings and messages: a user's function, or the type in the scenario."""
     return type_name if make is None else f"{make.__module__}:{getattr(make, '__qualname__', repr(make))}"

@@ -11,36 +11,36 @@ Ports = dict[str, OutputPort]
 
 
 def vector_outputs(system: System) -> Ports:
-    """The output ports of a system that carry numbers, by their names."""
+    """The vector output ports of a system, by name."""
     ports = (system.get_output_port(i) for i in range(system.num_output_ports()))
     return {port.get_name(): port for port in ports if port.get_data_type() == PortDataType.kVectorValued}
 
 
 def inputs(system: System) -> dict[str, InputPort]:
-    """The input ports of a system by their names."""
+    """The input ports of a system, by name."""
     return {port.get_name(): port for port in map(system.get_input_port, range(system.num_input_ports()))}
 
 
 def connect_known(builder: DiagramBuilder, system: System, known: Mapping[str, OutputPort], what: str) -> None:
-    """Connects every input of a system to the signal of that name; `what` says of which part it is.
+    """Connects each input of a system to the signal with that name; `what` names the part for error messages.
 
     Raises:
-        InputError: if there is no such signal, or it has another size.
+        InputError: if there is no such signal, or its size differs.
     """
     for name, port in inputs(system).items():
         if name not in known:
             article = "an" if what[0] in "aeiou" else "a"
             raise InputError(what, "input port", name, f"{article} {what} may take: {', '.join(known)}")
         if known[name].size() != port.size():
-            expected = f"the signal of that name has {known[name].size()} entries"
+            expected = f"the signal with that name has {known[name].size()} entries"
             raise InputError(what, f"input port '{name}'", port.size(), expected)
         builder.Connect(known[name], port)
 
 
 class NamedWires:
-    """Wires the blocks of a diagram: an input takes the output of that name, of the first block that has it.
+    """Wires the blocks of a diagram: an input takes the output with its name from the first block that has it.
 
-    Inputs that no block before feeds become inputs of the diagram; all vector outputs become outputs of it.
+    Inputs that no earlier block feeds become inputs of the diagram; all vector outputs become its outputs.
     """
 
     def __init__(self) -> None:
@@ -53,8 +53,8 @@ class NamedWires:
     ) -> None:
         """Adds a block and wires its inputs.
 
-        `renamed` gives ports of the block another name in the diagram; inputs named in `later` take the output of a
-        block that is added after.
+        `renamed` gives ports of the block other names in the diagram; inputs named in `later` take the output of a
+        block that is added later.
         """
         self._builder.AddNamedSystem(name, block)
         names = renamed or {}

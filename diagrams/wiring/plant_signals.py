@@ -20,15 +20,15 @@ _WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
 def add_plant_signals(
     builder: DiagramBuilder, plant: MultibodyPlant, free: Iterable[str], arm: str | None = None
 ) -> dict[str, OutputPort]:
-    """Adds what picks signals out of the plant's state; returns the signals.
+    """Adds blocks that select signals from the plant's state; returns the signals.
 
-    They are `plant.state`; of every free model `{object}.pose` and `{object}.contact_wrench`; and of the arm
+    They are `plant.state`; for each free model `{object}.pose` and `{object}.contact_wrench`; and for the arm
     `{arm}.joint_positions`, `{arm}.joint_velocities` and `{arm}.joint_torques`.
 
     Args:
-        builder: of a diagram with the plant.
-        plant: finalized.
-        free: names of free models.
+        builder: builder of a diagram with the plant.
+        plant: the finalized plant.
+        free: names of the free models.
         arm: name of the arm.
     """
     names, units = plant.GetStateNames(), state_units(plant)
@@ -70,7 +70,7 @@ def describe_arm_state(plant: MultibodyPlant, arm: str, port: OutputPort) -> Non
 
 
 def _pick(builder: DiagramBuilder, plant: MultibodyPlant, name: str, entries: Sequence[int]) -> OutputPort:
-    """Entries of the plant's state."""
+    """Selects entries of the plant's state."""
     selector = builder.AddNamedSystem(name, MatrixGain(np.eye(plant.num_multibody_states())[list(entries)]))
     builder.Connect(plant.get_state_output_port(), selector.get_input_port())
     return selector.get_output_port()
@@ -79,7 +79,7 @@ def _pick(builder: DiagramBuilder, plant: MultibodyPlant, name: str, entries: Se
 def _actuation(
     builder: DiagramBuilder, plant: MultibodyPlant, model: ModelInstanceIndex, name: str, joints: Sequence[Joint]
 ) -> OutputPort:
-    """What the actuators of a model apply, in the order of its joints."""
+    """The torques or forces that the actuators of a model apply, in the order of its joints."""
     actuated = [plant.get_joint_actuator(i).joint().index() for i in plant.GetJointActuatorIndices(model)]
     rows = [[joint.index() == index for index in actuated] for joint in joints]
     selector = builder.AddNamedSystem(name, MatrixGain(np.array(rows, dtype=float).reshape(len(joints), -1)))
@@ -88,7 +88,7 @@ def _actuation(
 
 
 def state_units(plant: MultibodyPlant) -> list[str]:
-    """The unit of every entry of the plant's state."""
+    """The unit of each entry of the plant's state."""
     positions, velocities = ["1"] * plant.num_positions(), ["1"] * plant.num_velocities()
     for joint in (plant.get_joint(index) for index in plant.GetJointIndices()):
         of_q, of_v = _joint_units(joint)

@@ -1,4 +1,4 @@
-"""Scoring, applied: the truth, which only a simulation knows, beside the estimates. Nothing else depends on it."""
+"""Scoring, applied: compares estimates with ground truth from the simulation. Nothing else depends on it."""
 
 from collections.abc import Mapping, Sequence
 
@@ -21,11 +21,11 @@ from soft_gripper.signals import describe
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
 from soft_gripper.truth.poses import Difference, PoseError, TruePoses
 
-_DELAYED = "delayed_torque"  # no signal: the true torque at the sample that the estimated one belongs to
+_DELAYED = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
 
 class FingerScoring(Diagram):
-    """The truth about one finger, sampled with the sensors, and the errors of what is estimated.
+    """Ground truth for one finger, sampled with the sensors, and the errors of the estimates.
 
     ::
 
@@ -36,11 +36,11 @@ class FingerScoring(Diagram):
                      +-----------> delayed_torque --> Difference -------> external_torque_error  (N) N m
         external_torque (N) N m ------------------------^
 
-    The true torque waits for the estimated one, which belongs to samples before, see `ForceEstimator`.
+    The true torque is delayed, because the estimated one belongs to earlier samples, see `ForceEstimator`.
     """
 
     def __init__(self, finger: Finger, period: float):
-        """The finger as it is simulated; samples every `period` s."""
+        """`finger` is the simulated finger; `period` is the sampling period, s."""
         super().__init__()
         joints = finger.segments
         wires = NamedWires()
@@ -61,12 +61,12 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
 
     Args:
         builder: of a diagram with the finger's plant.
-        finger: in the finalized plant.
-        period: of the samples, s.
-        known: what `add_sensors` and `add_estimation` returned, and the finger's signals of `add_true_poses`.
+        finger: a finger in the finalized plant.
+        period: sampling period, s.
+        known: the signals returned by `add_sensors` and `add_estimation`, and the finger's signals of `add_true_poses`.
 
     Returns:
-        the signals by their names without the finger's.
+        the signals, by name without the finger's prefix.
     """
     contact = builder.AddNamedSystem(f"{finger.name}.contact_torque", MatrixGain(finger.torque_selector()))
     forces = finger.plant.get_generalized_contact_forces_output_port(finger.model)
@@ -81,7 +81,7 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
 
 
 def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], period: float) -> Ports:
-    """Adds `true_poses` for fingers of one plant, sampled each `period` s; returns its signals, `{finger}.{signal}`."""
+    """Adds `true_poses` for fingers of one plant, sampled every `period` s; returns the signals `{finger}.{signal}`."""
     plant, name = fingers[0].plant, _free_name(builder, "true_poses", fingers)
     sampled = builder.AddNamedSystem(f"{name}.state", ZeroOrderHold(period, plant.num_multibody_states()))
     truth = builder.AddNamedSystem(name, TruePoses(fingers))
@@ -91,7 +91,7 @@ def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], peri
 
 
 def _free_name(builder: DiagramBuilder, name: str, fingers: Sequence[PlantFinger]) -> str:
-    """The name, or that of the first finger before it where other fingers have a block of that name."""
+    """The name, prefixed with that of the first finger if fingers already have a block with that name."""
     return f"{fingers[0].name}.{name}" if builder.HasSubsystemNamed(name) else name
 
 
@@ -105,7 +105,7 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) ->
 
 
 def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPort) -> OutputPort:
-    """Adds `object_width_error`: the estimated width less the true one; returns it, (1) m."""
+    """Adds `object_width_error`, estimated minus true width; returns it, (1) m."""
     error = builder.AddNamedSystem("object_width_error", Difference(1, "m"))
     builder.Connect(width, error.GetInputPort("estimate"))
     builder.Connect(truth, error.GetInputPort("truth"))
@@ -121,7 +121,7 @@ class AlongsideEstimation(Diagram):
         X_WB (12) [R | p] -------------------^ ^
         pressure (1) Pa --> DrivingTorque -----+
 
-    As in FingerEstimation; the memory of a finger that creeps is that of this estimator's shapes.
+    As in FingerEstimation; the creep state is computed from this estimator's shapes.
     """
 
     def __init__(self, estimator: System, finger: Finger, period: float):
@@ -150,11 +150,11 @@ def add_alongside(
         finger: in the finalized plant.
         layout: the nominal sensors and finger.
         config: the `estimator` part of a scenario.
-        period: of all samples, s.
+        period: sampling period, s.
         known: the outputs of the sensors, and the finger's signals of `add_true_poses`.
 
     Returns:
-        the signals by their names without the finger's, `{type}.{signal}`.
+        the signals, by name without the finger's prefix, `{type}.{signal}`.
 
     Raises:
         InputError: if there is no such estimator.

@@ -1,7 +1,7 @@
-"""Sensing, applied: sensors, estimation and, where it is wanted, scoring of the fingers of a plant.
+"""Sensing, applied: sensors, estimation and, optionally, scoring of the fingers of a plant.
 
-A finger has three sub-diagrams: sensors, estimation and scoring. Estimation has no wire from the truth, so that
-recorded signals can feed it. Signals named `ideal_*` are the truth, and `add_estimation` does not offer them.
+A finger has three sub-diagrams: sensors, estimation and scoring. Estimation has no connection to the ground truth, so
+that recorded signals can feed it. Signals named `ideal_*` are ground truth, and `add_estimation` does not offer them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -54,7 +54,7 @@ def add_object_width(
 
 @dataclass(frozen=True)
 class SensingConfig:
-    """The parts of a scenario that say what is measured and estimated, and blocks of the user's own."""
+    """The parts of a scenario that configure measurement and estimation, and user blocks."""
 
     sensor: SensorConfig = field(default_factory=SensorConfig)
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
@@ -69,18 +69,18 @@ def add_sensing(
     pressures: Mapping[str, OutputPort],
     config: SensingConfig | None = None,
 ) -> Ports:
-    """Adds for every finger `{finger}.sensors`, `{finger}.estimation` and `{finger}.scoring`; for all `true_contact`.
+    """Adds `{finger}.sensors`, `{finger}.estimation` and `{finger}.scoring` for each finger, and one `true_contact`.
 
-    Where contact is looked for with the fingers of one gripper, there are `object_width` and its error too.
+    If contact is detected and the fingers form one gripper, also adds `object_width` and its error.
 
     Args:
-        builder: of a diagram with the fingers' plant.
-        fingers: in the finalized plant.
-        pressures: in the chambers, (1) Pa, by the names of the fingers; see `add_pressure_drive`.
-        config: what is measured and estimated.
+        builder: builder of a diagram with the fingers' plant.
+        fingers: fingers in the finalized plant.
+        pressures: pressures in the chambers, (1) Pa, by finger name; see `add_pressure_drive`.
+        config: the configuration of sensing.
 
     Returns:
-        the signals, `{finger}.{signal}`; of the fingers of one gripper `grip.true_object_width` too.
+        the signals, `{finger}.{signal}`; for the fingers of one gripper, also `grip.true_object_width`.
 
     Raises:
         InputError: if a sensor, an estimator or a nominal model is wrong.
@@ -93,7 +93,7 @@ def add_sensing(
     layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
     for finger in fingers:
         if finger.name not in pressures:
-            raise InputError("add_sensing", "pressures", list(pressures), f"has none for finger '{finger.name}'")
+            raise InputError("add_sensing", "pressures", list(pressures), f"has no entry for finger '{finger.name}'")
         truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP)}
         found = _sense(builder, finger, pressures[finger.name], truth, layouts[finger.name], config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}

@@ -18,20 +18,19 @@ from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.strain_errors import ReadingErrorBlock
 from soft_gripper.signals import describe
 
-IDEAL = "ideal_"  # begins the names of signals as they were without errors; estimation cannot ask for them
+IDEAL = "ideal_"  # prefix of error-free signals; estimation has no access to them
 
 
 class FingerSensors(Diagram):
-    """All that is measured on one finger.
+    """All measurements on one finger.
 
     ::
 
-        joint_angles (N) rad ---> sensor ------------> strain (or else), and whatever else the sensor puts out
+        joint_angles (N) rad ---> sensor ------------> strain (or another quantity), and any other outputs of the sensor
         pressure (1) Pa --------> sampled_pressure --> sampled_pressure (1) Pa
 
-    Where there are errors, the sensor's own readings and `extension_ratio`, and the true pressure that is sampled,
-    are the outputs `ideal_strain`, `ideal_extension_ratio` and `ideal_pressure`; a RandomSource feeds each block of
-    errors::
+    With errors, the sensor's error-free readings, its `extension_ratio` and the sampled true pressure are the outputs
+    `ideal_strain`, `ideal_extension_ratio` and `ideal_pressure`; a RandomSource feeds each block of errors::
 
         sensor ------------> ideal_strain ----> reading_errors ---> strain
         sampled_pressure --> ideal_pressure --> pressure_errors --> sampled_pressure
@@ -41,11 +40,11 @@ class FingerSensors(Diagram):
         """
         Args:
             sensor: see `named_blocks`.
-            layout: of its readings.
-            config: of it the period of the samples and the errors.
+            layout: layout of its readings.
+            config: the `sensor` part, whose sampling period and errors are used.
 
         Raises:
-            InputError: if an error is wrong.
+            InputError: if an error is invalid.
         """
         super().__init__()
         wires, period = NamedWires(), config.period
@@ -66,7 +65,7 @@ class FingerSensors(Diagram):
 
 
 def _add_errors(wires: NamedWires, name: str, block: ErrorBlock, period: float) -> None:
-    """Adds a block of errors and the random numbers for it, which are no signals of the finger."""
+    """Adds an error block and its random numbers, which are not signals of the finger."""
     random = f"{name}.random"
     size = block.GetInputPort("standard_normal").size()
     wires.add(random, RandomSource(RandomDistribution.kGaussian, size, period), {"output": random})
@@ -82,7 +81,7 @@ def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
 
 
 def add_base_pose(builder: DiagramBuilder, finger: PlantFinger, period: float) -> OutputPort:
-    """Adds `{finger}.base_pose`: X_WB (12) [R | p], constant where the base stands still, else sampled."""
+    """Adds `{finger}.base_pose`: X_WB (12) [R | p], constant if the base is fixed, otherwise sampled."""
     name = f"{finger.name}.base_pose"
     if finger.is_anchored:
         return builder.AddNamedSystem(name, FixedBasePose(finger.X_WB)).get_output_port()
@@ -102,16 +101,16 @@ def add_sensors(
 
     Args:
         builder: of a diagram with the finger's plant.
-        finger: in the finalized plant.
+        finger: a finger in the finalized plant.
         config: the `sensor` part of a scenario.
-        pressure: in the chamber of the finger, (1) Pa.
-        make_sensor: takes the place of the sensor that `config.type` names, see `named_blocks`.
+        pressure: pressure in the chamber of the finger, (1) Pa.
+        make_sensor: replaces the sensor named by `config.type`, see `named_blocks`.
 
     Returns:
-        the signals by their names without the finger's.
+        the signals, by name without the finger's prefix.
 
     Raises:
-        InputError: if the sensor asks for what there is not, or reads nothing.
+        InputError: if the sensor requires an unknown signal, or has no readings.
     """
     found, layout = make_sensor or find_sensor(config.type), sensor_layout(finger.finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
@@ -127,13 +126,13 @@ def add_sensors(
         connect_known(builder, sensors, known, "sensor")
         outputs = vector_outputs(sensors)
         if layout.quantity not in outputs:
-            expected = f"a sensor puts out its readings as '{layout.quantity}'"
+            expected = f"a sensor outputs its readings as '{layout.quantity}'"
             raise InputError("sensor", "output ports", ", ".join(outputs), expected)
     return {"joint_angles": known["joint_angles"], "X_WB": X_WB, **outputs}
 
 
 def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> None:
-    """The outputs of a sensor: its readings, and no signal of the finger."""
+    """The outputs of a sensor: its readings, with no name of another signal of the finger."""
     sizes = {name: port.size() for name, port in vector_outputs(sensor).items()}
     reserved = ("joint_angles", "pressure", "sampled_pressure", "X_WB")
     taken = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))
@@ -143,7 +142,7 @@ def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> No
     if errors is None:
         return
     if sizes.get(layout.quantity) != layout.readings:
-        expected = f"put out '{layout.quantity}' ({layout.readings}), the readings, which sensor.errors disturb"
+        expected = f"output '{layout.quantity}' ({layout.readings}), the readings to which sensor.errors apply"
         raise InputError("sensor", "output ports", sizes, expected)
     if any(reading >= layout.readings for reading in errors.dead):
         raise InputError("sensor.errors", "dead", list(errors.dead), f"there are {layout.readings} readings")

@@ -12,9 +12,9 @@ from soft_gripper.commands.parser import ExitCode
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command, see `dispatch`."""
     _replace_closed_streams()
-    os.environ["MPLBACKEND"] = "agg"  # figures go to files alone, and matplotlib refuses names that it does not know
+    os.environ["MPLBACKEND"] = "agg"  # figures only go to files, and matplotlib rejects unknown backend names
     for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) != signal.SIG_IGN:  # as below nohup
+        if signal.getsignal(number) != signal.SIG_IGN:  # ignored under nohup
             signal.signal(number, _end)
     try:
         return dispatch(arguments)
@@ -24,9 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _replace_closed_streams() -> None:
-    """Opens standard streams that are closed, or the next file would be one of them and get what is printed.
+    """Reopens closed standard streams; otherwise, the next file opened would take their place and receive the output.
 
-    What is printed to standard output is then reported as an error; what goes to standard error is lost.
+    Printing to standard output is then reported as an error; text for standard error is lost.
     """
     for number, (name, flags, mode) in enumerate(
         (("stdin", os.O_RDONLY, "r"), ("stdout", os.O_RDONLY, "w"), ("stderr", os.O_WRONLY, "w"))
@@ -38,7 +38,7 @@ def _replace_closed_streams() -> None:
 
 
 def _end(number: int, frame: object) -> None:
-    """Ends the process as one that was killed, but not before it has removed what it is halfway through writing."""
-    if number == signal.SIGHUP:  # the kernel and the shell both send one when a terminal is closed
+    """Exits with the code of a killed process, after removing any half-written files."""
+    if number == signal.SIGHUP:  # both the kernel and the shell send one when a terminal closes
         signal.signal(number, signal.SIG_IGN)
     raise SystemExit(128 + number)

@@ -1,4 +1,4 @@
-"""soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend ratio for every finger."""
+"""soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend ratio for each finger."""
 
 import argparse
 from dataclasses import asdict

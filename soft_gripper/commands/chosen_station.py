@@ -1,4 +1,4 @@
-"""The scenario that the options of a command name, and its station."""
+"""The scenario given by the options of a command, and its station."""
 
 import argparse
 import sys
@@ -11,11 +11,11 @@ from soft_gripper.errors import InputError
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 
-_MANY = 30  # models, of which Drake reads a few a second
+_MANY = 30  # models; Drake reads a few per second
 
 
 def chosen_scenario(options: argparse.Namespace) -> Scenario:
-    """The scenario, with the changes to it."""
+    """The scenario, with all overrides applied."""
     sections = [f"sensor.sections={options.sections}"] if options.sections is not None else []
     return load_scenario(options.scenario, [*options.set, *sections])
 
@@ -26,7 +26,7 @@ def chosen_station(options: argparse.Namespace) -> Station:
 
 
 def station_of(name: str, scenario: Scenario, meshcat: Meshcat | None = None) -> Station:
-    """The station of a scenario; mistakes that show when it is built name the scenario too."""
+    """Builds the station of a scenario; errors raised while building also name the scenario."""
     if len(scenario.models) > _MANY:
         print(f"note: reading {len(scenario.models)} models, which may take minutes", file=sys.stderr, flush=True)
     try:

@@ -1,4 +1,4 @@
-"""What a command says: text for people, one JSON document for programs, or nothing; and progress bars."""
+"""The output of a command: text for people, one JSON document for programs, or nothing; and progress bars."""
 
 import json
 import math
@@ -17,30 +17,30 @@ SIMULATED = "{desc} {bar} {n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}
 
 @dataclass
 class Console:
-    """How much a command says. Its tables are collected in either case, and are all of the JSON document."""
+    """Controls how much a command prints. Tables are always collected; they make up the JSON document."""
 
     quiet: bool = False
     json: bool = False
     document: dict[str, Any] = field(default_factory=dict)
 
     def table(self, name: str, rows: Sequence[Any]) -> None:
-        """Adds a table, rows of a dataclass, to what a program reads."""
+        """Adds a table, given as dataclass rows, to the JSON document."""
         self.document[name] = [asdict(row) for row in rows]
 
     def wrote(self, *files: Path) -> None:
-        """Names the files that were written."""
+        """Lists the files that were written."""
         self.document.setdefault("written", []).extend(str(file) for file in files)
         print("\nWritten: " + ", ".join(map(str, files)))
 
     def counter(self, total: int | None, of: str) -> "tqdm[None]":
-        """A bar that counts, where somebody looks."""
+        """A counting progress bar, shown only on a terminal."""
         return tqdm(total=total, desc=of, dynamic_ncols=True, disable=self.quiet or None)
 
     @contextmanager
     def jobs(self, total: int, of: str, kept: str) -> Iterator[Callable[..., None]]:
-        """Counts jobs; give each that ends, with True if it succeeded, to what this yields.
+        """Counts jobs; call the yielded function after each job, with True if it succeeded.
 
-        Ctrl-C says how many have ended, and what is `kept` of them.
+        On Ctrl-C, prints how many have ended, and `kept`, a note on which results remain.
         """
         fine: list[bool] = []
         with self.counter(total, of) as bar:
@@ -59,20 +59,20 @@ class Console:
                 raise
 
     def seconds(self, total: float, of: str) -> "tqdm[None]":
-        """A bar of simulated seconds, where somebody looks."""
+        """A progress bar of simulated seconds, shown only on a terminal."""
         return tqdm(total=total, desc=of, bar_format=SIMULATED, dynamic_ncols=True, disable=self.quiet or None)
 
     @contextmanager
     def progress(self, of: str, duration: float) -> Iterator[Callable[[float], None]]:
-        """Shows how far a run of `duration` s has come; give what it yields to `simulate`."""
+        """Shows the progress of a run of `duration` s; pass the yielded function to `simulate`."""
         with self.seconds(duration, of) as bar:
             yield lambda time: bar.update(time - bar.n)
-            bar.total = bar.n  # a task may be over before its time limit
+            bar.total = bar.n  # a task may end before its time limit
             bar.refresh()
 
     @contextmanager
     def speaking(self) -> Iterator[None]:
-        """While a command runs: its text goes to the terminal, or nowhere and the document follows."""
+        """Lets a command print to the terminal, or suppresses its text and prints the JSON document at the end."""
         if not (self.quiet or self.json):
             yield
             return
@@ -84,7 +84,7 @@ class Console:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON can say of a value; None for what is no finite number."""
+    """A value as JSON can represent it; None for numbers that are not finite."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -43,14 +43,14 @@ def run(options: argparse.Namespace) -> None:
     _print_errors(rows)
     lost = sum(row.found_percent == 0 for row in rows)
     if lost:
-        print(f"note: no contact is found in {lost} of {len(rows)} rows: their errors are NaN", file=sys.stderr)
+        print(f"note: no contact was detected in {lost} of {len(rows)} rows: their errors are NaN", file=sys.stderr)
     written = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
     options.console.table("errors", rows)
     options.console.wrote(*(out / file for file in written))
 
 
 def _simulate(options: argparse.Namespace, executor: AbstractContextManager[Executor], out: Path) -> Contacts:
-    number, kept = options.trials, "nothing is written before the last contact"
+    number, kept = options.trials, "nothing is written until the last contact"
     with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
         contacts = run_contacts(number, options.seed, opened, ended, options.friction)
     write_contacts(contacts, out)
@@ -59,7 +59,7 @@ def _simulate(options: argparse.Namespace, executor: AbstractContextManager[Exec
 
 
 def _print_summary(contacts: Sequence[Contact]) -> None:
-    """What forces and places were reached on both sides, and what was drawn again."""
+    """Prints the ranges of force and location on each side, and how many contacts were redrawn."""
     for side in SIDES:
         found = [contact.found for contact in contacts if contact.drawn.side == side]
         if found:
@@ -72,10 +72,10 @@ def _print_summary(contacts: Sequence[Contact]) -> None:
 
 
 def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
-    """The errors of both sides together; the table has them by side too."""
+    """Prints the errors of both sides together; the table also lists them by side."""
     columns = {"estimator": "", "sections": "", "sensors": "", "stiffness": "", "calibrated": "", "found [%]": ".0f"}
     errors = ("force [%]", "90 %", "place [%]", "90 % ")
-    title = "errors: median and 90th percentile, of the force and of the length; sections by where they meet, mm"
+    title = "errors (median, 90th percentile), relative to force and length; section boundaries in mm"
     print_table(columns | dict.fromkeys(errors, ".2f"), [_cells(row) for row in rows if row.side == BOTH], title)
 
 

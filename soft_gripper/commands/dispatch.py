@@ -1,4 +1,4 @@
-"""Runs a command: reads its options, imports its module, and turns a mistake into one line and an exit code."""
+"""Runs a command: parses its options, imports its module, and turns an error into one line and an exit code."""
 
 import argparse
 import io
@@ -20,7 +20,7 @@ from soft_gripper.library_messages import notes
 def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
     """Runs one command."""
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # what a terminal cannot show
+        sys.stdout.reconfigure(errors="backslashreplace")  # for characters that the terminal cannot show
     options = argparse.Namespace()
     try:
         with _ctrl_c_waits():
@@ -42,7 +42,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
         return _complain(f"{error.filename or 'output'}: {error.strerror or error}")
     except MemoryError:
         return _complain("out of memory")
-    except SystemExit as error:  # one of Drake's conditions that failed, the end of help, or a library's way out
+    except SystemExit as error:  # a failed condition in Drake, the end of --help, or an exit by a library
         if not isinstance(error.code, str):
             raise
         return _complain(f"Drake cannot go on: {first_line(error)}")
@@ -53,14 +53,14 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     try:
         return parsed(arguments)
-    except SystemExit:  # after help, whose text may be more than its reader takes
+    except SystemExit:  # after --help, whose reader may have closed the pipe early
         sys.stdout.flush()
         raise
 
 
 @contextmanager
 def _ctrl_c_waits() -> Iterator[None]:
-    """Holds Ctrl-C back, which in the middle of an import leaves half a module."""
+    """Delays Ctrl-C, which would leave a half-imported module if it came in the middle of an import."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -73,13 +73,13 @@ def _loaded(command: Command) -> Callable[[argparse.Namespace], int | None]:
     try:
         run: Callable[[argparse.Namespace], int | None] = import_module(command.module).run
     except ImportError as error:
-        expected = f"cannot be loaded, is there too little memory? {first_line(error)}"
+        expected = f"cannot be loaded (out of memory?): {first_line(error)}"
         raise InputError(command.name, "module", command.module, expected) from None
     return run
 
 
 def _traceback(error: Exception, options: argparse.Namespace) -> str:
-    """Prints where a user's own code failed, or says how to see it."""
+    """Where user code failed, or a hint on how to show it."""
     if not isinstance(error, InputError) or error.__cause__ is None or not hasattr(options, "traceback"):
         return ""
     if not options.traceback:
@@ -89,12 +89,12 @@ def _traceback(error: Exception, options: argparse.Namespace) -> str:
 
 
 def _complain(text: str) -> ExitCode:
-    with suppress(OSError):  # the code says it too
+    with suppress(OSError):  # the exit code reports it too
         print(f"{PROGRAM}: {in_one_line(text)}", file=sys.stderr)
     return ExitCode.REFUSED
 
 
 def _leave_output() -> None:
-    """Lets Python end without another try to write what nobody can take."""
+    """Lets Python exit without another attempt to write to a closed pipe."""
     with suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""soft-gripper doctor: what of the installation works, and what is missing."""
+"""soft-gripper doctor: which parts of the installation work, and which are missing."""
 
 import argparse
 import logging
@@ -35,9 +35,9 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found of a part of the installation.
+    """The state of one part of the installation.
 
-    works: None for what nobody has to have.
+    works: None for an optional part that is missing.
     """
 
     part: str
@@ -47,14 +47,14 @@ class Finding:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Runs the command."""
-    logging.getLogger("drake").setLevel(logging.WARNING)  # no address to open
+    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     findings = [
         Finding("python", True, f"{platform.python_version()} on {platform.platform()}"),
         *(Finding(name, True, version(name)) for name in (PROGRAM, *PACKAGES)),
         Finding("cores", True, str(os.cpu_count())),
         _tried("simulation and pictures", _draws_a_run),
         _tried("Meshcat", lambda: f"served at {hidden_meshcat().web_url()}"),
-        _tried("mesh cache", lambda: f"{writable_folder(cache_folder())} can be written to"),
+        _tried("mesh cache", lambda: f"{writable_folder(cache_folder())} is writable"),
         _optional("browser", next(filter(None, map(shutil.which, BROWSERS)), None), "none on the PATH"),
         *(
             _optional(f"extra {name}", _version(module), f"pip install 'soft-gripper[{name}]'")
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 def _tried(part: str, act: Callable[[], str]) -> Finding:
     try:
         return Finding(part, True, act())
-    except Exception as error:  # whatever it is, it is the finding
+    except Exception as error:  # any error is a finding to report
         return Finding(part, False, first_line(error))
 
 
@@ -94,5 +94,7 @@ def _draws_a_run() -> str:
     picture = SceneRenderer(scenario, simulate(scenario), height=120).render(scenario.duration)
     shades = len(np.unique(picture))
     if shades < 2:
-        raise InputError("render engine", "picture", "of one shade", "shows nothing; see that VTK can use EGL or GLX")
+        raise InputError(
+            "render engine", "picture", "one shade only", "an image with content; check that VTK can use EGL or GLX"
+        )
     return f"a finger bends, in a picture of {shades} shades"

@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> Evaluation:
-    """Runs the scenarios, and prints what comes of them."""
+    """Runs the scenarios and prints their results."""
     try:
         names = unfinished(out) if resume else list(RUNS)
         duration = sum(load_scenario(name).duration for name in names)
@@ -52,17 +52,17 @@ def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> 
     print_claims(evaluation.claims)
     console.table("poses", evaluation.poses)
     console.table("claims", evaluation.claims)
-    print(f"\nFigures, and a folder for every scenario, are in {out}")
+    print(f"\nFigures and a folder for each scenario are in {out}")
     console.wrote(*(out / file for file in ("report.html", "metrics.csv", "forces.csv", "contact.csv")))
     return evaluation
 
 
 def _robustness(out: Path, seeds: int, own: Sequence[str], executor: Executor, resume: bool, console: Console) -> bool:
-    """Runs what there is on robustness; whether all its claims hold."""
+    """Runs the robustness evaluation; returns whether all its claims hold."""
     estimators = [*SHAPE_FUNCTIONS, *own]
     jobs = unfinished_robustness(out, seeds, estimators) if resume else [*NOISE_JOBS, *PLANT_JOBS]
     kept = f"`soft-gripper evaluate --out {out} --robustness --seeds {seeds} --resume` runs the others"
-    with console.jobs(len(jobs), "jobs on robustness", kept) as ended:
+    with console.jobs(len(jobs), "robustness jobs", kept) as ended:
         run_robustness(jobs, out, seeds, estimators, executor, ended)
     found = summarize_robustness(out)
     _print_robustness(found.rows)
@@ -74,9 +74,9 @@ def _robustness(out: Path, seeds: int, own: Sequence[str], executor: Executor, r
 
 
 def _print_by_sensors(title: str, what: Sequence[str], rows: Mapping[str, Sequence[float]], form: str) -> None:
-    """Two errors with 1 to 4 sensors a side; rows by their names."""
+    """Prints two errors with 1 to 4 sensors per side; rows by name."""
     columns = {"": ""} | {f"{name}, {n}": form for name in what for n in SECTIONS}
-    print_table(columns, [(name, *errors) for name, errors in rows.items()], f"{title}, by sensors a side [mm]")
+    print_table(columns, [(name, *errors) for name, errors in rows.items()], f"{title}, by sensors per side [mm]")
 
 
 def _print_robustness(rows: Sequence[RobustnessRow]) -> None:
@@ -89,7 +89,7 @@ def _print_robustness(rows: Sequence[RobustnessRow]) -> None:
 
 
 def _print_plants(rows: Sequence[PlantRow]) -> None:
-    """The scenario that is worst for each number of sensors."""
+    """Prints the worst scenario for each number of sensors."""
     errors = {}
     for plant, name in dict.fromkeys((row.plant, row.estimator) for row in rows):
         of_both = [row for row in rows if (row.plant, row.estimator) == (plant, name)]
@@ -98,12 +98,12 @@ def _print_plants(rows: Sequence[PlantRow]) -> None:
 
 
 def _worst(rows: Sequence[Sequence[RobustnessRow] | Sequence[PlantRow]]) -> list[float]:
-    """Largest mean and largest 95th percentile of every group of rows."""
+    """Largest mean and largest 95th percentile of each group of rows."""
     return [max(getattr(row, key) for row in group) for key in ("mean_mm", "p95_mm") for group in rows]
 
 
 def _print_errors(rows: Sequence[PoseRow]) -> None:
-    """Of the arcs by scenario, and of all estimators in each."""
+    """Prints mean errors of the arcs by scenario, and of all estimators in each scenario."""
     arcs, names = of_estimator(rows, ARCS), dict.fromkeys(row.estimator for row in rows)
     by_scenario = {scenario: _means(arcs, scenario) for scenario in SCENARIOS}
     _print_by_sensors(f"mean errors of {ARCS}", ("pose", "tip"), by_scenario, ".2f")
@@ -113,5 +113,5 @@ def _print_errors(rows: Sequence[PoseRow]) -> None:
 
 
 def _means(rows: Sequence[PoseRow], scenario: str) -> list[float]:
-    """Pose and fingertip error with 1 to 4 sensors a side."""
+    """Pose and fingertip error with 1 to 4 sensors per side."""
     return [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]

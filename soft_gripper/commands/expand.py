@@ -28,10 +28,10 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _left_out(finger: Finger) -> Iterator[str]:
-    """What of a finger plain URDF cannot say."""
+    """Properties of a finger that plain URDF cannot express."""
     if finger.elastic_law is not None:
-        yield "the springs follow Young's modulus; URDF has no elastic law"
+        yield "the springs follow Young's modulus; URDF cannot express an elastic law"
     if finger.creep:
-        yield "the springs are the instantaneous ones; URDF has no creep"
+        yield "the springs are the instantaneous ones; URDF cannot express creep"
     if finger.pressure_law is not None:
-        yield "what drives the joints must apply the pressure law; URDF has none"
+        yield "the joint drives must apply the pressure law; URDF cannot express it"

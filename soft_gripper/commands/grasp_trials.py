@@ -51,7 +51,7 @@ def _run_all(
     resume: bool,
     console: Console,
 ) -> None:
-    kept = f"they are in {out / TABLES[0]}, --resume runs the others"
+    kept = f"their results are in {out / TABLES[0]}; --resume runs the others"
     with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
         trials = run_trials(files, number, seed, out, opened, lambda trial: ended(trial.row.success), resume)
     for file in files:
@@ -61,7 +61,7 @@ def _run_all(
 
 
 def _run_alone(file: str, seed: int, trial: int, out: Path, console: Console) -> None:
-    """Runs one trial here, and keeps what it takes to look into it."""
+    """Runs one trial in this process, and keeps its scenario and recording for inspection."""
     name = Path(file).stem
     with console.progress(f"{name} {trial}", load_scenario(file).duration) as progress:
         station, recording = record_trial(file, seed, trial, progress)
@@ -78,7 +78,7 @@ def _run_alone(file: str, seed: int, trial: int, out: Path, console: Console) ->
 
 
 def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
-    """How the trials of a scenario went, and every failure with its cause."""
+    """Prints the results of the trials of a scenario, and each failure with its cause."""
     placed, angles = [row.placed_error_mm for row in rows], [row.placed_angle_deg for row in rows]
     successes = sum(row.success for row in rows)
     low, high = binomtest(successes, len(rows)).proportion_ci(0.95, "wilson")
@@ -96,10 +96,10 @@ def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
     for row in rows:
         if not row.success:
             print(f"  trial {row.trial}: {row.cause}")
-            print(f"    again: soft-gripper grasp-trials --scenario {file} --seed {seed} --trial {row.trial}")
+            print(f"    rerun: soft-gripper grasp-trials --scenario {file} --seed {seed} --trial {row.trial}")
 
 
 def _over(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
-    """An average or an extreme of what was measured; NaN if nothing was."""
+    """A statistic of the measured values; NaN if there are none."""
     measured = [value for value in values if not np.isnan(value)]
     return average(measured) if measured else float("nan")

@@ -1,4 +1,4 @@
-"""soft-gripper hardware: the published experiments on hardware, and whether the model holds on them."""
+"""soft-gripper hardware: identifies and replays the published hardware experiments, and checks claims."""
 
 import argparse
 import sys
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _written(out: Path, experiment: Experiment, found: Identified) -> Identified:
-    """Writes and prints what was identified."""
+    """Writes and prints the identified parameters."""
     print(file=sys.stderr)
     print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
     print_identified(found)
@@ -61,5 +61,5 @@ def _written(out: Path, experiment: Experiment, found: Identified) -> Identified
 
 
 def _report(experiment: str, error: float) -> None:
-    text = f"\r{experiment}, fitting: markers off by {100 * error:.2f} % of the largest displacement "
+    text = f"\r{experiment}, fitting: marker error {100 * error:.2f} % of the largest displacement "
     print(text, end="", file=sys.stderr, flush=True)

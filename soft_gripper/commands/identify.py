@@ -1,4 +1,4 @@
-"""soft-gripper identify: recordings of hardware -> a finger file with fitted parameters, and what they predict."""
+"""soft-gripper identify: hardware recordings -> a finger file with fitted parameters, and held-out predictions."""
 
 import argparse
 import sys
@@ -57,7 +57,7 @@ def _motions(files: list[str], options: argparse.Namespace) -> list[MeasuredMoti
 
 def _report(error: float) -> None:
     print(
-        f"\rfitting: markers off by {100 * error:.2f} % of the largest displacement ",
+        f"\rfitting: marker error {100 * error:.2f} % of the largest displacement ",
         end="",
         file=sys.stderr,
         flush=True,

@@ -1,7 +1,7 @@
 """The command line: every command with its options, help and examples.
 
-Nothing here imports Drake or numpy, so that help, completion and mistakes are answered at once. The module of a
-command, which has its name and a function `run`, is imported when the command runs.
+Nothing here imports Drake or numpy, so that help, completion and usage errors are reported at once. The module of
+a command, which has its name and a function `run`, is imported when the command runs.
 """
 
 import argparse
@@ -29,19 +29,19 @@ class ExitCode(IntEnum):
 
     DONE = 0
     FAILED = 1  # a task or a claim failed
-    REFUSED = 2  # a mistake in the input, or a file that cannot be written
+    REFUSED = 2  # invalid input, or a file that cannot be written
     INTERRUPTED = 130  # Ctrl-C
-    BROKEN_PIPE = 141  # the reader of the output has gone, as shells report it
+    BROKEN_PIPE = 141  # the reader of the output has exited; the code that shells report
 
 
-Read = Callable[[str], Any]  # text -> value; raises a ValueError that says what would be right
+Read = Callable[[str], Any]  # text -> value; raises a ValueError that says what is expected
 
 
 @dataclass(frozen=True)
 class Option:
-    """An option with its names, or a positional argument.
+    """An option, with all its names, or a positional argument.
 
-    settings: of `argparse.ArgumentParser.add_argument`.
+    settings: keyword arguments of `argparse.ArgumentParser.add_argument`.
     """
 
     names: list[str]
@@ -50,22 +50,22 @@ class Option:
 
 
 def option(names: str, help_: str, metavar: str | None = None, read: Read | None = None, **settings: Any) -> Option:
-    """An option that has a value, or a positional argument."""
+    """An option with a value, or a positional argument."""
     return Option(names.split(), read, {"help": help_, "metavar": metavar, **settings})
 
 
 def flag(names: str, help_: str) -> Option:
-    """An option that is given or not."""
+    """An option without a value."""
     return Option(names.split(), None, {"help": help_, "action": "store_true"})
 
 
 def whole(least: int, most: int = 10_000) -> Callable[[str], int]:
-    """Reads a whole number within limits; by default the most for which anybody waits."""
+    """Reads a whole number within limits; the default upper limit is the most that anyone would wait for."""
 
     def read(text: str) -> int:
         number = int(text) if text.isascii() and text.isdecimal() and len(text) <= 10 else None
         if number is None or not least <= number <= most:
-            raise ValueError(f"give a whole number of at least {least}, {most} at most")
+            raise ValueError(f"give a whole number from {least} to {most}")
         return number
 
     return read
@@ -84,7 +84,7 @@ def number(most: float, is_most_allowed: bool = True) -> Callable[[str], float]:
 
 
 def path(text: str) -> Path:
-    """Reads a path; ~ is the user's home folder even where no shell has replaced it."""
+    """Reads a path; ~ is the user's home folder, even if no shell has expanded it."""
     if not text or "\0" in text:
         raise ValueError("give a path")
     try:
@@ -115,26 +115,26 @@ def preset(text: str) -> str | None:
 
 
 def assignment(text: str) -> str:
-    """Looks whether text is KEY=VALUE."""
+    """Checks that text has the form KEY=VALUE."""
     if not text.partition("=")[0] or "=" not in text:
         raise ValueError("write key=value, such as sensor.sections=3")
     return text
 
 
 def urdf(text: str) -> Path:
-    """Reads the path of a URDF that is written."""
+    """Reads the path of a URDF to write."""
     if not text.endswith(".urdf"):
-        raise ValueError("name a .urdf; the table and the figure get its name")
+        raise ValueError("name a .urdf; the table and the figure are named after it")
     return path(text)
 
 
 CONSOLE = (
     flag("-q --quiet", "print errors only"),
     flag("--json", "print tables and file names as one JSON document instead of text"),
-    flag("--traceback", "if a sensor or estimator of your own fails, print its traceback"),
+    flag("--traceback", "print the traceback if your own sensor or estimator fails"),
 )
 SEED = option("--seed", "random seed (default: %(default)s)", "N", whole(0, 2**32 - 1), default=1)
-RESUME = flag("--resume", "run only what an interrupted run left")
+RESUME = flag("--resume", "run only what an interrupted run left unfinished")
 HTML = option("--html", "write a 3-D replay that opens offline", "FILE", path)
 HOST = option(
     "--host",
@@ -144,20 +144,20 @@ HOST = option(
 )
 SCHEDULER = option(
     "--scheduler",
-    "Dask scheduler whose workers are used instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
+    "Dask scheduler whose workers to use instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
     "URL",
 )
-JOBS = option("--jobs", "default: one per core", "N", whole(1, 256), default=os.cpu_count() or 1)
+JOBS = option("--jobs", "number of processes (default: one per core)", "N", whole(1, 256), default=os.cpu_count() or 1)
 EXECUTOR = (JOBS, SCHEDULER)
 RECORDINGS = (
-    option("file", "a recording; looked for here, then in the data folder", nargs="+"),
-    option("--as", "description: a shipped one, or a YAML file", "NAME", dest="described_as"),
+    option("file", "recording; searched for here, then in the data folder", nargs="+"),
+    option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as"),
 )
-DATA = option("--data", "data folder (default: environment variable SOFT_GRIPPER_DATA)", "DIR", path)
+DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
 
 
 def scenario(default: str | None = None) -> tuple[Option, ...]:
-    """A scenario, which may have a default, and changes to it."""
+    """A scenario, with an optional default, and overrides."""
     described = "a shipped scenario (see `soft-gripper list`) or a YAML file"
     optional = {"nargs": "?", "default": default} if default else {}
     changes = "change a field, such as pressure.settle=2 or models.3.mesh.mass=0.1; may be repeated"
@@ -171,25 +171,25 @@ def scenario(default: str | None = None) -> tuple[Option, ...]:
 
 
 def out(default: str) -> Option:
-    """The folder of the results."""
-    return option("--out", "default: %(default)s", "DIR", path, default=Path(default))
+    """The folder for the results."""
+    return option("--out", "folder for the results (default: %(default)s)", "DIR", path, default=Path(default))
 
 
 def count(name: str, help_: str, default: int, least: int = 1) -> Option:
-    """How many of something."""
+    """A count with a default."""
     return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
 
 
 def _check_sweep(options: argparse.Namespace) -> None:
     options.method = options.method or ("grid" if options.sample is None else "latin")
     if (options.method == "grid") != (options.sample is None):
-        expected = "give --sample N" if options.sample is None else "leave --sample out: a grid has all combinations"
+        expected = "give --sample N" if options.sample is None else "omit --sample: a grid has all combinations"
         raise InputError("sweep", "--method", options.method, expected)
 
 
 def _check_place_sensors(options: argparse.Namespace) -> None:
     if options.recordings and options.scenarios:
-        expected = "leave it out: sensors are placed either for scenarios or for recordings"
+        expected = "omit it: sensors are placed either for scenarios or for recordings"
         raise InputError("place-sensors", "--scenarios", ",".join(options.scenarios), expected)
 
 
@@ -198,16 +198,16 @@ def _check_trials(options: argparse.Namespace) -> None:
     names = Counter(Path(file).stem for file in options.scenario or ())
     for file in options.scenario or ():
         if names[Path(file).stem] > 1:
-            raise InputError("grasp-trials", "--scenario", file, "give scenarios of different names")
+            raise InputError("grasp-trials", "--scenario", file, "give scenarios with different names")
 
 
 @dataclass(frozen=True)
 class Command:
     """A command; its module `soft_gripper.commands.NAME` has a function `run`, which takes the options.
 
-    does: what it does, as half a sentence.
-    examples: command lines without the name, and what they are for after two spaces or more.
-    check: looks at options that depend on each other.
+    does: what it does, as a phrase for `--help`.
+    examples: command lines without the name, each with an optional explanation after two or more spaces.
+    check: checks options that depend on each other.
     """
 
     name: str
@@ -226,7 +226,7 @@ COMMANDS = (
         "run",
         "run a scenario and record every signal",
         (
-            "box_grasp                       tables, and every signal in results/box_grasp",
+            "box_grasp                       write tables and every signal to results/box_grasp",
             "box_grasp --meshcat             watch it in a browser",
             "box_grasp --html replay.html    keep a 3-D replay that opens offline",
             "my_scenario.yaml --set sensor.sections=2 --json",
@@ -235,20 +235,23 @@ COMMANDS = (
             *CONSOLE,
             *scenario(),
             option(
-                "--out", "default: results/SCENARIO, or results/SCENARIO-2 ... if that holds another run", "DIR", path
+                "--out",
+                "folder for the results (default: results/SCENARIO, or SCENARIO-2 ... if that holds another run)",
+                "DIR",
+                path,
             ),
-            flag("--meshcat", "show the run in a browser and wait at its end"),
+            flag("--meshcat", "show the run in a browser, and wait when it ends"),
             HOST,
             HTML,
-            option("--video", "write a film: .mp4, .gif, .webp or .png", "FILE", path),
+            option("--video", "write a video: .mp4, .gif, .webp or .png", "FILE", path),
         ),
     ),
     Command(
         "play",
         "move the gripper yourself, live in a browser",
         (
-            "box_grasp                        pressures by sliders and keys",
-            "tip_distance_steps               the gripper opening, held by its controller",
+            "box_grasp                        command pressures with sliders and keys",
+            "tip_distance_steps               command the gripper opening, held by its controller",
             "pick_and_place_box --grip pressure --set sensor.sections=2",
         ),
         (
@@ -258,7 +261,7 @@ COMMANDS = (
                 "what the sliders command (default: the opening if the scenario controls it)",
                 choices=("pressure", "opening"),
             ),
-            option("--out", "folder of recordings (default: results/play/SCENARIO)", "DIR", path),
+            option("--out", "folder for recordings (default: results/play/SCENARIO)", "DIR", path),
             HOST,
         ),
     ),
@@ -266,9 +269,9 @@ COMMANDS = (
         "evaluate",
         "run the paper's evaluation with 1 to 4 sensors per side",
         (
-            "                    report.html, tables, figures, and whether each claim holds",
-            "--robustness        also with sensor errors, wrong nominal models and other plants",
-            "--resume            what an interrupted evaluation left",
+            "                    write report.html, tables and figures, and check each claim",
+            "--robustness        include sensor errors, wrong nominal models and other plants",
+            "--resume            finish an interrupted evaluation",
         ),
         (
             *CONSOLE,
@@ -279,7 +282,7 @@ COMMANDS = (
             count("--seeds", "number of random seeds with --robustness", 20),
             option(
                 "--estimator",
-                "estimator of your own, as MODULE:FUNCTION, with --robustness; may be repeated",
+                "with --robustness, your own estimator, as MODULE:FUNCTION; may be repeated",
                 "NAME",
                 action="append",
                 default=[],
@@ -288,11 +291,11 @@ COMMANDS = (
     ),
     Command(
         "sweep",
-        "run a scenario with many values of its fields: one table",
+        "run a scenario with many values of its fields, and write one table",
         (
             "box_grasp --vary sensor.sections=1,2,4 --vary 'nominal.youngs_modulus=-20..20 %:5' --out results/nominal",
             "tip_distance_steps --vary control.gains.ki=1e5..1e6 --sample 64 --seed 1 --out results/gains",
-            "box_grasp --vary sensor.sections=1,2,4 --out results/sections --resume    what an interrupted sweep left",
+            "box_grasp --vary sensor.sections=1,2,4 --out results/sections --resume    finish an interrupted sweep",
         ),
         (
             *CONSOLE,
@@ -311,12 +314,12 @@ COMMANDS = (
             SEED,
             option(
                 "--measure",
-                "measure of your own, a function of station and recording: one more column; may be repeated",
+                "your own measure, a function of station and recording, as one more column; may be repeated",
                 "MODULE:FUNCTION",
                 action="append",
                 default=[],
             ),
-            option("--out", "folder of the table", "DIR", path, required=True),
+            option("--out", "folder for the table", "DIR", path, required=True),
             RESUME,
             *EXECUTOR,
         ),
@@ -326,17 +329,17 @@ COMMANDS = (
         "grasp-trials",
         "pick and place with random poses, masses, frictions and sizes",
         (
-            "--trials 200 --seed 1                                        of every scenario",
+            "--trials 200 --seed 1                                        200 trials of every scenario",
             "--scenario pick_and_place_delicate --trials 20 --json",
-            "--scenario pick_and_place_box --seed 1 --trial 7             one again, with its recording",
+            "--scenario pick_and_place_box --seed 1 --trial 7             rerun one, with its recording",
         ),
         (
             *CONSOLE,
-            count("--trials", "number of trials of every scenario", 20),
+            count("--trials", "number of trials of each scenario", 20),
             SEED,
             option(
                 "--scenario",
-                "may be repeated (default: the shipped pick_and_place scenarios)",
+                "scenario; may be repeated (default: the shipped pick_and_place scenarios)",
                 "NAME",
                 scenario_name,
                 action="append",
@@ -350,13 +353,13 @@ COMMANDS = (
     ),
     Command(
         "recognition",
-        "learn from random grasps which shape is held, and test it",
+        "learn from random grasps to recognize the shape held, and test it",
         ("--train 60 --test 50 --seed 1",),
         (
             *CONSOLE,
             option("scenario", "default: %(default)s", read=scenario_name, nargs="?", default="probing_grasp"),
-            count("--train", "number of grasps of every shape to learn from", 60, least=2),
-            count("--test", "number of further grasps of every shape to test with", 50),
+            count("--train", "number of grasps of each shape for learning", 60, least=2),
+            count("--test", "number of other grasps of each shape for testing", 50),
             SEED,
             *EXECUTOR,
             out("results/recognition"),
@@ -364,10 +367,10 @@ COMMANDS = (
     ),
     Command(
         "contact-trials",
-        "press a finger against random pegs: errors of contact force and location",
+        "press a finger against random pegs; report errors of contact force and location",
         (
             "--trials 200 --seed 1",
-            "--contacts results/contact_trials/contacts.npz    evaluate those of an earlier run again",
+            "--contacts results/contact_trials/contacts.npz    evaluate the contacts of an earlier run again",
         ),
         (
             *CONSOLE,
@@ -382,12 +385,12 @@ COMMANDS = (
             ),
             option(
                 "--estimator",
-                "that finds force and location, or your own as MODULE:FUNCTION; may be repeated (default: contact)",
+                "estimator of force and location, or your own as MODULE:FUNCTION; may be repeated (default: contact)",
                 "NAME",
                 action="append",
             ),
             *EXECUTOR,
-            option("--contacts", "contacts.npz of an earlier run: evaluate its contacts, simulate none", "FILE", path),
+            option("--contacts", "contacts.npz of an earlier run: evaluate these, simulate none", "FILE", path),
             out("results/contact_trials"),
         ),
     ),
@@ -398,7 +401,12 @@ COMMANDS = (
         (
             *CONSOLE,
             option("--count", "sections along each side of a finger", "N", whole(1), required=True),
-            option("--estimator", "or your own as MODULE:FUNCTION (default: %(default)s)", "NAME", default="gaussian"),
+            option(
+                "--estimator",
+                "built-in, or your own as MODULE:FUNCTION (default: %(default)s)",
+                "NAME",
+                default="gaussian",
+            ),
             option(
                 "--scenarios", "scenarios to place sensors for (default: those of `evaluate`)", "A,B", scenario_list
             ),
@@ -425,7 +433,7 @@ COMMANDS = (
             ),
             option(
                 "--contacts",
-                "contacts.npz of `contact-trials`: also errors of contact force and location",
+                "contacts.npz of `contact-trials`: also report errors of contact force and location",
                 "FILE",
                 path,
             ),
@@ -437,11 +445,11 @@ COMMANDS = (
     Command(
         "tune",
         "find gains for the grip control of a gripper",
-        ("                              for the shipped gripper", "my_steps.yaml --evaluations 80"),
+        ("                              tune the shipped gripper", "my_steps.yaml --evaluations 80"),
         (
             *CONSOLE,
             *scenario("tip_distance_steps"),
-            count("--evaluations", "number of simulations", 50, least=5),
+            count("--evaluations", "maximum number of simulations", 50, least=5),
             SCHEDULER,
         ),
     ),
@@ -457,7 +465,7 @@ COMMANDS = (
     ),
     Command(
         "identify",
-        "fit parameters of a finger to recordings of hardware",
+        "fit parameters of a finger to hardware recordings",
         (
             "swing.csv --as mine.yaml --finger mine.urdf --free youngs_modulus relaxation_time --out fitted.urdf",
             "a.csv b.csv --test c.csv --as mine.yaml --finger mine.urdf --free youngs_modulus --out fitted.urdf",
@@ -466,9 +474,9 @@ COMMANDS = (
             *CONSOLE,
             *RECORDINGS,
             option("--test", "recordings held out for testing", "FILE", nargs="+", default=[]),
-            option("--finger", "URDF with one finger, where the fit begins", "FILE", required=True),
+            option("--finger", "URDF with one finger, the initial guess of the fit", "FILE", required=True),
             option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", required=True),
-            option("--out", "URDF to write; a table and figures get its name", "FILE", urdf, required=True),
+            option("--out", "URDF to write; a table and figures are named after it", "FILE", urdf, required=True),
             DATA,
             count("--starts", "number of random restarts; the best fit is kept", 1),
             SEED,
@@ -477,7 +485,7 @@ COMMANDS = (
     ),
     Command(
         "replay",
-        "estimate shapes from recordings of hardware and compare them with motion capture",
+        "estimate shapes from hardware recordings and compare them with motion capture",
         (
             "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
             "trial_*.txt --as two_segment_arm --html replay.html",
@@ -486,25 +494,27 @@ COMMANDS = (
             *CONSOLE,
             *RECORDINGS,
             option("--fit", "recordings to fit to (default: all but the one estimated)", "FILE", nargs="+"),
-            option("--estimator", "or your own as MODULE:FUNCTION (default: all of the project)", "NAME", nargs="+"),
+            option(
+                "--estimator", "built-in, or your own as MODULE:FUNCTION (default: all built-in)", "NAME", nargs="+"
+            ),
             DATA,
             out("results/replay"),
-            flag("--meshcat", "show it in a browser and wait at its end"),
+            flag("--meshcat", "show it in a browser, and wait when it ends"),
             HOST,
             HTML,
         ),
     ),
     Command(
         "hardware",
-        "identify and replay the published recordings of hardware",
+        "identify and replay the published hardware recordings",
         ("--data ~/recordings",),
         (*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
     ),
     Command("list", "list the shipped scenarios", ("--json",), CONSOLE),
     Command(
         "show",
-        "print a resolved scenario, draw its block diagram",
-        ("box_grasp                            every field with its value, as YAML", "box_grasp --graphviz blocks.svg"),
+        "print a resolved scenario, and optionally draw its block diagram",
+        ("box_grasp                            print all fields as YAML", "box_grasp --graphviz blocks.svg"),
         (*scenario(), option("--graphviz", "write the block diagram (.dot, .svg, .png or .pdf)", "FILE", path)),
     ),
     Command(
@@ -512,9 +522,9 @@ COMMANDS = (
         "expand the <finger>s of a URDF to links, joints and springs",
         ("package://soft_gripper/grippers/two_finger.urdf -o plain.urdf", "mine.urdf --segments 24 -o plain.urdf"),
         (
-            option("file", "the URDF, a path or a package://soft_gripper/... URI"),
-            option("--segments", "number of segments of every finger (default: as in the file)", "N", whole(1)),
-            option("-o --out", "file to write (default: the terminal)", "FILE", path),
+            option("file", "URDF file, a path or a package://soft_gripper/... URI"),
+            option("--segments", "number of segments of each finger (default: as in the file)", "N", whole(1)),
+            option("-o --out", "file to write (default: standard output)", "FILE", path),
         ),
     ),
     Command("doctor", "check the installation", ("", "--json"), CONSOLE),
@@ -522,7 +532,7 @@ COMMANDS = (
 
 
 class _Parser(argparse.ArgumentParser):
-    """Reports a mistake in one line, which repeats no more of what was written than others do."""
+    """Reports a usage error in one line, and quotes the input shortened, as all other messages do."""
 
     def error(self, message: str) -> NoReturn:
         where = self.prog.replace(f"{PROGRAM} ", f"{PROGRAM}: ")
@@ -531,7 +541,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def command_parser() -> argparse.ArgumentParser:
-    """The parser of all commands; what it finds has the Command as `command`, and values as text."""
+    """The parser of all commands; its results hold the Command as `command`, and values as text."""
     codes = ", ".join(f"{code.value} {code.name.lower().replace('_', ' ')}" for code in ExitCode)
     parser = _Parser(
         prog=PROGRAM,
@@ -570,7 +580,7 @@ def _add_completion(parser: argparse.ArgumentParser) -> None:
 
 
 def _complete(action: argparse.Action, of: Option) -> None:
-    """Says what a shell completes."""
+    """Sets how a shell completes an option."""
     if of.read is scenario_name:
         action.complete = {"bash": _SCENARIOS, "zsh": _SCENARIOS}  # type: ignore[attr-defined]
     elif of.read in (path, urdf):
@@ -578,11 +588,11 @@ def _complete(action: argparse.Action, of: Option) -> None:
 
 
 def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
-    """The options of a command line, with the Command as `command`.
+    """The parsed options of a command line, with the Command as `command`.
 
     Raises:
         InputError: naming command, option and value, if a value is wrong.
-        SystemExit: after help, and after a mistake that argparse reports.
+        SystemExit: after --help, and after an error reported by argparse.
     """
     options = command_parser().parse_args(arguments)
     command: Command = options.command
@@ -593,9 +603,9 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 
 
 def _read(options: argparse.Namespace, command: Command, of: Option) -> None:
-    """Replaces the text of an option by its value."""
+    """Replaces the text of an option with its value."""
     name = of.names[-1]
-    key = of.settings.get("dest", name.lstrip("-"))
+    key = of.settings.get("dest", name.lstrip("-").replace("-", "_"))
     given = getattr(options, key)
     texts = given if isinstance(given, list) else [given]
     if of.read is None or not all(isinstance(text, str) for text in texts):

@@ -1,4 +1,4 @@
-"""soft-gripper place-sensors: where along a finger the sections of its sensors best end."""
+"""soft-gripper place-sensors: finds the best boundaries between the sensor sections along a finger."""
 
 import argparse
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> None:
         with options.console.counter(None, "placements") as bar:
             placed = place_sensors(options.count, runs, assumptions, contacts, bar.update)
     except KeyboardInterrupt:
-        print("\nnothing is written before the last placement")
+        print("\nnothing is written until the last placement")
         raise
     files = _write(placed, out)
     ranking = placement_rows(placed)
@@ -66,7 +66,7 @@ def _assumptions(options: argparse.Namespace) -> Assumptions:
 
 
 def _runs(options: argparse.Namespace, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:
-    """The fingers of every run, read or simulated; `others` are to have as many segments."""
+    """The fingers of every run, loaded or simulated; all must have as many segments as `others`."""
     if options.recordings is not None:
         runs = {name: load_run(file) for name, file in _named(options.recordings).items()}
         check_runs(options.count, runs, others)
@@ -78,7 +78,7 @@ def _runs(options: argparse.Namespace, others: Sequence[Finger]) -> dict[str, li
 
 
 def _named(files: Sequence[Path]) -> dict[str, Path]:
-    """Recordings by short names, after their folders as `soft-gripper run` names these; by their paths if two clash."""
+    """Recordings by short names, taken from their folders as `soft-gripper run` names them; by paths if names clash."""
     short = {file.resolve().parent.name if file.name == "recording.nc" else file.stem: file for file in files}
     return short if len(short) == len(files) else {str(file): file for file in files}
 
@@ -99,7 +99,7 @@ def _simulate(name: str, station: Station, console: Console) -> RecordedRun:
 
 
 def _write(placed: PlacedSensors, out: Path) -> list[str]:
-    """Writes tables and figure; returns the files. Of a single run, none can be left out."""
+    """Writes tables and figure; returns the files. A single run has no cross-validation, as none can be left out."""
     tables: dict[str, Sequence[Any]] = {
         TABLE: placement_rows(placed),
         RUN_TABLE: run_rows(placed),

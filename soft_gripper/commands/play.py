@@ -1,4 +1,4 @@
-"""soft-gripper play: a scenario in real time, commanded and watched in a browser."""
+"""soft-gripper play: runs a scenario in real time, commanded and watched in a browser."""
 
 import argparse
 import logging
@@ -16,15 +16,15 @@ def run(options: argparse.Namespace) -> None:
     name = Path(options.scenario).stem
     scenario = open_scenario(chosen_scenario(options), options.grip)
     folder = lock_folder(options.out or Path("results") / "play" / name)
-    logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
+    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     session = Session(partial(station_of, options.scenario, scenario), folder)
     page = LivePage(page_contents(name, session), session.panel, session.feed)
     with held_back() as is_interrupted, page_server(options.host, lambda: session.scene, page) as address:
-        print(f"Open {address} in a browser. Its button 'stop', or Ctrl-C here, ends.", flush=True)
+        print(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends the session.", flush=True)
         try:
             session.run(is_interrupted)
         finally:
             print(f"Played {session.played:.1f} s at {session.factor:.2f} times real time.")
             if page.refused:
-                print(f"Refused: {page.refused} messages that were not commands.")
+                print(f"Rejected {page.refused} messages that were not valid commands.")
             print("Recordings:", ", ".join(map(str, session.recordings)) or "none.", flush=True)

@@ -1,4 +1,4 @@
-"""soft-gripper recognition: which shape is held, learned from random grasps and tried on others."""
+"""soft-gripper recognition: learns from random grasps to recognize the shape held, and tests it on others."""
 
 import argparse
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> None:
     executor = open_executor(options.jobs, options.scheduler)
     check_scenario_for_recognition(options.scenario)
     out = lock_folder(options.out)
-    total, kept = sum(numbers.values()) * len(SHAPES), "nothing is written before the last"
+    total, kept = sum(numbers.values()) * len(SHAPES), "nothing is written until the last"
     with options.console.jobs(total, "grasps", kept) as ended, executor as opened:
         grasps = run_grasps(options.scenario, numbers, options.seed, opened, ended)
     models = {sections: train(options.scenario, grasps, sections) for sections in SECTIONS}
@@ -57,7 +57,7 @@ def _model_file(sections: int) -> str:
 
 
 def _print_summary(matrices: Mapping[int, Array], number: int) -> None:
-    """Of every shape, what its test grasps were recognized as."""
+    """Prints, for each shape, how its test grasps were classified."""
     for sections, matrix in matrices.items():
         right, total = int(np.trace(matrix)), number * len(SHAPES)
         title = f"{sections} sections: {right} of {total} right ({100 * right / total:.1f} %)"

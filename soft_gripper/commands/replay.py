@@ -1,4 +1,4 @@
-"""soft-gripper replay: recorded readings of hardware through the estimation blocks, scored by motion capture."""
+"""soft-gripper replay: estimates shapes from recorded hardware readings; scored by motion capture."""
 
 import argparse
 import logging
@@ -39,7 +39,8 @@ def run(options: argparse.Namespace) -> None:
         for gap in recording.gaps:
             print(f"note: {recording.name}: {gap}", file=sys.stderr)
     finger, gravity = _finger(recordings[0]), recordings[0].gravity
-    require(gravity is not None, recordings[0].name, "gravity", None, "an arm's weight bends it: say where down is")
+    expected = "give the direction of gravity: the arm bends under its own weight"
+    require(gravity is not None, recordings[0].name, "gravity", None, expected)
     assert gravity is not None
     arms = [arm_recording(recording) for recording in recordings]
     rows = estimator_rows(options.estimator, len(arms[0].bodies))
@@ -59,17 +60,17 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _finger(recording: HardwareRecording) -> Finger:
-    """The finger that stands for the arm.
+    """The finger that models the arm.
 
     Raises:
-        InputError: unless the description names a file with one.
+        InputError: if the description does not name a file with exactly one finger.
     """
     file = recording.config.finger
-    require(file is not None, recording.name, "finger", None, "name the URDF with the finger that stands for the arm")
+    require(file is not None, recording.name, "finger", None, "name the URDF with the finger that models the arm")
     assert file is not None
     fingers = expand_urdf(model_path(file)).fingers
     if len(fingers) != 1:
-        raise InputError(recording.name, "finger", file, f"holds {len(fingers)} fingers; one is needed")
+        raise InputError(recording.name, "finger", file, f"contains {len(fingers)} fingers; give a file with one")
     return fingers[0]
 
 
@@ -83,7 +84,7 @@ def _write(out: Path, replayed: list[Replayed], rows: Rows, table: list[ReplayRo
 
 
 def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> None:
-    logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
+    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     meshcat = hidden_meshcat()
     show_replays(meshcat, [one.signals for one in replayed], drawn_rows(rows))
     if options.html is not None:

@@ -1,4 +1,4 @@
-"""soft-gripper run: one scenario, headless, in Meshcat, or as a replay to keep."""
+"""soft-gripper run: runs one scenario headless or in Meshcat, and can save a replay or a video."""
 
 import argparse
 import logging
@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     out = run_folder(options.out, name, scenario)
     _check_files(options, out, scenario)
     lock_folder(out)
-    logging.getLogger("drake").setLevel(logging.WARNING)  # the address of Meshcat is not one to open
+    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     meshcat = hidden_meshcat() if options.meshcat or options.html else None
     if meshcat is not None:
         station = make_station(scenario, meshcat)
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
 def _simulated(
     options: argparse.Namespace, name: str, station: Station, meshcat: Meshcat | None, out: Path
 ) -> Recording:
-    """Runs a station and writes everything that is asked for."""
+    """Runs a station and writes everything requested."""
     console, scenario = options.console, station.scenario
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
@@ -71,12 +71,12 @@ def _simulated(
 def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
     """The folder for the results of a scenario.
 
-    Without one that is asked for, results/NAME, or the first of results/NAME-2, -3 ... that is free or holds this very
-    scenario. In one that is asked for, other results are replaced, with a note.
+    By default, results/NAME, or the first of results/NAME-2, -3 ... that is free or holds this very scenario. In a
+    folder that was requested, other results are replaced, with a note.
     """
     if asked is not None:
         if not fits(asked, scenario):
-            print(f"note: {asked} held the results of another scenario or other settings", file=sys.stderr)
+            print(f"note: {asked} held results of another scenario or of other settings", file=sys.stderr)
         return asked
     base = Path("results") / name
     found = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if fits(f, scenario))
@@ -86,7 +86,7 @@ def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
 
 
 def fits(folder: Path, scenario: Scenario) -> bool:
-    """Whether a folder holds no run, or one of just this scenario."""
+    """Whether a folder holds no run, or a run of exactly this scenario."""
     file = folder / "scenario.yaml"
     if not os.path.isfile(file):
         return True
@@ -94,7 +94,7 @@ def fits(folder: Path, scenario: Scenario) -> bool:
 
 
 def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:
-    """All files that are asked for can be written, and none that is read is lost; or nothing is begun."""
+    """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
     written = [file for file in (options.video, options.html) if file is not None]
     written += [] if fits(out, scenario) else [out / "scenario.yaml"]
     keep_inputs([options.scenario, *(model.file for model in scenario.models)], written)
@@ -106,7 +106,7 @@ def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> 
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
-    """Writes what was recorded, with the table that fits the scenario, and prints the table; returns the files."""
+    """Writes the recording and the table that suits the scenario, and prints the table; returns the files."""
     files = ["recording.nc", "scenario.yaml"]
     recording.save(out / "recording.nc")
     with atomic_file(out / "scenario.yaml") as partial:

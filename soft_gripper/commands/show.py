@@ -1,4 +1,4 @@
-"""soft-gripper show: a scenario with all its fields, and its block diagram."""
+"""soft-gripper show: prints a scenario with all its fields, and draws its block diagram."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""soft-gripper sweep: a scenario run with many values of its fields, in one table."""
+"""soft-gripper sweep: runs a scenario with many values of its fields, and writes one table."""
 
 import argparse
 from pathlib import Path
@@ -19,7 +19,7 @@ def run(options: argparse.Namespace) -> int:
     if options.sections is not None:
         fixed["sensor.sections"] = options.sections
     executor = open_executor(options.jobs, options.scheduler)
-    kept = f"they are in {options.out / TABLE}, --resume runs the others"
+    kept = f"their results are in {options.out / TABLE}; --resume runs the others"
     with options.console.jobs(len(variations), "runs", kept) as report, executor as opened:
         rows = run_sweep(
             options.scenario,

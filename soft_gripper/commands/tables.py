@@ -1,4 +1,4 @@
-"""Tables on the terminal."""
+"""Prints tables to the terminal."""
 
 import math
 import sys
@@ -28,9 +28,9 @@ def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title
     """Prints rows of cells below the names of their columns.
 
     Args:
-        columns: format of the cells of a column, as for `format`, by its name; "": words, which are set left.
+        columns: format specification of each column, by column name; "": text, aligned left.
         rows: cells in the order of the columns.
-        title: a line above.
+        title: a line printed above the table.
     """
     texts = [[format(cell, form) for cell, form in zip(row, columns.values(), strict=True)] for row in rows]
     widths = [max(map(len, cells)) for cells in zip(columns, *texts, strict=True)]
@@ -41,7 +41,7 @@ def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title
 
 
 def print_poses(rows: Sequence[PoseRow]) -> None:
-    """A line for every held step of pressure."""
+    """Prints a line for each steady state of the pressure steps."""
     columns = {"finger": "", "pressure [kPa]": ".1f", "bend [degrees]": ".2f"}
     columns |= {"pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
     cells = ((r.finger, r.pressure_kpa, r.bend_angle_deg, r.pose_error_mm, r.tip_error_mm) for r in rows)
@@ -49,7 +49,7 @@ def print_poses(rows: Sequence[PoseRow]) -> None:
 
 
 def print_steps(rows: Sequence[StepRow]) -> None:
-    """A line for every step of the opening."""
+    """Prints a line for each step of the gripper opening."""
     columns = {"step": "d", "from [mm]": ".1f", "to [mm]": ".1f", "overshoot [%]": ".2f", "settling [s]": ".2f"}
     columns |= {"steady error [mm]: estimated": ".4f", "true": ".3f"}
     shown = attrgetter("step", "from_mm", "to_mm", "overshoot_percent", "settling_s")
@@ -58,24 +58,24 @@ def print_steps(rows: Sequence[StepRow]) -> None:
 
 
 def print_truth(row: Judged) -> None:
-    """What truly became of the object of a task."""
+    """Prints the ground truth of a task: where the object ended up."""
     print(
-        f"In truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
+        f"Ground truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
         f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N"
     )
 
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
-    """A line for every phase of a task, and how it ended."""
+    """Prints a line for each phase of a task, and its outcome."""
     columns = {"phase": "", "began [s]": ".2f", "lasted [s]": ".2f"}
     columns |= {"at its end: opening [mm]": ".1f", "torque [mN m]": ".1f", "pressure [kPa]": ".1f"}
     print_table(columns, map(astuple, rows))
-    late = f", not over after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
+    late = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
     print(f"\nOutcome, as estimated: {outcome.words}{late}")
 
 
 def print_claims(claims: Sequence[Claim]) -> None:
-    """A line for each, with our number, and how many fail."""
+    """Prints a line for each claim, with our result, and how many claims fail."""
     width = max(len(claim.text) for claim in claims)
     print(f"\n{'claim':<{width}}  by     here")
     for claim in claims:
@@ -86,7 +86,7 @@ def print_claims(claims: Sequence[Claim]) -> None:
 
 
 def _red(text: str) -> str:
-    """Red where somebody looks; a file or a pipe gets plain text."""
+    """Colours text red on a terminal; a file or a pipe gets plain text."""
     return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
 
 
@@ -94,26 +94,26 @@ _CORRELATED = 0.9
 
 
 def print_identified(found: Identified) -> None:
-    """Parameters with their confidence, what cannot be told apart, and a line for every recording."""
+    """Prints the parameters with their confidence and correlations, and a line for each recording."""
     free, x = found.fit.free, found.fit.x
-    print(f"\nmarkers off by {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
+    print(f"\nmarker error {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
     stds = found.confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
     fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
-    columns = {"parameter": "", "began": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
+    columns = {"parameter": "", "initial": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
     print_table(columns, fitted)
     finger = found.model.finger
     remains = 1 - sum(branch.share for branch in finger.creep)
     if finger.creep:
-        print(f"Young's modulus once all creep is over: {finger.base.youngs_modulus * remains:.5g} Pa")
+        print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
     _print_correlations(found)
     columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
     columns |= {"settled turn [degrees]": ">", "creep [degrees]": ">", "rise [ms]": ">"}
-    print_table(columns, map(_score_cells, found.scores), "error of the markers [mm], and what was measured")
+    print_table(columns, map(_score_cells, found.scores), "marker errors [mm], and measured motion")
     for row in found.scores:
         if not np.isnan(row.frequency_hz + row.simulated_frequency_hz):
             swing = f"{row.frequency_hz:.2f} Hz ({row.simulated_frequency_hz:.2f})"
             print(f"{row.recording}: swings at {swing}, decrement {row.decrement:.2f} ({row.simulated_decrement:.2f})")
-    print("In brackets: simulated. The times of events are fitted to each recording, those of a test as well.")
+    print("In brackets: simulated. Event times are fitted to each recording, including held-out ones.")
 
 
 def _print_correlations(found: Identified) -> None:
@@ -124,8 +124,8 @@ def _print_correlations(found: Identified) -> None:
                 print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
     for together in found.confidence.unresolved:
         what = " and ".join(together)
-        says = "cannot be told apart" if len(together) > 1 else "is hardly seen"
-        print(f"{what} {says} in these recordings: fix one, or add others")
+        says = "cannot be distinguished" if len(together) > 1 else "is hardly observable"
+        print(f"{what} {says} in these recordings: fix one, or add recordings")
 
 
 def _score_cells(row: MotionScore) -> list[str | float]:
@@ -137,11 +137,11 @@ def _score_cells(row: MotionScore) -> list[str | float]:
 
 
 def print_replay(replayed: Sequence[Replayed], table: Sequence[ReplayRow]) -> None:
-    """What was fitted to what, and a line for every estimator."""
-    print("\nEstimated with what others were fitted to; motion capture of a recording only scores it:")
+    """Prints which recordings each fit used, and a line for each estimator."""
+    print("\nEach recording is estimated with a model fitted to others; its motion capture is used only for scoring:")
     for one in replayed:
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
-        of_fit = f"creep {creep}; wires {1e3 * one.fitted.delay:.0f} ms late"
+        of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.delay:.0f} ms"
         print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
     names = [name for name in dict.fromkeys(row.recording for row in table) if name != ALL]
     for body in reversed(dict.fromkeys(row.body for row in table)):
@@ -156,14 +156,14 @@ def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float
     numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
     of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
     means = [other.mean_mm for other in of_row if other.recording != ALL]
-    return [f"{row.estimator}, {row.sections} a side", *numbers, *means]
+    return [f"{row.estimator}, {row.sections} per side", *numbers, *means]
 
 
-_BEST = 5  # placements that are listed
+_BEST = 5  # placements to list
 
 
 def print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
-    """The best few, equal sections and the worst."""
+    """Prints the best placements, equal sections and the worst placement."""
     shown = sorted({*range(min(_BEST, len(rows))), equal, len(rows) - 1})
     columns = {"rank": "d", "borders": "", "pose error [mm]": ".3f"}
     if with_contacts := not math.isnan(rows[0].force_error_n):
@@ -174,18 +174,18 @@ def print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
 
 
 def print_left_out(rows: Sequence[LeftOutRow]) -> None:
-    """What placed sensors gain where they were not placed."""
+    """Prints the gain of placed sensors on runs that were held out of the placement."""
     if rows:
         columns = {"": "", "borders": "", "equal": ".3f", "placed": ".3f", "better by [%]": ".1f"}
-        title = "placed without the run in which they are tried, mean pose error [mm]:"
+        title = "held-out runs (placed without the run that is scored), mean pose error [mm]:"
         print_table(columns, map(astuple, rows), title)
 
 
 def print_snippet(placed: PlacedSensors, assumptions: Assumptions) -> None:
     """The part of a scenario that has the best placement, and an estimator with these assumptions."""
     borders = ", ".join(map(str, as_borders(placed.placements[0], placed.finger.segments)))
-    nominal = assumptions.uncertainty
+    assumed = assumptions.uncertainty
     print(f"\nsensor:\n  sections: {len(placed.placements[0]) + 1}")
     print(f"  borders: [{borders}]")
     print(f"estimator:\n  type: {assumptions.estimator}\n  uncertainty:")
-    print(f"    reading: {nominal.reading:.2g}\n    bend_per_pressure: {nominal.bend_per_pressure:.2g}")
+    print(f"    reading: {assumed.reading:.2g}\n    bend_per_pressure: {assumed.bend_per_pressure:.2g}")

@@ -1,4 +1,4 @@
-"""soft-gripper tune: gains for the grip control of a gripper."""
+"""soft-gripper tune: finds gains for the grip control of a gripper."""
 
 import argparse
 
@@ -14,7 +14,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     scenario = chosen_station(options).scenario
     if scenario.control.set_points is None:
-        raise InputError(options.scenario, "control.set_points", None, "give set points to be followed")
+        raise InputError(options.scenario, "control.set_points", None, "give set points to follow")
     with options.console.counter(options.evaluations, "simulations") as bar:
 
         def report(gains: PidGains, cost: float) -> None:

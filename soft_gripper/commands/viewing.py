@@ -1,4 +1,4 @@
-"""Meshcat for somebody who watches a run, and then its replay."""
+"""Meshcat for a viewer who watches a run, and then its replay."""
 
 import sys
 from collections.abc import Iterator
@@ -9,15 +9,15 @@ from pydrake.geometry import Meshcat
 from soft_gripper.play.page_server import page_server
 
 _ASKS = "The replay is in Meshcat. Press Enter to end. "
-_ENDS = "There is no terminal to wait at, and Meshcat closes now; --html FILE keeps the replay."
+_ENDS = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the replay."
 
 
 @contextmanager
 def viewed(meshcat: Meshcat, host: str) -> Iterator[None]:
-    """Shows a Meshcat while the block runs, and then for as long as someone at a terminal wants.
+    """Shows a Meshcat while the block runs, and then until Enter is pressed at the terminal.
 
     Raises:
-        InputError: if the host is none of this machine's addresses.
+        InputError: if the host is not an address of this machine.
     """
     address = meshcat.web_url()
     with page_server(host, lambda: address) as page:
@@ -27,7 +27,7 @@ def viewed(meshcat: Meshcat, host: str) -> Iterator[None]:
 
 
 def wait_for_viewer() -> None:
-    """Waits for Enter, where there is a terminal."""
+    """Waits for Enter if there is a terminal."""
     if sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         print(_ENDS)
         return

@@ -6,11 +6,6 @@ such as fingers, are left alone.
 
 Timing is minimum-jerk, not TOPPRA: the jumps in acceleration of a time-optimal profile make soft fingers sway. The
 motion is still the quickest of its kind within the limits of velocity, acceleration and effort.
-
-The arm's kinematics: the pose of its tool, and joint positions for a pose of the tool.
-
-An arm plant is a finalized plant of the arm alone, welded at its base, of joints with one degree of freedom;
-n is their number. Joints that do not move the tool, such as fingers, are left alone.
 """
 
 from dataclasses import dataclass

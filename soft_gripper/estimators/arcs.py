@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.kinematics import in_plane, rotated
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _TINY = 1e-100  # lost in any other number; added to 0 it makes sin(x) / x exactly 1
@@ -85,12 +86,29 @@ def bends_from_lengths(inner: Array, outer: Array, spacing: float, axis_at: floa
     return difference / spacing, inner + axis_at * difference
 
 
-def points_on_arcs(arcs: Arcs, section: NDArray[np.int_], fraction: Array) -> Planar:
-    """Points at `fraction` (0 to 1) of the arcs of index `section`, both (M,) -> (..., M) m in B."""
+def points_on_arcs(
+    arcs: Arcs, section: NDArray[np.int_], fraction: Array, offset: Array | float | None = None
+) -> Planar:
+    """Points at `fraction` (0 to 1) of the arcs of index `section`, both (M,) -> (..., M) m in B.
+
+    `offset` (..., M) m is their distance from the axis, positive on the inner side; None: they lie on it.
+    """
     theta = arcs.theta.take(section, axis=-1) * fraction
     length = arcs.length.take(section, axis=-1) * fraction
     heading, start = arcs.heading.take(section, axis=-1), arcs.start.take(section, axis=-1)
-    return start + chord(theta, length, heading)
+    points = start + chord(theta, length, heading)
+    return points if offset is None else points + rotated(in_plane(offset, 0.0), heading + theta)
+
+
+def sites_on_arcs(arcs: Arcs, s: Array, offset: Array | float | None = None) -> tuple[Planar, Array]:
+    """Points at arc lengths (M,) m of the arcs of one curve, m in B, and the headings there, rad, each (M,).
+
+    Beyond its end on the last arc; `offset` is as for `points_on_arcs`.
+    """
+    ends = arcs.length.cumsum()
+    section = np.minimum(np.searchsorted(ends, s), len(ends) - 1)
+    fraction = (s - (ends - arcs.length)[section]) / arcs.length[section]
+    return points_on_arcs(arcs, section, fraction, offset), arcs.heading[section] + fraction * arcs.theta[section]
 
 
 def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:

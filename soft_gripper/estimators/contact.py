@@ -69,16 +69,22 @@ from soft_gripper.fingers.kinematics import Chain, forward_kinematics, gravity_t
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 
 
-def unit_torques(chain: Chain, s: Array) -> Planar:
-    """Torques of forces of 1 N at the joints, N m, (..., M, N): across the finger (real) and along it (imaginary).
+class UnitTorques(NamedTuple):
+    """Torques of forces of 1 N at the joints, each (..., M, N) N m."""
+
+    across: Array  # of forces that press from the inner side
+    along: Array  # of forces toward the tip
+
+
+def unit_torques(chain: Chain, s: Array) -> UnitTorques:
+    """Torques of forces of 1 N on the axis of a finger.
 
     Args:
         chain: where the bent finger lies, of leading axes (...).
         s: arc lengths where they press, m, (..., M).
     """
     sites = chain.at(s)
-    torques: Planar = sites.torques(-sites.normals) + 1j * sites.torques(sites.directions)
-    return torques
+    return UnitTorques(sites.torques(-sites.normals), sites.torques(sites.directions))
 
 
 def face_offset(finger: Finger, s: Array, side: Array) -> Array:
@@ -160,7 +166,7 @@ def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
 
 def _best(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, usual: float, s: Array) -> Array:
     """The place among s, (..., M) m, at which a force leaves least unexplained, (..., 1)."""
-    a = (unit_torques(chain, s).real * bends.compliance[..., None, :]) @ layout.matrix.T
+    a = (unit_torques(chain, s).across * bends.compliance[..., None, :]) @ layout.matrix.T
     weighted = a @ weights
     explained = (weighted * bends.theta[..., None, :]).sum(axis=-1)
     gain = explained**2 / ((weighted * a).sum(axis=-1) + 1 / usual**2)
@@ -171,12 +177,12 @@ def _fit_aside(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Ar
     """The force across the finger at a place, (..., 1) m."""
     finger, A, around = layout.finger, layout.matrix, place + _DS * np.array([-1.0, 0.0, 1.0])
     torques = unit_torques(chain, around)
-    before, unit, after = np.moveaxis(torques.real, -2, 0)
+    before, unit, after = np.moveaxis(torques.across, -2, 0)
     a = (unit * bends.compliance) @ A.T
     weighted = (a[..., None, :] @ weights)[..., 0, :]
     force = (weighted * bends.theta).sum(axis=-1) / ((weighted * a).sum(axis=-1) + 1 / usual**2)
     moved = force[..., None] * (after - before) / (2 * _DS)
-    rubbing = torques.imag[..., 1, :] - face_offset(finger, place, force[..., None]) * (unit != 0)
+    rubbing = torques.along[..., 1, :] - face_offset(finger, place, force[..., None]) * (unit != 0)
     friction = FRICTION * force[..., None] * ((rubbing * bends.compliance) @ A.T)
     uncertain = bends.covariance + friction[..., :, None] * friction[..., None, :]
     by_both = np.stack([a, (moved * bends.compliance) @ A.T], axis=-1)
@@ -190,11 +196,12 @@ def _fit_tip(layout: MeasurementModel, chain: Chain, bends: Bends, usual: float,
     """The force on the tip's edge, in any direction; `across`, (...) N, is about what it is across the finger."""
     finger, across = layout.finger, across[..., None]
     s = np.broadcast_to([finger.length - _DS, finger.length], (*chain.tip.shape, 2))
-    before, unit = np.moveaxis(unit_torques(chain, s), -2, 0)
-    units = np.stack([unit.real, unit.imag - face_offset(finger, s[..., 1:], across)], axis=-1)
+    torques = unit_torques(chain, s)
+    before, unit = np.moveaxis(torques.across, -2, 0)
+    units = np.stack([unit, torques.along[..., 1, :] - face_offset(finger, s[..., 1:], across)], axis=-1)
     by_both = layout.matrix @ (units * bends.compliance[..., None])
     place_std = TIP_ZONE * finger.length / 2
-    moved = (across * (unit - before).real / _DS * bends.compliance) @ layout.matrix.T * place_std
+    moved = (across * (unit - before) / _DS * bends.compliance) @ layout.matrix.T * place_std
     weights = np.linalg.inv(bends.covariance + moved[..., :, None] * moved[..., None, :])
     weighted = np.swapaxes(by_both, -1, -2) @ weights
     prior = np.diag([usual**-2.0, usual**-2.0])
@@ -232,8 +239,8 @@ def fit_several_forces(layout: MeasurementModel, q: Array, bends: Bends, side: A
     finger, chain = layout.finger, forward_kinematics(q, layout.finger.segment_length)
     s = np.linspace(SEVERAL_NEAREST, 1, _SEVERAL_PLACES) * finger.length
     unit = unit_torques(chain, np.broadcast_to(s, (len(q), _SEVERAL_PLACES)))
-    torques = side[:, None, None] * unit.real
-    rubbing = unit.imag - face_offset(finger, s, side[:, None])[..., None] * (unit.real != 0)
+    torques = side[:, None, None] * unit.across
+    rubbing = unit.along - face_offset(finger, s, side[:, None])[..., None] * (unit.across != 0)
     responses, frictions = (_responses(layout, bends, torque) for torque in (torques, rubbing))
     whitening = np.linalg.inv(np.linalg.cholesky(bends.covariance))
     theta = (whitening @ bends.theta[..., None])[..., 0]

@@ -33,14 +33,13 @@ def segment_arcs(finger: Finger, q: Array) -> Arcs:
 
 def planar_pose(place: Planar, heading: Array) -> Array:
     """What ports such as `tip_pose` carry, (..., 3) x, z, heading."""
-    return np.stack([place.imag, place.real, heading], axis=-1)
+    return np.concatenate([as_points(place), heading[..., None]], axis=-1)
 
 
 def arc_table(arcs: Arcs) -> Array:
     """What the port `arcs` carries, (..., S, 7): where and how each begins, with its centre for drawing."""
-    start, center, length = arcs.start, arcs.centers, np.broadcast_to(arcs.length, arcs.theta.shape)
-    columns = (start.imag, start.real, arcs.heading, arcs.kappa, length, center.imag, center.real)
-    return np.stack(columns, axis=-1)
+    bends = np.stack([arcs.heading, arcs.kappa, np.broadcast_to(arcs.length, arcs.theta.shape)], axis=-1)
+    return np.concatenate([as_points(arcs.start), bends, as_points(arcs.centers)], axis=-1)
 
 
 class FingerShape(ArrayBlock):

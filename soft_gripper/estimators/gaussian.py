@@ -87,7 +87,7 @@ class GaussianShape:
         return self._of_load(q) + self.of_model(q, driving)
 
     def of_model(self, q: Array, driving: Array) -> Array:
-        """What of P is due to deviations of finger and pressure from the nominal model, all but that of the load, (..., N, N)."""
+        """The part of P that is due to deviations of finger and pressure from the nominal model, (..., N, N)."""
         assumed = self.uncertainty
         compliance = self.compliance(q)
         of_driving = compliance * (assumed.bend_per_pressure * driving)

@@ -1,4 +1,4 @@
-"""What recordings say: averages over held steps, tables, figures, and the claims of the paper."""
+"""Evaluation of recordings: averages over steady states, tables, figures, and the claims of the paper."""
 
 from .contacts.dataset import Contacts as Contacts
 from .contacts.dataset import load_contacts as load_contacts

@@ -1,4 +1,4 @@
-"""The published experiments: what is fitted on which recordings, and what of them is kept for the test."""
+"""The published experiments: what is fitted to which recordings, and which are held out."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -53,7 +53,7 @@ class Experiment:
 
     @property
     def finger_file(self) -> Path:
-        """Where the fit begins."""
+        """The initial guess of the fit."""
         return model_path(f"package://soft_gripper/recordings/{self.description}.urdf")
 
 
@@ -218,7 +218,7 @@ def _claim(text: str, holds: bool, number: str) -> Claim:
 
 
 _COLORS = {"fit": "#2166ac", "test": "#b2182b"}
-_LABELS = {"fit": "simulated, fitted to it", "test": "simulated, not given to the fit"}
+_LABELS = {"fit": "simulated, fitted to it", "test": "simulated, held out"}
 _TRIAL = "trial_2"  # its sections bend in opposite directions
 _DRAWN = {"arcs 2": "arcs, 2 sensors per side", "gaussian 1": "gaussian, 1 sensor per side"}
 _TURNS = (1, 2, 5, 10, 20, 50, 100)  # degrees
@@ -247,7 +247,7 @@ def _draw_beam(axes: Axes, found: Identified) -> None:
         _draw(axes, found, motion, row.role, lambda markers, m: 1e3 * displacement(markers, m), (1.45, mass))
     axes.set(xlim=(-0.1, 2.0), ylim=(-2, 58), xlabel="time since release [s]")
     axes.set_ylabel("displacement of the tip [mm]")
-    axes.set_title("Silicone beam, let go", loc="left")
+    axes.set_title("Silicone beam, released", loc="left")
 
 
 def _draw_segment(axes: Axes, found: Identified) -> None:

@@ -1,4 +1,4 @@
-"""Random grasps, shape models trained with some of them, and tried on the others."""
+"""Random grasps, shape models trained on some of them, and tested on the others."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -55,7 +55,7 @@ class Probe:
 
 @dataclass(frozen=True)
 class Grasp:
-    """A random grasp and what came of it."""
+    """A random grasp and its result."""
 
     set: str  # one of SETS
     number: int
@@ -78,7 +78,7 @@ def run_grasp(file: str, seed: int, set: str, number: int, shape: str) -> Grasp:
 
     Raises:
         InputError: if it cannot be built.
-        SimulationDivergedError: if its state leaves the finite numbers.
+        SimulationDivergedError: if its state is no longer finite.
     """
     drawn = draw(seed, set, number, shape)
     rng = np.random.default_rng([seed, SETS.index(set), number, *shape.encode(), SENSORS])
@@ -176,7 +176,7 @@ def grasp_row(grasp: Grasp, models: Mapping[int, ShapeModel]) -> GraspRow:
 
 
 def check_scenario_for_recognition(file: str) -> None:
-    """Looks at a scenario before any work is done.
+    """Checks a scenario before any work is done.
 
     Raises:
         InputError: if it cannot be built, its object not be exchanged, or its estimates not be made again.
@@ -185,11 +185,13 @@ def check_scenario_for_recognition(file: str) -> None:
     for part, known in (("sensor", "strain"), ("estimator", "arcs")):
         value = getattr(scenario, part).type
         if value != known:
-            raise InputError(file, f"{part}.type", value, f"give {known}: readings are made for other sections too")
+            raise InputError(
+                file, f"{part}.type", value, f"give {known}: readings are also computed for other sections"
+            )
     if scenario.sensor.pressure_errors is not None:
-        raise InputError(file, "sensor.pressure_errors", "given", "leave them out: errors are given to strain alone")
+        raise InputError(file, "sensor.pressure_errors", "given", "omit them: errors are applied to strain only")
     if scenario.sensor.errors is not None and scenario.sensor.errors.dead:
-        raise InputError(file, "sensor.errors.dead", "given", "leave it out: readings are made for other sections too")
+        raise InputError(file, "sensor.errors.dead", "given", "omit it: readings are also computed for other sections")
     steps = scenario.pressure.steps
     if list(steps) != ["all"] or len(set(steps["all"])) < len(steps["all"]) or min(steps["all"]) <= 0:
         raise InputError(file, "pressure.steps", steps, "give steps for all, each at another pressure above 0 Pa")

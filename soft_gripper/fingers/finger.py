@@ -169,9 +169,9 @@ class Finger:
         """Of the N + 1 rigid links from the base to the tip, the load at the tip included."""
         section, lengths, load = self._at_links, np.diff(self.link_ends), self.tip_load
         mass = np.asarray(section.density * section.area * lengths)
-        center = (lengths / 2 + 1j * section.mass_center).astype(complex)
+        center = np.array([section.mass_center, lengths / 2])
         bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
-        return bare if load is None else bare.loaded(load.mass, complex(lengths[-1] + load.z, load.x))
+        return bare if load is None else bare.loaded(load.mass, np.array([load.x, lengths[-1] + load.z]))
 
     @property
     def link_masses(self) -> Array:
@@ -181,7 +181,9 @@ class Finger:
     @property
     def link_centers(self) -> Planar:
         """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
-        return self.links.center
+        x, z = self.links.center
+        centers: Planar = z + 1j * x
+        return centers
 
     @property
     def link_gyration(self) -> Array:
@@ -218,8 +220,9 @@ class Finger:
     def _mass_matrix(self) -> Array:
         """Of bending at every joint and then of shear at every joint, (2 N, 2 N)."""
         joints, mass = self.joint_arc_lengths, self.link_masses
-        middle = self.link_ends[:-1] + self.link_centers.real
-        rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + self.link_centers.imag**2)
+        x, z = self.links.center
+        middle = self.link_ends[:-1] + z
+        rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + x**2)
         moved = (self.link_ends[:-1, None] >= joints).astype(float)
         across = np.hstack([moved * (middle[:, None] - joints), moved])  # how far each joint moves each link
         turned = np.hstack([moved, 0 * moved])

@@ -5,6 +5,7 @@ begins a finger's length away along the axis, which makes it linear.
 """
 
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -93,14 +94,15 @@ def _inertial_of_link(finger: Finger, index: int) -> ET.Element:
     links = finger.links
     mass = float(links.mass[index])
     x, y, z = mass * links.gyration[:, index]
-    return _inertial(mass, complex(links.center[index]), (y + z, x + z, x + y), -mass * float(links.product[index]))
+    return _inertial(mass, links.center[:, index].tolist(), (y + z, x + z, x + y), -mass * float(links.product[index]))
 
 
-def _inertial(mass: float, center: complex, moments: tuple[float, ...], ixz: float = 0.0) -> ET.Element:
+def _inertial(mass: float, center: Sequence[float], moments: tuple[float, ...], ixz: float = 0.0) -> ET.Element:
+    x, z = center
     values = {name: _text(moment) for name, moment in zip(("ixx", "iyy", "izz"), moments, strict=True)}
     return _element(
         "inertial",
-        _element("origin", xyz=_text(center.imag, 0, center.real)),
+        _element("origin", xyz=_text(x, 0, z)),
         _element("mass", value=_text(mass)),
         _element("inertia", **values, ixy="0", ixz=_text(ixz), iyz="0"),
     )
@@ -233,7 +235,11 @@ def _shear(finger: Finger, index: int) -> list[ET.Element]:
     )
     away = (-finger.length, 0, height)
     spring = _spring((before, sliding), away, (0, 0, 0), finger.length, float(finger.shear_stiffness[index]))
-    return [_element("link", _inertial(mass, 0j, (mass * finger.segment_length**2,) * 3), name=sliding), joint, spring]
+    return [
+        _element("link", _inertial(mass, (0, 0), (mass * finger.segment_length**2,) * 3), name=sliding),
+        joint,
+        spring,
+    ]
 
 
 def _actuator(finger: Finger, index: int) -> ET.Element:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Misfit, quantity, valid
@@ -96,17 +96,16 @@ class LinkInertias(NamedTuple):
     """The masses of L rigid links, each seen from where it begins."""
 
     mass: Array  # (L,) kg
-    center: Planar  # (L,) m, z + i x
+    center: Array  # (2, L) m, along x and z
     gyration: Array  # (3, L) m^2, squares of the radii of gyration about the centre along x, y and z
     product: Array  # (L,) m^2, mean of x z about the centre
 
-    def loaded(self, mass: float, place: complex) -> "LinkInertias":
-        """With a point mass (kg) fixed to the last link, at `place` (m, z + i x)."""
+    def loaded(self, mass: float, place: Array) -> "LinkInertias":
+        """With a point mass (kg) fixed to the last link, at `place`, (2,) m along x and z."""
         is_last = np.arange(len(self.mass)) == len(self.mass) - 1
-        share, away = is_last * mass / (self.mass + mass), place - complex(self.center[-1])
-        x, z = away.imag, away.real
+        share, away = is_last * mass / (self.mass + mass), place - self.center[:, -1]
+        x, z = away
         gyration = self.gyration + np.outer([x**2, 0.0, z**2], share)
         product = self.product + x * z * share
-        return LinkInertias(
-            self.mass + is_last * mass, self.center + share * away, (1 - share) * gyration, (1 - share) * product
-        )
+        center = self.center + np.outer(away, share)
+        return LinkInertias(self.mass + is_last * mass, center, (1 - share) * gyration, (1 - share) * product)

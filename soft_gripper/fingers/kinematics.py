@@ -91,9 +91,9 @@ def _pick(values: NDArray[Any], number: NDArray[np.int_]) -> NDArray[Any]:
     return np.take_along_axis(values, number, axis=-1)
 
 
-def as_points(planar: Planar) -> Array:
+def as_points(planar: Planar | complex) -> Array:
     """(x, z) pairs of planar vectors, (...) -> (..., 2)."""
-    return np.ascontiguousarray(planar).view(float).reshape(*planar.shape, 2)[..., ::-1]
+    return np.asarray(planar)[..., None].view(float)[..., ::-1]
 
 
 def in_space(planar: Planar) -> Array:
@@ -105,6 +105,18 @@ def as_planar(points: Array) -> Planar:
     """Planar vectors of (x, z) pairs, (..., 2) -> (...)."""
     planar: Planar = points[..., 1] + 1j * points[..., 0]
     return planar
+
+
+def in_plane(x: Array | float, z: Array | float) -> Planar:
+    """Planar vectors of their components, (...)."""
+    planar: Planar = z + 1j * np.asarray(x)
+    return planar
+
+
+def rotated(vectors: Planar, angle: Array | float) -> Planar:
+    """Planar vectors turned by angles, rad, from z toward x, (...)."""
+    turned: Planar = vectors * np.exp(1j * angle)
+    return turned
 
 
 def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | None = None) -> Chain:
@@ -156,7 +168,7 @@ def sensor_path(chain: Chain, offset: float) -> Planar:
     bisectors = (chain.headings[..., :-1] + chain.headings[..., 1:]) / 2
     path = np.empty((*chain.headings.shape[:-1], 2 * bisectors.shape[-1] + 1), dtype=complex)
     path[..., 0::2] = chain.segment_ends + offset * chain.normals
-    path[..., 1::2] = chain.joints + 1j * offset * np.exp(1j * bisectors)
+    path[..., 1::2] = chain.joints + rotated(in_plane(offset, 0.0), bisectors)
     return path
 
 

@@ -18,19 +18,19 @@ from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
-ASSUMED = "the mean gain of the sensors of a finger is 1, and nothing but its own weight is on it"
-_REST = 0.3  # s, of constant pressure, after which a finger is taken to be at rest
-_STEADY = 0.02  # of the range of the pressure: how much it may vary in that time
-_SAMPLES = 300  # of a recording, spread evenly over those at rest
-_MOTION = 0.01  # extension ratio: the least range, of the sensor that is stretched most
-_LEAST_GAIN = 0.5  # or its inverse: a value further from 1 is taken to be a mistake
-_RESIDUAL = 0.05  # of that range: larger residuals mean contact, or another finger
+ASSUMED = "the mean gain of the sensors of a finger is 1, and its own weight is the only load"
+_REST = 0.3  # s of constant pressure, after which a finger is assumed to be at rest
+_STEADY = 0.02  # share of the pressure range; allowed variation in that time
+_SAMPLES = 300  # number of samples used per recording, spread evenly over those at rest
+_MOTION = 0.01  # extension ratio: smallest range of the most stretched sensor
+_LEAST_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
+_RESIDUAL = 0.05  # share of that range; larger residuals indicate contact or a different finger
 
 
 def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
-    """Fits gains, offsets and the bend ratio of every finger to all recordings together.
+    """Fits gains, offsets and the bend ratio of each finger to all recordings together.
 
-    The fit begins with the nominal models of the recordings, without the calibrations that they had loaded.
+    The fit starts from the nominal models of the recordings, without the calibrations loaded in them.
 
     Raises:
         InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.
@@ -53,7 +53,7 @@ def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
 
 
 def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
-    """The nominal layout of every finger of a recording, and its samples at rest."""
+    """The nominal layout of each finger of a recording, and its samples at rest."""
     recording, scenario, fingers = load_run(file)
     nominal = read_nominal_model(replace(scenario.nominal, calibration=None))
     found = []
@@ -75,7 +75,7 @@ def _samples(file: Path, recording: Recording, scenario: Scenario, layout: Senso
     _check_motion(file, name, ratios[rest])
     contact = f"{name}.contact"
     if contact in recording.data and np.any(read_signal(file, recording, contact)[rest] > 0):
-        expected = "contact was detected; record free bending, and leave the threshold out if that was noise"
+        expected = "contact was detected; record free bending, or omit the threshold if that was noise"
         raise InputError(file, contact, True, expected)
     chosen = np.flatnonzero(rest)
     chosen = chosen[np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen))).astype(int)]
@@ -84,7 +84,7 @@ def _samples(file: Path, recording: Recording, scenario: Scenario, layout: Senso
 
 
 def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:
-    """Where the pressure, (T,) Pa, has been steady for `window` samples before."""
+    """Samples before which the pressure, (T,) Pa, has been steady for `window` samples."""
     rest = np.zeros(pressure.shape, dtype=bool)
     if len(pressure) > window:
         spans = np.ptp(np.lib.stride_tricks.sliding_window_view(pressure, window + 1), axis=-1)
@@ -93,7 +93,7 @@ def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:
 
 
 def _range(ratios: Array) -> float:
-    """Of the sensor that is stretched most, between the rarest hundredths, extension ratio."""
+    """Range of the most stretched sensor, 1st to 99th percentile, extension ratio."""
     low, high = np.percentile(ratios, [1, 99], axis=0)
     return float((high - low).max())
 
@@ -108,12 +108,12 @@ def _check_readings(file: Path, name: str, ratios: Array) -> None:
 def _check_motion(file: Path, name: str, ratios: Array) -> None:
     moved = _range(ratios) if len(ratios) else 0.0
     if moved < _MOTION:
-        expected = f"too little motion at rest; step the pressure so that sensors stretch by {_MOTION:g} at least"
+        expected = f"too little motion at rest; step the pressure so that sensors stretch by at least {_MOTION:g}"
         raise InputError(file, f"{name}.strain", round(moved, 6), expected)
 
 
 def _check_fit(name: str, found: Calibration, moved: float) -> None:
-    because = "something was touched, or it is another finger"
+    because = "something was touched, or it is a different finger"
     for gain in (found.bend_ratio, *found.gains):
         if not _LEAST_GAIN <= gain <= 1 / _LEAST_GAIN:
             expected = f"no finger differs that much from its nominal model; {because}"

@@ -1,6 +1,6 @@
 """The description of a hardware recording: its whole schema, and how it is read. Columns are given by their names.
 
-A field that may be left out, and then means that there is no such thing, is None.
+An optional field that is omitted is None: there is no such item.
 """
 
 import os
@@ -22,7 +22,7 @@ TIME = {"s": 1.0, "ms": 1e-3}  # s
 
 @dataclass
 class SourceConfig:
-    """Where the recording can be had."""
+    """The source of the recording."""
 
     repository: str = ""
     path: str = ""
@@ -46,7 +46,7 @@ class FrameConfig:
 
 @dataclass
 class MarkersConfig:
-    """Markers and the bodies they are glued to. A C3D file names its points as the markers, and says its unit."""
+    """Markers and the bodies they are glued to. A C3D file names its points after the markers, and gives their unit."""
 
     columns: str = "{marker}_{axis}"  # of a table, with x, y and z for the axis
     unit: str = quantity("m", known=tuple(LENGTH))  # of those columns
@@ -68,12 +68,12 @@ class PoseConfig:
 
 @dataclass
 class PressuresConfig:
-    """Measured pressures, one column a chamber."""
+    """Measured pressures, one column per chamber."""
 
     columns: list[str] = field(default_factory=list)
-    sections: list[int] | None = quantity(None, least=1)  # that each chamber is in, from the base; None: not said
+    sections: list[int] | None = quantity(None, least=1)  # section of each chamber, from the base; None: not given
     unit: str = quantity("Pa", known=(*PRESSURE, "V"))
-    scale: float | None = quantity(None, "Pa/V", above=0)  # where the unit is V
+    scale: float | None = quantity(None, "Pa/V", above=0)  # if the unit is V
 
     def misfits(self) -> Iterator[Misfit]:
         yield from _scale_misfits(self.unit, self.scale)
@@ -87,7 +87,7 @@ class WireConfig:
 
     column: str = ""
     side: str = quantity("inner", known=("inner", "outer"))
-    section: int = quantity(1, least=1)  # at whose end it is fixed, counted from the base
+    section: int = quantity(1, least=1)  # section at whose end it is fixed, counted from the base
 
 
 @dataclass
@@ -96,7 +96,7 @@ class LengthsConfig:
 
     wires: dict[str, WireConfig] = field(default_factory=dict)
     unit: str = quantity("m", known=(*LENGTH, "V"))
-    scale: float | None = quantity(None, "m/V", above=0)  # where the unit is V
+    scale: float | None = quantity(None, "m/V", above=0)  # if the unit is V
     spacing: float = quantity(0.0, "m", above=0)  # between the inner and the outer side
 
     def misfits(self) -> Iterator[Misfit]:
@@ -105,9 +105,9 @@ class LengthsConfig:
 
 @dataclass
 class PressureNameConfig:
-    """A way to read the commanded pressure from a file's name."""
+    """A pattern that extracts the commanded pressure from a file name."""
 
-    pattern: str = ""  # regular expression whose one group is the number
+    pattern: str = ""  # regular expression with one group, the number
     unit: str = quantity("kPa", known=tuple(PRESSURE))
 
     def misfits(self) -> Iterator[Misfit]:
@@ -116,10 +116,10 @@ class PressureNameConfig:
 
 @dataclass
 class LoadNameConfig:
-    """How a load that hangs on the tip is read from a file's name; a name without it has none."""
+    """A pattern that extracts the mass of a load at the tip from a file name; no match means no load."""
 
-    pattern: str = ""  # regular expression whose one group is the number, g
-    masses: dict[str, float] = quantity({}, "kg", above=0)  # true masses by that number, where it is not exact
+    pattern: str = ""  # regular expression with one group, the number, g
+    masses: dict[str, float] = quantity({}, "kg", above=0)  # true masses by that number, if it is not exact
 
     def misfits(self) -> Iterator[Misfit]:
         yield from _pattern_misfits(self.pattern)
@@ -132,46 +132,44 @@ def _pattern_misfits(pattern: str) -> Iterator[Misfit]:
         yield "pattern", pattern, f"is not a regular expression: {error}"
         return
     if groups != 1:
-        yield "pattern", pattern, "needs one group, the number: such as (\\d+)"
+        yield "pattern", pattern, "needs one group, the number, such as (\\d+)"
 
 
 def _scale_misfits(unit: str, scale: float | None) -> Iterator[Misfit]:
     if (unit == "V") != (scale is not None):
-        yield "scale", scale, "must be given if the unit is V, and only then"
+        yield "scale", scale, "must be given if and only if the unit is V"
 
 
 @dataclass
 class RecordingConfig:
-    """What the files of one experiment hold."""
+    """The contents of the files of one experiment."""
 
     description: str = ""
     source: SourceConfig | None = None
-    header: list[str] | None = None  # names of the columns; None: the first row of the file has them
+    header: list[str] | None = None  # column names; None: in the first row of the file
     time: str = "time"  # column
     time_unit: str = quantity("s", known=tuple(TIME))
-    length: float = quantity(
-        0.1, "m", above=0
-    )  # of the straight finger, roughly: what decides whether units can be right
-    finger: str | None = None  # URDF with the finger that stands for it: package:// URI, or path beside this file
+    length: float = quantity(0.1, "m", above=0)  # approximate length of the straight finger, used to check units
+    finger: str | None = None  # URDF with the finger that models it: package:// URI, or path relative to this file
     markers: MarkersConfig | None = None
     poses: dict[str, PoseConfig] = field(default_factory=dict)  # by rigid body: "base", "tip", ...
     pressures: PressuresConfig | None = None
     lengths: LengthsConfig | None = None
     frame: FrameConfig = field(default_factory=FrameConfig)
     gravity: list[float] | None = quantity(None, "m/s^2", length=3)  # in the axes of the recording; None: unknown
-    reference: float = quantity(0.3, "s", above=0)  # from the beginning, in which the finger is straight or held
+    reference: float = quantity(0.3, "s", above=0)  # initial period in which the finger is straight or held
     # "release": a hand lets go; "step": a valve opens and closes; both at unknown times
     event: str | None = quantity(None, known=("release", "step"))
     commanded_pressure: list[PressureNameConfig] = field(default_factory=list)  # the first that fits
     load: LoadNameConfig | None = None
     # x and z of the load from the tip in the tip's frame; None: unknown
     load_place: list[float] | None = quantity(None, "m", length=2)
-    unknown: list[str] = field(default_factory=list)  # what else the recording does not say, in words
+    unknown: list[str] = field(default_factory=list)  # other information missing from the recording, as text
 
     def misfits(self) -> Iterator[Misfit]:
         header = self.header or []
         if twice := sorted({name for name in header if header.count(name) > 1}):
-            yield "header", twice, "every column needs a name of its own"
+            yield "header", twice, "column names must be unique"
 
 
 SHIPPED = DIRECTORY / "recordings"

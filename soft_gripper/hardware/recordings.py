@@ -1,9 +1,9 @@
 """Files of a described experiment -> recordings as arrays.
 
 Files are comma-separated text or C3D files of motion capture (https://www.c3d.org), read with ezc3d. A damaged file
-can crash ezc3d or keep it busy without end, so it is read in a process of its own.
+can crash ezc3d or keep it busy without end, so it is read in a separate process.
 
-Headings have no sign: motion capture now and then reports a body with symmetric markers as turned by half a turn.
+Headings have no sign: motion capture sometimes reports a body with symmetric markers rotated by 180 degrees.
 """
 
 import difflib
@@ -38,7 +38,7 @@ from soft_gripper.hardware.recording_schema import (
     load_description,
 )
 
-_LARGEST = 1e20  # of a number: a clock that counts nanoseconds since 1970 fits in
+_LARGEST = 1e20  # largest number: admits a clock that counts nanoseconds since 1970
 
 
 @dataclass(frozen=True)
@@ -46,24 +46,24 @@ class Table:
     """Named columns; NaN where a cell is empty.
 
     Raises:
-        InputError: if a number is infinite, or of a size that nothing measured has.
+        InputError: if a number is infinite or implausibly large.
     """
 
     path: Path
     names: tuple[str, ...]
     values: Array  # (T, columns)
-    rows: NDArray[np.int_]  # (T,) where in the file every sample is: line, or frame, counted from 1
+    rows: NDArray[np.int_]  # (T,) line or frame of each sample in the file, counted from 1
     dropped: tuple[int, ...] = ()  # rows of the file that do not parse
 
     def __post_init__(self) -> None:
         wrong = np.argwhere(np.abs(self.values) > _LARGEST)
         if len(wrong):
-            (row, column), expected = wrong[0], f"give finite numbers, up to {_LARGEST:g} in size"
+            (row, column), expected = wrong[0], f"give finite numbers, at most {_LARGEST:g} in magnitude"
             value = float(self.values[row, column])
             raise InputError(self.path, self.names[column], value, f"in row {self.rows[row]}: {expected}")
 
     def columns(self, field: str, names: list[str]) -> Array:
-        """Columns by their names, (T, len(names)).
+        """Columns by name, (T, len(names)).
 
         Raises:
             InputError: naming the file, the field that requires a column, and the nearest existing column.
@@ -84,8 +84,8 @@ def read_text(path: Path, header: list[str] | None) -> Table:
     """Reads comma-separated text; square brackets in it are ignored, and rows that do not parse are dropped.
 
     Args:
-        path: of the file.
-        header: names of its columns; None: the first row has them.
+        path: path of the file.
+        header: names of its columns; None: in the first row.
 
     Raises:
         InputError: if the file cannot be read, or no row of it parses.
@@ -97,7 +97,7 @@ def read_text(path: Path, header: list[str] | None) -> Table:
     parsed = [_numbers(line, len(names)) for line in lines[begin:]]
     good = [i for i, row in enumerate(parsed) if row is not None]
     bad = [i for i, row in enumerate(parsed) if row is None and lines[begin + i].strip()]
-    expected = f"no row parses: each has to contain {len(names)} numbers, separated by commas"
+    expected = f"no row parses: each must contain {len(names)} numbers, separated by commas"
     require(len(good) > 0, path, "file", path.name, expected)
     values = np.array([parsed[i] for i in good])
     return Table(path, names, values, np.array(good) + begin + 1, tuple(i + begin + 1 for i in bad))
@@ -131,19 +131,19 @@ def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
     """The points of a C3D file as a table; NaN where a point is not seen.
 
     Args:
-        path: of the file.
-        time: name of the column of time, s, which begins at 0.
+        path: path of the file.
+        time: name of the time column, s, which starts at 0.
         columns: pattern of the names of a point's columns, with {marker} for its label and {axis} for x, y, z.
-        unit: of those columns, m.
+        unit: unit of those columns, m.
 
     Raises:
-        InputError: if ezc3d is missing, or the file cannot be read or holds no points.
+        InputError: if ezc3d is missing, or the file cannot be read or contains no points.
     """
     data = _read(path)
     points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
     labels = [str(label).strip().rpartition(":")[2] for label in data["LABELS"]][: points.shape[1]]
     require(points.size > 0 and len(labels) > 0, path, "file", path.name, "is empty: it has no points")
-    require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and {_MOST_RATE:g} Hz at most")
+    require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and at most {_MOST_RATE:g} Hz")
     own = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
     require(own in LENGTH, path, "POINT:UNITS", own, f"one of {', '.join(LENGTH)}")
     frames = np.arange(points.shape[2])
@@ -155,7 +155,7 @@ def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
 def _read(path: Path) -> dict[str, Any]:
     """The points, (3, markers, frames), and their attributes."""
     check_regular(path)
-    if importlib.util.find_spec("ezc3d") is None:  # an optional extra: needed for these files alone
+    if importlib.util.find_spec("ezc3d") is None:  # an optional extra, needed for these files only
         raise InputError(path, "file", path.name, "C3D files require ezc3d: pip install 'soft-gripper[c3d]'")
     command = [sys.executable, "-c", _READS, str(path.resolve())]
     try:
@@ -179,7 +179,7 @@ _LOST = 0.1  # s, after which a marker that is seen again is not compared with w
 
 
 def check_size(path: Path, field: str, points: dict[str, Array], length: float) -> None:
-    """Whether the largest distance of points, each (T, 3) m, fits a finger of `length`.
+    """Checks that the largest distance of points, each (T, 3) m, fits a finger of `length`.
 
     Raises:
         InputError: if it is so large or small that the unit must be wrong.
@@ -195,10 +195,10 @@ def check_size(path: Path, field: str, points: dict[str, Array], length: float) 
 
 
 def check_exchanged(path: Path, time: Array, markers: dict[str, Array]) -> None:
-    """Whether two markers, each (T, 3) m, change names: both then jump, each to where the other was.
+    """Checks that two markers, each (T, 3) m, do not swap names, in which case each jumps to the place of the other.
 
     Raises:
-        InputError: naming both markers, and when they do so.
+        InputError: naming both markers, and the times.
     """
     for a, b in combinations(markers, 2):
         seen = np.flatnonzero(~np.isnan(markers[a] + markers[b]).any(axis=1))
@@ -208,16 +208,16 @@ def check_exchanged(path: Path, time: Array, markers: dict[str, Array]) -> None:
         jumps = np.flatnonzero((2 * exchanged < kept) & (np.diff(t) < _LOST))
         if len(jumps):
             times = ", ".join(f"{t[i + 1]:.2f}" for i in jumps[:6]) + (" ..." if len(jumps) > 6 else "")
-            raise InputError(path, "markers", f"{a}, {b}", f"change names at {times} s: exchange their columns there")
+            raise InputError(path, "markers", f"{a}, {b}", f"swap names at {times} s: exchange their columns there")
 
 
 def check_rigid(
     path: Path, time: Array, markers: dict[str, Array], bodies: dict[str, list[str]], length: float
 ) -> None:
-    """Whether markers on one body, each (T, 3) m, keep their distances.
+    """Checks that markers on one body, each (T, 3) m, keep their distances.
 
     Raises:
-        InputError: naming the body, the markers, and when they do not.
+        InputError: naming the body, the markers, and the time.
     """
     for body, names in bodies.items():
         for a, b in combinations(names, 2):
@@ -230,10 +230,10 @@ def check_rigid(
 
 
 def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, list[str]], length: float) -> None:
-    """Whether the markers on the body "base" move less than those on "tip", or hardly.
+    """Checks that the markers on the body "base" hardly move, or move less than those on "tip".
 
     Raises:
-        InputError: if they do not: the bodies' names are exchanged.
+        InputError: if they move more: the names of the bodies are exchanged.
     """
     if "tip" not in bodies or "base" not in bodies:
         return
@@ -249,7 +249,7 @@ def _distance(p: Array, q: Array) -> Array:
 
 
 def _motion(p: Array) -> float:
-    """How far a marker gets from where it is in the median, 90th percentile: single outliers do not count."""
+    """Distance of a marker from its median position, 90th percentile, which ignores single outliers."""
     seen = p[~np.isnan(p).any(axis=1)]
     return float(np.percentile(_distance(seen, np.median(seen, axis=0)), 90)) if len(seen) else 0.0
 
@@ -258,7 +258,7 @@ def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, 
     """Markers (T, 3) m by name, in the axes of the recording; NaN where one is not seen.
 
     Raises:
-        InputError: if one is missing, or they cannot be where the recording says (marker_checks).
+        InputError: if one is missing, or their positions are impossible.
     """
     if config.markers is None:
         return {}
@@ -267,7 +267,9 @@ def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, 
     for name in (name for body in described.bodies.values() for name in body):
         columns = [described.columns.format(marker=name, axis=axis) for axis in "xyz"]
         p = table.columns("markers", columns) * unit
-        p[np.isnan(p).any(axis=1) | (p == 0).all(axis=1)] = np.nan  # some systems write zeros for what is not seen
+        p[np.isnan(p).any(axis=1) | (p == 0).all(axis=1)] = (
+            np.nan
+        )  # some systems write zeros for markers that are not seen
         markers[name] = p
     for body, names in described.bodies.items():
         seen = any(np.isfinite(markers[name]).any() for name in names)
@@ -279,7 +281,7 @@ def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, 
     return markers
 
 
-_NORM = 0.01  # by which that of a quaternion may differ from 1
+_NORM = 0.01  # allowed deviation of a quaternion's norm from 1
 
 
 @dataclass(frozen=True)
@@ -294,7 +296,7 @@ def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
     """Poses by body, in the axes of the recording; NaN where a quaternion is missing or has not unit norm.
 
     Raises:
-        InputError: if a column is missing, no quaternion is one, or the unit cannot be right.
+        InputError: if a column is missing, no quaternion has unit norm, or the unit cannot be right.
     """
     poses: dict[str, BodyPose] = {}
     for name, pose in config.poses.items():
@@ -313,7 +315,7 @@ def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
 
 @dataclass(frozen=True)
 class HardwareRecording:
-    """What one file holds, in SI units and, where it has a direction, in the finger's frame B. NaN: not seen."""
+    """The contents of one file, in SI units, with vectors in the finger's frame B. NaN: not seen."""
 
     name: str  # of the file, without its suffix
     config: RecordingConfig  # how the file is described: bodies, wires, event and what is unknown
@@ -327,11 +329,11 @@ class HardwareRecording:
     load_mass: float = 0.0  # kg, hung on the tip, from the file's name
     load_place: tuple[float, float] | None = None  # m, x and z of the load from the tip; None: unknown
     gravity: Array | None = None  # (3,) m/s^2; None: unknown
-    gaps: tuple[str, ...] = ()  # what is missing or was left out, in words
+    gaps: tuple[str, ...] = ()  # missing or omitted data, as text
 
 
-_MOST_PRESSURE = 1e7  # Pa, that a soft body bears
-_LEAST_PRESSURE = 10.0  # Pa, that anything is driven with
+_MOST_PRESSURE = 1e7  # Pa, highest plausible pressure in a soft body
+_LEAST_PRESSURE = 10.0  # Pa, lowest plausible driving pressure
 
 
 def pressures_of(table: Table, config: RecordingConfig) -> Array | None:
@@ -373,12 +375,12 @@ def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     return dict(zip(described.wires, lengths.T, strict=True))
 
 
-_FEWEST = 2  # samples, of which anything can be said
+_FEWEST = 2  # samples, minimum for a recording
 _LONGEST_GAP = 60.0  # s, between two rows of one recording
 
 
 def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
-    """The samples that have a time of their own, and how many were left out; `unit` of the times, s.
+    """The samples with distinct times, and the number of omitted ones; `unit` of the times, s.
 
     Raises:
         InputError: if time runs backwards, most of it stands still, or rows are so far apart that they are of several
@@ -387,7 +389,7 @@ def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
     t = table.columns("time", [time])[:, 0]
     timed = table.kept(np.isfinite(t))
     t = t[np.isfinite(t)]
-    require(len(t) >= _FEWEST, table.path, time, len(t), f"needs at least {_FEWEST} samples that have a time")
+    require(len(t) >= _FEWEST, table.path, time, len(t), f"needs at least {_FEWEST} samples with a time")
     back = np.flatnonzero(np.diff(t) < 0)
     if len(back):
         row, value = int(timed.rows[back[0] + 1]), float(t[back[0] + 1])
@@ -408,12 +410,12 @@ def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
 def gaps_of(
     table: Table, repeated: int, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]
 ) -> tuple[str, ...]:
-    """What is missing, in words; `reference` is true in the reference span, (T,)."""
+    """Missing data, as text; `reference` is true in the reference span, (T,)."""
     found = []
     if table.dropped:
         found.append(f"{len(table.dropped)} rows do not parse, the first of them row {table.dropped[0]}")
     if repeated:
-        found.append(f"{repeated} rows have no time of their own")
+        found.append(f"{repeated} rows repeat a time")
     for name, p in markers.items():
         lost = np.any(np.isnan(p), axis=1)
         if lost.any():
@@ -438,7 +440,7 @@ def pressure_in_name(path: Path, ways: list[PressureNameConfig]) -> float | None
     """The commanded pressure in a file's name, Pa; None if there is none.
 
     Raises:
-        InputError: if what is found is no number.
+        InputError: if the match is not a number.
     """
     for way in ways:
         if found := re.search(way.pattern, path.stem):
@@ -447,10 +449,10 @@ def pressure_in_name(path: Path, ways: list[PressureNameConfig]) -> float | None
 
 
 def load_in_name(path: Path, load: LoadNameConfig | None) -> float:
-    """The mass that hangs on the tip by a file's name, kg; 0 if it names none.
+    """The mass at the tip according to a file name, kg; 0 if it gives none.
 
     Raises:
-        InputError: if what is found is no number.
+        InputError: if the match is not a number.
     """
     found = re.search(load.pattern, path.stem) if load else None
     if load is None or found is None:
@@ -462,7 +464,7 @@ def _number(path: Path, field: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise InputError(path, f"{field}.pattern", text, "is no number; let the group match digits alone") from None
+        raise InputError(path, f"{field}.pattern", text, "is not a number; the group must match digits only") from None
 
 
 @dataclass(frozen=True)
@@ -488,7 +490,7 @@ def frame_of(
     poses: dict[str, BodyPose],
     reference: NDArray[np.bool_],
 ) -> RecordingFrame:
-    """Frame B as it is described; `reference` is true in the reference span, (T,).
+    """Frame B as described; `reference` is true in the reference span, (T,).
 
     Raises:
         InputError: if its origin is neither given nor measured.
@@ -508,17 +510,17 @@ def frame_of(
 
 
 def seen_mean(p: Array) -> Array:
-    """Mean over what is seen of (T, 3), NaN if nothing is."""
+    """Mean over the finite rows of (T, 3), NaN if there are none."""
     seen = p[~np.isnan(p).any(axis=1)]
     mean: Array = seen.mean(axis=0) if len(seen) else np.full(3, np.nan)
     return mean
 
 
 def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
-    """Reads a file as its description says.
+    """Reads a file according to its description.
 
     Raises:
-        InputError: naming file, column or marker, and row or time, if it cannot be what the description says.
+        InputError: naming file, column or marker, and row or time, if it contradicts the description.
     """
     table, repeated = without_repeats(_table(path, config), config.time, TIME[config.time_unit])
     time = table.columns("time", [config.time])[:, 0] * TIME[config.time_unit]
@@ -570,7 +572,7 @@ def recording_paths(files: Sequence[str], described_as: str | None = None, data:
     """Finds recordings.
 
     Args:
-        files: each as given, or below `data`, or there in a folder named as the description.
+        files: each as given, or below `data`, or in a folder there named after the description.
         described_as: a shipped description's name, or a path; None: the YAML beside a file, with its name or
             recording.yaml.
         data: folder of recordings; None: the environment variable SOFT_GRIPPER_DATA.
@@ -599,5 +601,5 @@ def _description(path: Path, described_as: str | None) -> RecordingConfig:
         return load_description(described_as)
     places = path.with_suffix(".yaml"), path.with_name("recording.yaml")
     found = next((place for place in places if os.path.isfile(place)), None)
-    expected = f"what does it hold? Give --as NAME, or put {places[0].name} or {places[1].name} beside it"
+    expected = f"no description: give --as NAME, or put {places[0].name} or {places[1].name} next to it"
     return load_description(given(found, path, "description", expected))

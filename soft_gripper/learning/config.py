@@ -1,4 +1,4 @@
-"""What an environment file may say: one dataclass tree, with a comment, a unit and a range per field."""
+"""The schema of an environment file: one dataclass tree, with a comment, a unit and a range per field."""
 
 import copy
 from collections.abc import Iterator, Mapping
@@ -75,7 +75,7 @@ class ReachConfig:
 
 @dataclass
 class GraspConfig:
-    """The object is to be held up, with little force."""
+    """The object must be held up, with little force."""
 
     object: str = ""  # name of the free model
     height: float = quantity(0.05, "m")  # to which it is to be lifted
@@ -85,7 +85,7 @@ class GraspConfig:
 
 @dataclass
 class PickPlaceConfig:
-    """The object is to be carried along x, put down and let go."""
+    """The object must be carried along x, put down and released."""
 
     object: str = ""  # name of the free model
     goal: list[float] = quantity([0.0, 0.1], "m", span=True)  # along x in the world, where it is put down
@@ -96,7 +96,7 @@ class PickPlaceConfig:
 
 @dataclass
 class EnvironmentConfig:
-    """What is simulated, what an agent does, observes and is rewarded for, and what is random."""
+    """The scenario, actions, observations, reward and random variation of an environment."""
 
     description: str = ""
     scenario: str = ""  # name of a shipped scenario, or path relative to this file; it leaves its commands open

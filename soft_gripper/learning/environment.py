@@ -62,7 +62,7 @@ class SoftGripperEnv(DrakeGymEnv):
             render_mode: "human" (Meshcat, at real time), "rgb_array" or None.
 
         Raises:
-            InputError: if anything in the file, or the mode, is wrong.
+            InputError: if anything in the file, or the mode, is invalid.
         """
         if render_mode not in (None, *MODES):
             raise InputError("environment", "render_mode", render_mode, f"known: {', '.join(MODES)}; or None")
@@ -93,7 +93,7 @@ class SoftGripperEnv(DrakeGymEnv):
         self.info_handler = self._info  # one that is given to the constructor is dropped
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
-        """Begins an episode; `options` are none."""
+        """Begins an episode; there are no `options`."""
         observation, info = super().reset(seed=seed, options=options)
         self._observed = observation.astype(np.float32)
         return self._observed, info

@@ -1,4 +1,4 @@
-"""What differs from episode to episode: drawn, and put into the context of a station that is built once."""
+"""Variation between episodes: drawn, and put into the context of a station that is built once."""
 
 from copy import deepcopy
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ def scaled_shape(shape: Shape, factor: float) -> Shape:
             return Cylinder(factor * shape.radius(), factor * shape.length())
         case Ellipsoid():
             return Ellipsoid(factor * shape.a(), factor * shape.b(), factor * shape.c())
-    expected = "give an object of spheres, boxes, capsules, cylinders or ellipsoids; or leave out variation.size"
+    expected = "give an object of spheres, boxes, capsules, cylinders or ellipsoids; or omit variation.size"
     raise InputError("variation", "size", type(shape).__name__, expected)
 
 
@@ -118,7 +118,7 @@ class Draw:
 
 
 def draw(rng: np.random.Generator, config: VariationConfig) -> Draw:
-    """Draws for an episode."""
+    """The random draw for an episode."""
     offset = rng.uniform(-1.0, 1.0) * config.offset
     mass, friction, size = (_within(rng, limits) for limits in (config.mass, config.friction, config.size))
     logarithm = _within(rng, None if config.stiffness is None else [*np.log(config.stiffness)])

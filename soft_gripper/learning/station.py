@@ -2,7 +2,7 @@
 
 Observation: signals of the estimation -> what an agent observes.
 
-Only estimates are observed: `OBSERVABLE` lists what an agent may know, so that a file cannot request the truth.
+Only estimates are observed: `OBSERVABLE` lists what an agent may know, so that a file cannot request ground truth.
 """
 
 import math
@@ -135,7 +135,7 @@ def _joint_motion(gain: Array, middle: Array, home: Array, time: float, period: 
     )
 
 
-LARGEST = 10.0  # that is observed
+LARGEST = 10.0  # largest observed value
 # What is measured, estimated or commanded; all else is known in simulation only.
 OBSERVABLE = (
     *("strain", "extension_ratio", "sampled_pressure", "theta", "kappa", "arcs", "estimated_joint_angles"),
@@ -189,9 +189,11 @@ def add_observation(
     for i, each in enumerate(observed):
         where, name = f"observation[{i}]", each.signal
         if name.rpartition(".")[2] not in OBSERVABLE:
-            raise InputError(where, "signal", name, f"is no estimate; an agent may know: {', '.join(OBSERVABLE)}")
+            raise InputError(
+                where, "signal", name, f"is not an estimate; an agent may observe: {', '.join(OBSERVABLE)}"
+            )
         if name not in signals:
-            raise InputError(where, "signal", name, f"is none; known: {', '.join(sorted(signals))}")
+            raise InputError(where, "signal", name, f"no such signal; known: {', '.join(sorted(signals))}")
         size = signals[name].size()
         if not all(0 <= entry < size for entry in each.entries):
             raise InputError(where, "entries", each.entries, f"give some of 0 to {size - 1}")

@@ -1,4 +1,4 @@
-"""What an agent is rewarded for, as the simulation knows it: tasks of a station."""
+"""Tasks of a station: rewards computed from ground truth."""
 
 from typing import Any, NamedTuple, Protocol
 
@@ -12,11 +12,11 @@ from soft_gripper.learning.station import LearningStation
 
 
 class Judgement(NamedTuple):
-    """What a step came to."""
+    """Result of one step."""
 
     reward: float
     terminated: bool
-    info: dict[str, Any]  # the truth, which no observation holds
+    info: dict[str, Any]  # ground truth, which no observation contains
 
 
 class Task(Protocol):
@@ -26,7 +26,7 @@ class Task(Protocol):
         """Draws what is random about the task, and puts it into a context in which an episode begins."""
 
     def judge(self, context: Context) -> Judgement:
-        """Judges the state to which a step has led."""
+        """Scores the state after a step."""
 
 
 class Handled(NamedTuple):
@@ -42,7 +42,7 @@ class Handled(NamedTuple):
 
 
 class HandledObject:
-    """Looks at the object of a station."""
+    """Reads the object of a station."""
 
     def __init__(self, station: LearningStation):
         assert station.object is not None
@@ -50,12 +50,12 @@ class HandledObject:
         self._begin: Array = np.zeros(3)
 
     def begin(self, context: Context) -> None:
-        """Remembers where an episode begins."""
+        """Stores the state at the start of an episode."""
         self._begin = self._place(context)
 
     @property
     def begins_at(self) -> Array:
-        """Where the frame of the object stands as an episode begins, (3,) m in the world."""
+        """Initial position of the object frame in an episode, (3,) m in the world."""
         return self._begin
 
     def look(self, context: Context) -> Handled:

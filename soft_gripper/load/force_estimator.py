@@ -34,6 +34,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_planar, as_points, rotated
 
 SAMPLES = 5
 DELAY = SAMPLES // 2  # samples, by which the result is late
@@ -45,7 +46,6 @@ _ACCELERATION = np.convolve(_SMOOTHING, [1.0, -2.0, 1.0])
 # rate is taken midway between, and what it changes from there to either counts as tolerance.
 _MIDWAY = _ACCELERATION / 4
 _RATE = np.convolve(_SMOOTHING, [-0.5, 0.0, 0.5]) + _MIDWAY
-_IN_PLANE = np.array([1j, 0, 1, 0])  # of the axes and the origin of a pose: z + i x
 _FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
 
 # What else may remain without contact, as parts of what is known less well than the rest.
@@ -112,22 +112,23 @@ class TorqueBalance:
 
     def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
         """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""
-        directions: Planar = np.exp(1j * motion.q.cumsum(axis=-1))
+        headings = motion.q.cumsum(axis=-1)
+        cos, sin = np.cos(headings), np.sin(headings)
         # Axes and origin of B at every sample, (..., 5, 4), seen in the bending plane of the middle one: z + i x.
-        plane = motion.X_WB[..., DELAY, :, :] @ _IN_PLANE
+        plane = as_planar(motion.X_WB[..., DELAY, :, ::2])
         frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :]
         frames = frames * (_ACCELERATION / period**2)[:, None]
         x, z = frames[..., None, :, 0], frames[..., None, :, 2]
-        turning = (z @ directions.real + x @ directions.imag)[..., 0, :]
-        normals = (x @ directions.real - z @ directions.imag)[..., 0, :]
+        turning = (z @ cos + x @ sin)[..., 0, :]
+        normals = (x @ cos - z @ sin)[..., 0, :]
         base = np.add.reduce(frames, axis=-2)
         moving = self.finger.segment_length / 2 * base[..., 2] + base[..., 3]
-        forces = np.empty((2, *turning.shape), dtype=complex)
-        forces[0] = turning @ self._inertia[0] + normals @ self._inertia[1] + moving[..., None] * self._moments
-        forces[1] = (plane @ gravity)[..., None] * self._moments
-        forces *= directions[..., DELAY, :].conj()
+        across, along = self._inertia
+        inertia = normals @ across + turning @ along + moving[..., None] * self._moments
+        weight = (plane @ gravity)[..., None] * self._moments
+        torques = as_points(rotated(np.array([inertia, weight]), -headings[..., DELAY, :]))[..., 0]
         # Sums over each joint and all beyond it.
-        beyond: Array = forces.imag[..., ::-1].cumsum(axis=-1)[..., ::-1]
+        beyond: Array = torques[..., ::-1].cumsum(axis=-1)[..., ::-1]
         return beyond
 
     @cached_property
@@ -146,9 +147,8 @@ class TorqueBalance:
 
     @cached_property
     def _inertia(self) -> Planar:
-        """sum_P L_Pi m_P conj(L_Pj), kg m^2, of the real and of the imaginary part of L_Pi, (2, N, N)."""
-        parts = np.array([self._levers.real.T, self._levers.imag.T])
-        inertia: Planar = parts @ (self._masses[:, None] * self._levers.conj())
+        """sum_P L_Pi m_P conj(L_Pj), kg m^2, of the parts of L_Pi across and along link i, (2, N, N)."""
+        inertia: Planar = as_points(self._levers).T @ (self._masses[:, None] * self._levers.conj())
         return inertia
 
     @cached_property

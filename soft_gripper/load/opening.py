@@ -18,7 +18,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import in_space, link_directions
+from soft_gripper.fingers.kinematics import in_plane, in_space, link_directions
 from soft_gripper.signals import describe
 
 _IN_SPACE = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, 0, 0]])  # (x, z, heading) @ this is (x, y, z)
@@ -130,8 +130,7 @@ class InnerSurface:
         s = np.linspace(0.0, finger.length, _POINTS * finger.segments + 1)
         along = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
         own_link = np.searchsorted(ends[1:-1], s) == np.arange(finger.segments + 1)[:, None]
-        levers: Planar = along + 1j * own_link * finger.section(s).inner_face
-        return levers
+        return in_plane(own_link * finger.section(s).inner_face, along)
 
     def points(self, q: Array) -> Planar:
         """The points at joint angles (..., N) rad, m in B, (..., M)."""
@@ -168,7 +167,7 @@ class ObjectWidth(ArrayBlock):
         {finger}.contact (1) 0 or 1 ---------------> | ObjectWidth | ---> object_width  (1) m, NaN unless all touch
                                                      +-------------+
 
-    The width is the smallest spread (twice the mean distance from the centroid) of points on the inner surfaces, one of each finger: for
+    The width is the smallest spread of points on the inner surfaces, one of each finger: for
     two fingers the smallest gap, for more the diameter of what they close on. It is that of an object that they hold
     by its widest place, as tips hold a box. Where the bases stand to each other is part of the gripper and does not
     change. Skin that gives way is not allowed for, since how much depends on where and how the object is touched.

@@ -1,4 +1,4 @@
-"""Pictures of recordings: renderings, the shape of a finger, videos. None needs a display."""
+"""Pictures of recordings: renderings, the shape of a finger, videos. None requires a display."""
 
 import lazy_loader
 

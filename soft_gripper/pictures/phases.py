@@ -1,4 +1,4 @@
-"""A task at a glance: the path of the object, the gripper at the end of every phase, and the signals that lead it."""
+"""A task at a glance: the path of the object, the gripper at the end of each phase, and the control signals."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -23,16 +23,16 @@ MEASURED: dict[str, Any] = {"color": "#33608c", "lw": 1.4}
 WANTED: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (4, 2))}
 THRESHOLD: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (1, 1.5))}
 SHADES = ("0.93", "0.98")
-_CHARACTER = 0.053  # inches that a character of a phase's name takes
+_CHARACTER = 0.053  # inches per character of a phase name
 
 
 def recorded_plots(recording: Recording) -> list[str]:
-    """The plots that there are signals for: pressure always, opening and torque where the gripper was commanded."""
+    """The plots with recorded signals: always pressure, plus opening and torque if the gripper was commanded."""
     return [*(["opening", "torque"] if "grip.opening" in recording.data else []), "pressure"]
 
 
 def draw_grip_plots(plots: Sequence[Axes], scenario: Scenario, recording: Recording, spans: Sequence[Span]) -> None:
-    """The plots of `recorded_plots`, one below the other; legends to their right, names of the phases above."""
+    """The plots of `recorded_plots`, one below the other, with legends on the right and phase names above."""
     draw = {"opening": _draw_opening, "torque": _draw_torque, "pressure": _draw_pressure}
     for axes, name in zip(plots, recorded_plots(recording), strict=True):
         draw[name](axes, scenario, recording)
@@ -58,7 +58,7 @@ def _draw_torque(axes: Axes, scenario: Scenario, recording: Recording) -> None:
         axes.axhline(1e3 * scenario.control.torque_limit, label="limit", **WANTED)
     _plot(axes, recording, 1e3, "grip.torque", "estimated", MEASURED)
     assert scenario.task is not None
-    axes.axhline(1e3 * scenario.task.grip_threshold, label="counts as grip", **THRESHOLD)
+    axes.axhline(1e3 * scenario.task.grip_threshold, label="grip threshold", **THRESHOLD)
     axes.set_ylabel("grip torque\n[mN m]")
 
 
@@ -75,7 +75,7 @@ def _plot(axes: Axes, recording: Recording, unit: float, signal: str, label: str
 
 
 def _name_spans(axes: Axes, spans: Sequence[Span]) -> None:
-    """Number and name over every phase; where there is no room for the name, the number."""
+    """Number and name above each phase; only the number if there is no room for the name."""
     (begin, end), width = axes.get_xlim(), axes.get_window_extent().width / axes.figure.dpi
     for i, span in enumerate(spans, 1):
         text = f"{i} {span.phase.name}"
@@ -90,9 +90,9 @@ _LEVEL, _ALL = np.array([1.0, 1.0, 0.0]), np.ones(3)
 
 
 class CloseUp:
-    """Sees the gripper of a scene, at all of the given times, s, as large as its picture holds.
+    """A camera on the gripper of a scene that shows it as large as possible at all given times, s.
 
-    A `level` camera stays at one height, so that the gripper is seen to sink and rise.
+    A `level` camera stays at one height, so that the gripper visibly descends and rises.
     """
 
     def __init__(self, renderer: SceneRenderer, times: Iterable[float], height: int, width: int, level: bool = False):
@@ -101,7 +101,7 @@ class CloseUp:
         self._camera = framing_camera(np.concatenate(corners), height, width, renderer.direction)
 
     def camera(self, time: float) -> Camera:
-        """Where it is at a time, s."""
+        """Its pose at a time, s."""
         X_WC = RigidTransform(self._shift(time)) @ self._camera.X_WC
         return replace(self._camera, X_WC=X_WC)
 
@@ -115,7 +115,7 @@ DPI = 200
 WIDTH = 9.0
 COLUMNS, PANEL_WIDTH, PANEL_HEIGHT, GAP = 4, 1.33, 2.1, 0.04  # of the strip
 TITLE = 0.25  # above a picture
-RIGHT = 0.85  # of the pictures: the scale of torques; of the plots: legends
+RIGHT = 0.85  # right of the pictures: the torque scale; right of the plots: legends
 LEFT, PLOT_HEIGHT, PLOT_GAP, NAMES, TIME = 0.74, 0.68, 0.1, 0.32, 0.33  # of the plots; above and below them
 _PATH_COLOR, _PATH_POINTS = "#b5462f", 200
 
@@ -123,15 +123,15 @@ Place = tuple[float, float, float, float]  # left, top, width and height, inches
 
 
 def phases_figure(scenario: Scenario, recording: Recording, phases: Sequence[Phase]) -> Figure:
-    """The scene with the path of what is carried, a close-up of every phase's end, and the signals of the grip below.
+    """The scene with the path of the object, a close-up at the end of each phase, and the grip signals below.
 
-    The motions to the arm's home are not in the strip. The fingers have the colours of the true external torque;
-    opening and torque in the plots are estimated, and left out where the task does not command the gripper.
+    The strip omits the motions to the arm's home posture. The fingers are coloured by the true external torque; opening
+    and torque in the plots are estimates, and are omitted if the task does not command the gripper.
 
     Args:
-        scenario: with a task.
-        recording: of all that it did.
-        phases: of the task, as the TaskMachine numbers them.
+        scenario: a scenario with a task.
+        recording: the recording of its run.
+        phases: the phases of the task, as numbered by the TaskMachine.
     """
     spans = phase_spans(recording, phases)
     numbered = list(enumerate(spans, 1))
@@ -160,7 +160,7 @@ def _goes_home(phase: Phase, scenario: Scenario) -> bool:
 
 
 def _panel_left(column: int) -> float:
-    """Where the pictures of a column of the strip begin, inches; the strip ends at the right."""
+    """Left edge of a column of the strip, inches; the strip is aligned right."""
     return WIDTH - RIGHT - (COLUMNS - column) * (PANEL_WIDTH + GAP) + GAP
 
 
@@ -176,7 +176,7 @@ def _pixels(place: Place) -> tuple[int, int]:
 
 
 def _draw_overview(axes: Axes, scenario: Scenario, renderer: SceneRenderer) -> None:
-    """The scene when the object, or without one the gripper, is half-way, and its path."""
+    """The scene with the path of the object (or else of the gripper), at the middle of the path."""
     assert scenario.task is not None
     scene, name = renderer.scene, scenario.task.object
     times = scene.times[np.linspace(0, len(scene.times) - 1, _PATH_POINTS).astype(int)]
@@ -192,7 +192,7 @@ def _draw_overview(axes: Axes, scenario: Scenario, renderer: SceneRenderer) -> N
 
 
 def _draw_strip(figure: Figure, renderer: SceneRenderer, shown: Sequence[tuple[int, Span]]) -> None:
-    """The gripper at the end of every span, with the span's number."""
+    """The gripper at the end of each span, with the number of the span."""
     size = _pixels((0.0, 0.0, PANEL_WIDTH, PANEL_HEIGHT))
     close_up = CloseUp(renderer, [span.end for _, span in shown], *size, level=True)
     for i, (number, span) in enumerate(shown):

@@ -1,4 +1,4 @@
-"""SceneRenderer: a recording at any time -> a picture of its scene, without a display or a simulation."""
+"""SceneRenderer: renders a recorded scene at any time, without a display or a simulation."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ from soft_gripper.scenario.scenario import Scenario
 
 
 def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
-    """Puts meshes with normals in the place of OBJ files without, wherever a renderer would see one."""
+    """Replaces OBJ files without normals by meshes with normals, wherever a renderer would see one."""
     inspector = scene_graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds(Role.kPerception):
         shape = inspector.GetShape(geometry)
@@ -54,14 +54,14 @@ def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
 
 
 def _with_normals(mesh: Mesh) -> Mesh:
-    """The same mesh, shaded smoothly but for its sharp edges."""
+    """The same mesh, with smooth shading except at sharp edges."""
     smooth = trimesh.load(mesh.source().path(), force="mesh").smooth_shaded
     text = trimesh.exchange.obj.export_obj(smooth, include_normals=True, include_texture=False, header=None)
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals")), mesh.scale3())
 
 
 class ReplayedScene:
-    """Plant and SceneGraph of a scenario, their context, and the recording whose states they take."""
+    """Plant and SceneGraph of a scenario, with a context that is set to recorded states."""
 
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
@@ -74,41 +74,41 @@ class ReplayedScene:
 
     @property
     def times(self) -> Array:
-        """Of the recorded samples, s."""
+        """Times of the recorded samples, s."""
         times: Array = self._recording.data["time"].values
         return times
 
     @property
     def scene_graph_context(self) -> Context:
-        """Of the SceneGraph; what is changed in it lasts."""
+        """The inspector of the SceneGraph."""
         return self.scene_graph.GetMyMutableContextFromRoot(self._context)
 
     def signals(self, time: float) -> xr.Dataset:
-        """All that was recorded at the sample nearest to a time, s."""
+        """The recording at the sample nearest to a time, s."""
         return self._recording.data.sel(time=time, method="nearest")
 
     def query(self, time: float) -> QueryObject:
-        """The geometries where they are at a time, s."""
+        """The geometries at their poses at a time, s."""
         self._go_to(time)
         return self.scene_graph.get_query_output_port().Eval(self.scene_graph_context)
 
     def model_position(self, name: str, time: float) -> Array:
-        """Where the first link of a model is at a time, s; (3) m in the world."""
+        """Position of the first link of a model at a time, s; (3) m in the world."""
         return self._position(self.plant.GetBodyIndices(self.plant.GetModelInstanceByName(name))[0], time)
 
     def gripper_position(self, time: float) -> Array:
-        """The middle between the bases of the fingers at a time, s; (3) m in the world."""
+        """Mean position of the finger bases at a time, s; (3) m in the world."""
         middle: Array = np.mean([self._position(finger.base.index(), time) for finger in self.fingers], axis=0)
         return middle
 
     def gripper_corners(self, time: float) -> Array:
-        """Corners of the boxes around all parts of the models with fingers at a time, s; (M, 3) m in the world."""
+        """Corners of the bounding boxes of all parts of the models with fingers at a time, s; (M, 3) m in the world."""
         return self._corners({finger.model for finger in self.fingers}, time)
 
     def framed_corners(self, time: float) -> Array:
-        """Corners of the boxes around what a picture must show at a time, s; (M, 3) m in the world.
+        """Corners of the bounding boxes of all that a picture must show at a time, s; (M, 3) m in the world.
 
-        That is all that can move, and what is fixed and smaller, such as a peg, but no table.
+        These are all movable bodies, and smaller fixed ones such as a peg, but not a table.
         """
         models = [ModelInstanceIndex(index) for index in range(self.plant.num_model_instances())]
         moving = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
@@ -117,7 +117,7 @@ class ReplayedScene:
         return np.concatenate([moving, *small])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
-        """What is seen of a body."""
+        """The visible geometries of a body."""
         frame = self.plant.GetBodyFrameIdOrThrow(body)
         return self.scene_graph.model_inspector().GetGeometries(frame, Role.kPerception)
 
@@ -129,21 +129,21 @@ class ReplayedScene:
         return box_corners(self.plant, self.scene_graph, self._go_to(time), models, Role.kPerception)
 
     def _go_to(self, time: float) -> Context:
-        """The context of the plant, in the state of a time."""
+        """The context of the plant, set to the state at a time."""
         context = self.plant.GetMyMutableContextFromRoot(self._context)
         self.plant.SetPositionsAndVelocities(context, self.signals(time)["plant.state"].values)
         return context
 
 
 def _extent(corners: Array) -> float:
-    """The diagonal of the box around points, m."""
+    """The diagonal of the bounding box of points, m."""
     return float(np.linalg.norm(np.ptp(corners, axis=0)))
 
 
 ANGLE_OF_VIEW = np.radians(20.0)  # vertical
-DIRECTION = np.array([0.2, 1.0, -0.22])  # of fingers alone: onto the x-z plane, a little from the left and above
-MARGIN = 0.08  # of the picture, left free around what it shows
-ASPECTS = (0.9, 2.0)  # narrowest and widest, where the width is left open
+DIRECTION = np.array([0.2, 1.0, -0.22])  # for fingers without an arm: onto the x-z plane, from slightly left and above
+MARGIN = 0.08  # share of the picture left free around its contents
+ASPECTS = (0.9, 2.0)  # narrowest and widest, if no width is given
 
 
 @dataclass(frozen=True)
@@ -159,12 +159,12 @@ class Camera:
         return CameraInfo(scale * self.width, scale * self.height, ANGLE_OF_VIEW)
 
     def render_camera(self, renderer: str, scale: int) -> ColorRenderCamera:
-        """The camera as a renderer takes it, `scale` times as large."""
+        """The camera in the form that a renderer needs, `scale` times as large."""
         core = RenderCameraCore(renderer, self.info(scale), ClippingRange(0.05, 10.0), RigidTransform())
         return ColorRenderCamera(core)
 
     def project(self, p_W: Array) -> Array:
-        """Where points of the world, (..., 3) m, lie in the picture, (..., 2) pixels right and down."""
+        """Projects points in the world, (..., 3) m, onto the picture, (..., 2) pixels right and down."""
         X_CW = self.X_WC.inverse()
         p_C = p_W @ X_CW.rotation().matrix().T + X_CW.translation()
         pixels: Array = (p_C / p_C[..., 2:] @ self.info().intrinsic_matrix().T)[..., :2]
@@ -184,7 +184,7 @@ def framing_camera(p_W: Array, height: int, width: int | None = None, direction:
     return Camera(RigidTransform(R_WC, nearest_eye(p_W, R_WC, -slope, slope)), width, height)
 
 
-# Position before a viewer who looks along +y, m, and intensity. Lamps at a point cast no shadows.
+# Position, m, for a viewer who looks along +y, and intensity. Point lights cast no shadows.
 LAMPS = (
     ((0.0, -1.0, 6.0), 0.8),
     ((-2.0, -6.0, 1.5), 0.6),
@@ -192,25 +192,25 @@ LAMPS = (
     ((-6.0, -2.0, 0.5), 0.42),
     ((0.0, -1.0, -6.0), 0.3),
 )
-DIMMED = 0.9  # what is left of that beside the sun
-SUN = np.array([-0.22, -0.40, 0.89])  # direction in which it stands, of length 1
+DIMMED = 0.9  # factor on these intensities when there is a sun
+SUN = np.array([-0.22, -0.40, 0.89])  # unit vector toward it
 SUN_INTENSITY = 0.25
-SUN_DISTANCE = 8.0  # in radii of what it shines on
-_CONE = 12.0  # degrees from the middle of its light to the edge
+SUN_DISTANCE = 8.0  # in radii of the lit region
+_CONE = 12.0  # degrees, half angle of its light cone
 _WHITE = [1.0, 1.0, 1.0]
 
 
 def make_renderer() -> RenderEngine:
-    """A renderer for fingers alone: lamps all round, a white background, and soft shading where things meet."""
+    """A renderer for fingers without an arm: lights on all sides, a white background, and ambient occlusion."""
     shading = SsaoParameter(radius=0.03, bias=0.01, sample_count=16, blur=True)
     lamps = [_lamp(np.array(position), intensity) for position, intensity in LAMPS]
     return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=_WHITE, lights=lamps, ssao=shading))
 
 
 def make_workshop(direction: Array, p_W: Array) -> RenderEngine:
-    """A renderer for an arm: lamps round one who looks in `direction`, and a sun, whose shadows show heights.
+    """A renderer for an arm: lights around a viewer who looks in `direction`, and a sun, whose shadows show heights.
 
-    The sun shines on what lies between the points p_W, (M, 3) m, and round about.
+    The sun lights the region around the points p_W, (M, 3) m.
     """
     turn = RotationMatrix.MakeZRotation(np.arctan2(-direction[0], direction[1]))
     lamps = [_lamp(turn @ np.array(position), DIMMED * intensity) for position, intensity in LAMPS]
@@ -234,16 +234,16 @@ def _lamp(position: Array, intensity: float) -> LightParameter:
 Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
 
 _RENDERER = "vtk"
-_OVERSAMPLING = 2  # rendered so much larger and then reduced, against jagged edges
-_FARTHEST = 2.0  # m, from the middle of all, that is framed
-_FRAMED_TIMES = 30  # of a recording, that the camera is chosen for
+_OVERSAMPLING = 2  # factor by which pictures are rendered larger and then reduced, against jagged edges
+_FARTHEST = 2.0  # m from the centre; anything beyond is not framed
+_FRAMED_TIMES = 30  # number of times in a recording that the camera must cover
 
 
 class SceneRenderer:
-    """Looks at what was recorded of a scenario with one camera that sees all of the motion.
+    """Renders a recording of a scenario with one camera that covers the whole motion.
 
-    If `torque_limit` is given, N m, the links of the fingers have the colours of the true external torque
-    on a scale that ends there, and otherwise the colours of the model.
+    If `torque_limit`, N m, is given, the links of the fingers are coloured by the true external torque on a
+    scale that ends there; otherwise, they have the colours of the model.
     """
 
     def __init__(
@@ -258,7 +258,7 @@ class SceneRenderer:
         self._torque_limit = torque_limit
         times = scene.times[np.linspace(0, len(scene.times) - 1, _FRAMED_TIMES).astype(int)]
         corners = np.concatenate([scene.framed_corners(time) for time in times])
-        # What has fallen far away would leave nothing else to be seen.
+        # Framing an object that has fallen far away would make everything else too small.
         corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
         self.direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)
         self.camera = framing_camera(corners, height, width, self.direction)
@@ -266,7 +266,7 @@ class SceneRenderer:
         scene.scene_graph.AddRenderer(scene.scene_graph_context, _RENDERER, engine)
 
     def render(self, time: float, camera: Camera | None = None) -> Picture:
-        """The scene at a time of the recording, s, as its own camera or another sees it."""
+        """The scene at a time of the recording, s, seen by the default camera or by another one."""
         camera = camera or self.camera
         self._paint_fingers(time)
         query, world = self.scene.query(time), self.scene.scene_graph.world_frame_id()
@@ -282,7 +282,7 @@ class SceneRenderer:
                 self._paint(finger, color(torque, self._torque_limit))
 
     def _paint(self, finger: PlantFinger, joint_colors: Array) -> None:
-        """Gives each link the colour of the joint at which it begins; the first link shares the second's."""
+        """Colours each link by the torque at its proximal joint; the first link takes the colour of the second."""
         for link, rgb in zip(finger.links, [joint_colors[0], *joint_colors], strict=True):
             self._paint_body(link.index(), Rgba(*rgb))
 

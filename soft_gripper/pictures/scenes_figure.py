@@ -1,4 +1,4 @@
-"""Fig. 8 of the paper: scenarios side by side, as they begin and at their largest pressure."""
+"""Fig. 8 of the paper: scenarios side by side, at the start and at their largest pressure."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,17 +19,17 @@ from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.scenario.scenario import Scenario
 
 # Inches.
-HEIGHT, TITLE = 2.3, 0.3  # of a picture; above it
+HEIGHT, TITLE = 2.3, 0.3  # of a picture; of the title above it
 GAP, INNER = 0.15, 0.06  # between pairs of pictures, across and down; between the two of a pair
-ROW = 9.6  # width that the pairs of a row take at most, if there is more than one
-BAR = 1.1  # right of the pictures
+ROW = 9.6  # maximum width of a row with several pairs
+BAR = 1.1  # space to the right of the pictures
 STYLE: dict[Any, Any] = {"font.size": 11}
 
 
 def scenes_figure(runs: Mapping[str, tuple[Scenario, Recording]], height: int = 700) -> Figure:
-    """Two pictures of every scenario of `runs`, by name, side by side; each is rendered `height` pixels high.
+    """Two pictures of each scenario in `runs`, by name, side by side; each is rendered `height` pixels high.
 
-    The fingers have the colours of the true external torque, on one scale for all.
+    The fingers are coloured by the true external torque, on one scale for all.
     """
     limit = recorded_limit(*(recording for _, recording in runs.values()))
     renderers = [SceneRenderer(*run, height, torque_limit=limit) for run in runs.values()]
@@ -56,7 +56,7 @@ def scenes_figure(runs: Mapping[str, tuple[Scenario, Recording]], height: int = 
 
 
 def pair_places(widths: Sequence[float]) -> list[tuple[float, float, float]]:
-    """Left, top and width, inches, of pairs of pictures that fill one row after the other, each row in the middle."""
+    """Left, top and width, inches, of pairs of pictures that fill one row after another, each row centred."""
     rows: list[list[float]] = []
     for width in widths:
         if rows and sum(rows[-1]) + len(rows[-1]) * GAP + width <= ROW:
@@ -74,7 +74,7 @@ def pair_places(widths: Sequence[float]) -> list[tuple[float, float, float]]:
 
 
 def largest_pressure(scenario: Scenario) -> tuple[float, float]:
-    """When the step of the largest pressure or vacuum ends, s, and that pressure, Pa."""
+    """The end of the step with the largest pressure or vacuum, s, and that pressure, Pa."""
     steps = np.array([pressure_steps(scenario.pressure, name) for name in scenario.pressure.steps])
     finger, step = np.unravel_index(np.argmax(np.abs(steps)), steps.shape)
     return float(step + 1) * scenario.step_duration, float(steps[finger, step])
@@ -86,7 +86,7 @@ _SCALE = 3.0  # times life size
 
 
 def section_figure(finger: Finger) -> Figure:
-    """Base and tip, three times life size; the inner side, which touches, to the right."""
+    """Base and tip, three times life size; the inner (contact) side on the right."""
     sections = {"base": finger.base, "tip": finger.tip}
     extent = 1e3 * max(max(section.width, section.thickness) for section in sections.values()) + 9
     side = _SCALE * extent / _INCH
@@ -120,7 +120,7 @@ def _draw(axes: Axes, section: CrossSection, finger: Finger) -> None:
 
 
 def _draw_chamber(axes: Axes, section: CrossSection) -> None:
-    """The chamber with its size, and the thickness of the walls round it."""
+    """The chamber with its size, and the thickness of the walls around it."""
     h, b, x = (1e3 * v for v in (section.chamber_thickness, section.chamber_width, section.chamber_center))
     t, w = 1e3 * section.thickness, 1e3 * section.width
     walls = {name: 1e3 * float(wall) for name, wall in section.walls.items()}

@@ -15,9 +15,9 @@ from matplotlib.transforms import Affine2D
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table, point_at
+from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
-from soft_gripper.estimators.arcs import Arcs, points_on_arcs
+from soft_gripper.estimators.arcs import Arcs, points_on_arcs, sites_on_arcs
 from soft_gripper.estimators.contact import face_offset
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points
@@ -28,11 +28,11 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_alon
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
 _STDS = 2  # standard deviations, on either side
-_STRAIGHT = 10.0  # m; an arc of a larger radius is called straight
-_TEXT_DISTANCE = 9e-3  # m, from the side of the finger to where its radius is written
+_STRAIGHT = 10.0  # m; an arc with a larger radius is labelled straight
+_TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radius
 _EDGE = "0.35"
-_LENGTH = 0.025  # m for a newton
-_LEAST = 0.02  # N, that is drawn
+_LENGTH = 0.025  # m/N
+_LEAST = 0.02  # N, smallest force drawn
 
 
 def in_mm(planar: Planar) -> Array:
@@ -41,7 +41,7 @@ def in_mm(planar: Planar) -> Array:
 
 
 def draw_base(axes: Axes, finger: Finger) -> None:
-    """What the finger is mounted on, as a dark block."""
+    """The mount of the finger, as a dark block."""
     width, depth = 1.8e3 * finger.base.thickness, 0.6e3 * finger.base.thickness
     middle = -1e3 * float(finger.base.neutral_axis)
     axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
@@ -50,20 +50,20 @@ def draw_base(axes: Axes, finger: Finger) -> None:
 def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array) -> None:
     """The segments as rounded rectangles of `colors`, (N, 3), between base, joints and tip, (N + 2, 3) m in B."""
     middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
-    ends = as_planar(np.concatenate([corners[:1], middles, corners[-1:]])[:, ::2])
+    ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, ::2]
     section, length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
     faces = 1e3 * np.array([section.outer_face, section.inner_face]).T
     style = BoxStyle.Round(pad=0, rounding_size=0.2 * length)
     for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
         corner, width = (outer, -length / 2), inner - outer
         segment = FancyBboxPatch(corner, width, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6)
-        place = Affine2D().rotate(-np.angle(end - begin)).translate(*in_mm(np.array((begin + end) / 2)))
+        place = Affine2D().rotate(-np.arctan2(*(end - begin))).translate(*(begin + end) / 2)
         segment.set_transform(place + axes.transData)
         axes.add_patch(segment)
 
 
 def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -> None:
-    """The finger as the arcs bend it: a piece of `colors`, (N, 3), for every segment, a line round every section."""
+    """The finger bent along the arcs: a piece of `colors`, (N, 3), per segment, and an outline around each section."""
     in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
     for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
         ends = np.array([i, i + 1]) / layout.joints_per_section[section]
@@ -74,13 +74,12 @@ def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -
 
 
 def _outline(layout: MeasurementModel, arcs: Arcs, section: int, begin: float = 0.0, end: float = 1.0) -> Array:
-    """Round the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
+    """Outline of the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
     fraction = np.linspace(begin, end, 17)
     s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
-    normal = 1j * np.exp(1j * (arcs.heading[section] + fraction * arcs.theta[section]))
-    built = layout.finger.section(s)
-    axis = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
-    return in_mm(np.concatenate([axis + built.inner_face * normal, (axis + built.outer_face * normal)[::-1]]))
+    built, of = layout.finger.section(s), np.full(len(fraction), section)
+    inner, outer = (points_on_arcs(arcs, of, fraction, face) for face in (built.inner_face, built.outer_face))
+    return in_mm(np.concatenate([inner, outer[::-1]]))
 
 
 def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
@@ -97,50 +96,56 @@ def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
 
 def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int, **look: Any) -> None:
     """The radius of an arc, mm, beside its middle on the outer side of the bend."""
-    (middle,) = points_on_arcs(arcs, np.array([section]), np.array([0.5]))
-    theta, radius = arcs.theta[section], abs(arcs.start[section] - arcs.centers[section])
-    normal = 1j * np.exp(1j * (arcs.heading[section] + theta / 2))
-    base = layout.finger.base
-    face = base.outer_face - _TEXT_DISTANCE if theta > 0 else base.inner_face + _TEXT_DISTANCE
-    x, z = in_mm(middle + face * normal)
+    base, radius = layout.finger.base, abs(arcs.start[section] - arcs.centers[section])
+    offset = base.outer_face - _TEXT_DISTANCE if arcs.theta[section] > 0 else base.inner_face + _TEXT_DISTANCE
+    ((x, z),) = in_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
     text = f"{1e3 * radius:.0f}" if radius < _STRAIGHT else "straight"
     axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
 
 
+# Points at an arc length, m, and at distances (M,) m from the axis, positive on the inner side: (M, 2) x, z m in B.
+Beside = Callable[[float, Array], Array]
+
+
 class Arrow(NamedTuple):
-    """A force on a finger: from the face that it presses on to where it pushes, m in B."""
+    """A force on a finger: from the face that it presses on to where it pushes, (x, z) m in B."""
 
-    begin: complex
-    end: complex
+    begin: Array
+    end: Array
 
 
-def arrow_of_force(finger: Finger, point: complex, heading: float, force: float, arc_length: float) -> Arrow | None:
+def arrow_of_force(finger: Finger, beside: Beside, force: float, arc_length: float) -> Arrow | None:
     """The arrow of a force across the finger; None where it is not known, or next to none.
 
     Args:
         finger: that is pressed.
-        point: of its axis at `arc_length` m, z + i x, m in B.
-        heading: of the axis there, rad.
+        beside: where its points are.
         force: N, positive on the inner side.
         arc_length: m.
     """
-    if not abs(force) >= _LEAST or not np.isfinite([point.real, heading, arc_length]).all():
+    if not abs(force) >= _LEAST or not np.isfinite(arc_length):
         return None
-    normal = 1j * np.exp(1j * heading)
-    begin = point + float(face_offset(finger, np.array(arc_length), np.array(force))) * normal
-    return Arrow(complex(begin), complex(begin - _LENGTH * force * normal))
+    face = float(face_offset(finger, np.array(arc_length), np.array(force)))
+    begin, end = beside(arc_length, np.array([face, face - _LENGTH * force]))
+    return Arrow(begin, end) if np.isfinite(begin).all() else None
 
 
-def point_on_links(finger: Finger, corners: Array, s: float) -> tuple[complex, float]:
-    """The point at arc length s, m, of links from corner to corner, z + i x in B, and the heading of its link, rad."""
+def beside_arcs(arcs: Arcs, s: float, offset: Array) -> Array:
+    """Of a curve of arcs, as `Beside`."""
+    return as_points(sites_on_arcs(arcs, np.full(len(offset), s), offset)[0])
+
+
+def beside_links(finger: Finger, corners: Array, s: float, offset: Array) -> Array:
+    """Of links from corner to corner, (N + 2, 3) m in B, as `Beside`."""
     link = int(np.searchsorted(finger.joint_arc_lengths, s))
-    point = as_planar(points_along(finger, corners, np.array([s]))[0, ::2])
-    return complex(point), float(np.angle(as_planar(corners[link + 1, ::2] - corners[link, ::2])))
+    x, z = (corners[link + 1] - corners[link])[::2]
+    points: Array = points_along(finger, corners, np.array([s]))[:, ::2] + np.outer(offset / np.hypot(x, z), [z, -x])
+    return points
 
 
 def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 1.4) -> None:
     """An arrow with its name for the legend; a narrower one lies over a wider one."""
-    begin, end = (tuple(in_mm(np.array(point))) for point in arrow)
+    begin, end = (tuple(1e3 * point) for point in arrow)
     look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 6 * width, "shrinkA": 0, "shrinkB": 0}
     axes.add_patch(FancyArrowPatch(begin, end, color=color, lw=width, zorder=5 + 1 / width, **look))
     axes.plot([], [], color=color, lw=width, marker=">", ms=4, label=label)
@@ -148,9 +153,9 @@ def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 
 
 def draw_band(axes: Axes, finger: Finger, arcs: Arcs, std: Array) -> None:
     """Two standard deviations on either side of the curve, from those of joints and tip, (N + 1) m."""
-    points, headings = (np.array(part) for part in zip(*(point_at(arcs, s) for s in finger.link_ends), strict=True))
-    aside = _STDS * np.concatenate([[0.0], std]) * 1j * np.exp(1j * headings)
-    outline = in_mm(np.concatenate([points + aside, (points - aside)[::-1]]))
+    aside = _STDS * np.concatenate([[0.0], std])
+    inner, points, outer = (sites_on_arcs(arcs, finger.link_ends, offset)[0] for offset in (aside, None, -aside))
+    outline = in_mm(np.concatenate([inner, outer[::-1]]))
     axes.add_patch(
         Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=f"± {_STDS} standard deviations")
     )
@@ -164,7 +169,7 @@ _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true 
 
 
 class Shape(NamedTuple):
-    """What a recording says about one finger at one time, in B."""
+    """One finger at one time of a recording, in B."""
 
     corners: Array  # (N + 2, 3) m, the true base, joints and tip
     arcs: Arcs
@@ -173,12 +178,12 @@ class Shape(NamedTuple):
     true_torque: Array  # (N) N m
     pose_error: float  # m
     true_contact: Arrow | None
-    contact: Arrow | None  # estimated, if it is
-    std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if it is estimated
+    contact: Arrow | None  # estimated, if available
+    std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if available
 
 
 def read_shape(layout: MeasurementModel, recording: Recording, time: float) -> Shape:
-    """The shape of the finger of `layout`, which was recorded with these sensors, at a time, s."""
+    """The shape, at a time, s, of the finger of `layout`, which was recorded with these sensors."""
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
@@ -190,34 +195,32 @@ def read_shape(layout: MeasurementModel, recording: Recording, time: float) -> S
         signals["external_torque"],
         signals["true_external_torque"],
         float(signals["pose_error"].item()),
-        _arrow(layout.finger, partial(point_on_links, layout.finger, true), signals, "true_contact"),
-        _arrow(layout.finger, partial(point_at, arcs), signals, "contact"),
+        _arrow(layout.finger, partial(beside_links, layout.finger, true), signals, "true_contact"),
+        _arrow(layout.finger, partial(beside_arcs, arcs), signals, "contact"),
         signals.get("position_std"),
     )
 
 
-def _arrow(
-    finger: Finger, point_at: Callable[[float], tuple[complex, float]], signals: Mapping[str, Array], which: str
-) -> Arrow | None:
+def _arrow(finger: Finger, beside: Beside, signals: Mapping[str, Array], which: str) -> Arrow | None:
     """The arrow of the true or the estimated contact; None if there is none, or it is not recorded."""
     if f"{which}_force" not in signals:
         return None
     force, s = (float(signals[f"{which}_{name}"].item()) for name in ("force", "arc_length"))
-    return arrow_of_force(finger, *point_at(s), force, s) if np.isfinite(s) else None
+    return arrow_of_force(finger, beside, force, s)
 
 
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
     """Three panels at a time, s: the simulation, the estimated arcs over the true joints, the estimate.
 
-    The contact force is drawn where it presses, 25 mm a newton: the true one, and beside it the estimated one where the
-    estimator has one, as the uncertainty of the curve.
+    The true contact force is drawn at the contact, 25 mm/N; so are the estimated force and the uncertainty of the
+    curve, if the estimator provides them.
 
-    Drawn in frame B, mm, with the base at the top. Segments and arcs have the colours of the true and of
-    the estimated external torque, on one scale; the numbers at the arcs are their radii.
+    Drawn in frame B, mm, with the base at the top. Segments and arcs are coloured by the true and the
+    estimated external torque, on one scale; the numbers at the arcs are their radii.
     """
     finger, shape = layout.finger, read_shape(layout, recording, time)
     arcs = len(shape.arcs.theta)
-    if arcs != layout.sections:  # an estimator may have an arc a segment
+    if arcs != layout.sections:  # an estimator may have one arc per segment
         layout = replace(layout, sections=arcs, borders=None)
     limit = torque_limit([shape.torque, shape.true_torque])
     x_limits, z_limits = _limits(layout, shape)
@@ -243,12 +246,12 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
 
 
 def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]:
-    """Of x in the three panels and of z, mm; the centres of arcs are shown if they lie near."""
+    """Limits of x in the three panels, and of z, mm; the centres of arcs are shown if they are near."""
     x, z = 1e3 * shape.corners[:, ::2].T
     free = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
     arrows = [arrow for arrow in (shape.true_contact, shape.contact) if arrow is not None]
-    tips = [1e3 * arrow.end.imag for arrow in arrows]
+    tips = [1e3 * arrow.end[0] for arrow in arrows]
     finger = np.array([min([min(x) + outer, *tips]) - free / 2, max([max(x) + inner, *tips]) + free / 2])
     centers = in_mm(shape.arcs.centers)[:, 0]
     near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
@@ -257,7 +260,7 @@ def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]
 
 
 def _draw_contact(panels: Sequence[Axes], finger: Finger, shape: Shape) -> None:
-    """The true force in the first and the last panel, and what is estimated in the last."""
+    """Draws the true force in the first and last panels, and the estimate in the last."""
     if shape.std is not None:
         draw_band(panels[2], finger, shape.arcs, shape.std)
     if shape.true_contact is not None:
@@ -272,4 +275,4 @@ def _draw_joints(axes: Axes, shape: Shape) -> None:
     estimated = f"estimated joints (mean error {1e3 * shape.pose_error:.2f} mm)"
     axes.plot(*(1e3 * shape.corners[1:-1, ::2].T), "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
     axes.plot(*in_mm(shape.joints).T, ".", ms=4, color="black", label=estimated)
-    axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the centres of the arcs")
+    axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the arc centres")

@@ -1,4 +1,4 @@
-"""How the figures of the evaluations look, and how they are written."""
+"""The style of the figures in evaluations, and how they are written."""
 
 from pathlib import Path
 from typing import Any
@@ -18,20 +18,20 @@ STYLE: dict[Any, Any] = {
 }
 COLORS = {1: "#b2182b", 2: "#ef8a62", 3: "#67a9cf", 4: "#2166ac"}
 MARKERS = {1: "o", 2: "s", 3: "^", 4: "D"}
-# Of estimators, in the order in which they are tabulated: Okabe and Ito's colours, which the colour-blind tell apart.
+# Colours of estimators, in table order: Okabe and Ito's palette, which is safe for colour-blind readers.
 ESTIMATOR_COLORS = ("#555555", "#e69f00", "#0072b2", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#f0e442")
 ESTIMATOR_MARKERS = "osD^vPX*"
 
 
 def section_style(sections: int) -> dict[str, Any]:
-    """How the line of a number of sections looks, in every figure."""
+    """Line style for a number of sections, in all figures."""
     return {"marker": MARKERS[sections], "ms": 4, "lw": 1.3, "color": COLORS[sections], "label": str(sections)}
 
 
 def estimator_style(place: int, name: str) -> dict[str, Any]:
-    """How the line of an estimator looks, in every figure; `place` counts the estimators from 0.
+    """Line style for an estimator, in all figures; `place` counts the estimators from 0.
 
-    Colours begin anew after the last, with dashed lines, then dotted ones.
+    The colours repeat with dashed lines, then with dotted ones.
     """
     again, place = divmod(place, len(ESTIMATOR_COLORS))
     look = {"ls": ("-", "--", ":", "-.")[again % 4], "color": ESTIMATOR_COLORS[place], "label": name}
@@ -39,7 +39,7 @@ def estimator_style(place: int, name: str) -> dict[str, Any]:
 
 
 def save_figure(figure: Figure, stem: Path) -> None:
-    """Writes a figure as PNG and SVG, the same bytes for the same figure."""
+    """Writes a figure as PNG and SVG; the same figure always gives the same bytes."""
     for suffix, metadata in ((".png", None), (".svg", {"Date": None})):
         with atomic_file(stem.with_suffix(suffix)) as partial, mpl.rc_context(STYLE):
             figure.savefig(partial, dpi=200, metadata=metadata)

@@ -1,4 +1,4 @@
-"""A recording as a film to keep: .mp4, or an animated picture."""
+"""A recording as a video: .mp4, or an animated picture."""
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -20,17 +20,17 @@ from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.scenario.scenario import Scenario
 
-FRAME_RATE = 10  # frames a second of simulated time
+FRAME_RATE = 10  # frames per second of simulated time
 FOOTER = 60  # pixels, below the scene
-_CLOSE_UP = 0.4  # of the width
+_CLOSE_UP = 0.4  # share of the width
 _GAP = 4  # pixels, between scene and close-up
-_FRAMED_TIMES = 20  # of a recording, that the close-up is chosen for
+_FRAMED_TIMES = 20  # number of times in a recording that the close-up must cover
 
 
 class Film:
-    """What a recording of a scenario shows at its own pace; the scene is `width` x `height` pixels.
+    """The frames of a video of a recording in real time; the scene is `width` x `height` pixels.
 
-    A gripper on an arm is small in the scene: beside it there is a close-up, which takes a part of the width.
+    A gripper on an arm is small in the scene, so a close-up next to it takes part of the width.
     """
 
     def __init__(self, scenario: Scenario, recording: Recording, width: int, height: int):
@@ -45,7 +45,7 @@ class Film:
         self._scale = _draw_scale(limit, width // 2)
 
     def frame(self, time: float) -> Image.Image:
-        """The frame of a time, s."""
+        """The frame at a time, s."""
         width, height = self.size
         frame = Image.new("RGB", self.size, "white")
         frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))
@@ -59,7 +59,7 @@ class Film:
         return frame
 
     def _caption(self, time: float) -> str:
-        """The time, the pressures in the fingers, and how the task stands; what is the same in all stands once."""
+        """The time, the pressures in the fingers, and the state of the task; equal pressures are given once."""
         now = self._recording.data.sel(time=time, method="nearest")
         signals = [signal for name, signal in now.data_vars.items() if str(name).endswith(".pressure")]
         pressures = dict.fromkeys(f"{round(signal.item() / 1e3)} kPa" for signal in signals)
@@ -67,7 +67,7 @@ class Film:
         return "     ".join([f"{time:4.1f} s", ", ".join(pressures), *task])
 
     def _phase(self, now: xr.Dataset) -> str:
-        """The phase of the task; behind the last, and after a failure, the outcome."""
+        """The phase of the task, or its outcome after the last phase or a failure."""
         assert self._scenario.task is not None
         phases, number = self._scenario.task.phases, int(now["task.phase"])
         return phases[number].name if number < len(phases) else _words(Outcome(int(now["task.outcome"])))
@@ -78,7 +78,7 @@ def _words(outcome: Outcome) -> str:
 
 
 def _draw_scale(limit: float, width: int) -> Image.Image:
-    """The scale of the colours, which ends at `limit` N m, as high as the footer."""
+    """The colour scale, which ends at `limit` N m, as high as the footer."""
     figure = Figure(figsize=(width / 100, FOOTER / 100), dpi=100)
     axes = figure.add_axes((0.05, 0.72, 0.87, 0.18))
     bar = add_torque_bar(figure, limit, cax=axes, orientation="horizontal")
@@ -93,19 +93,19 @@ ANIMATIONS = (".gif", ".webp", ".png")
 
 
 def check_video(path: Path) -> None:
-    """Says before any work is done whether a film of this name can be written.
+    """Checks, before any work is done, that a video with this name can be written.
 
     Raises:
-        InputError: if the ending of the name is another, or what writes it is not installed.
+        InputError: if the ending is not supported, or the encoder is not installed.
     """
     if path.suffix == ".mp4":
         try:
             import imageio_ffmpeg  # noqa: F401
         except ImportError:
-            expected = "needs imageio-ffmpeg: pip install 'soft-gripper[video]'; or end it in .gif, .webp or .png"
+            expected = "requires imageio-ffmpeg: pip install 'soft-gripper[video]'; or name a .gif, .webp or .png file"
             raise InputError("--video", "FILE", str(path), expected) from None
     elif path.suffix not in ANIMATIONS:
-        raise InputError("--video", "FILE", str(path), f"end it in .mp4, {', '.join(ANIMATIONS)}")
+        raise InputError("--video", "FILE", str(path), f"give a name that ends in .mp4, {', '.join(ANIMATIONS)}")
 
 
 def write_video(
@@ -116,18 +116,18 @@ def write_video(
     width: int = 640,
     height: int = 480,
 ) -> None:
-    """Films a recording of a scenario at its own pace.
+    """Writes a video of a recording of a scenario, in real time.
 
     Args:
-        path: what to write; its ending says how.
-        scenario: what was recorded.
-        recording: of all that it did.
-        progress: called with the simulated time, s, after every frame.
-        width: of the scene, pixels, even.
-        height: of the scene, pixels, even.
+        path: file to write; its ending selects the format.
+        scenario: the recorded scenario.
+        recording: the recording of its run.
+        progress: called with the simulated time, s, after each frame.
+        width: width of the scene, pixels, even.
+        height: height of the scene, pixels, even.
 
     Raises:
-        InputError: if a film of this name cannot be written.
+        InputError: if a video with this name cannot be written.
     """
     check_video(path)
     film = Film(scenario, recording, width, height)
@@ -149,7 +149,7 @@ def _write_animation(path: Path, film: Film, frames: Iterator[Image.Image]) -> N
 
 
 def _write_gif(path: Path, film: Film, frames: Iterator[Image.Image]) -> None:
-    """One palette for all frames, from a few of them, keeps the colours from flickering."""
+    """Uses one palette for all frames, computed from a few of them, so that the colours do not flicker."""
     samples = [film.frame(time) for time in film.times[:: max(1, len(film.times) // 4)]]
     width, height = film.size
     together = Image.new("RGB", (width, height * len(samples)))

@@ -1,1 +1,1 @@
-"""Where the sections of the sensors best end."""
+"""The search for the best boundaries between sensor sections."""

@@ -1,4 +1,4 @@
-"""Runs, an estimator and its errors -> all placements ranked, and what the best one gains elsewhere.
+"""Runs, an estimator and its errors -> all placements ranked, and the gain of the best one on held-out runs.
 
 The search for the best placement: all of them where they are few, else by exchange of one border at a time.
 
@@ -31,7 +31,7 @@ Objective = Callable[[Placement], float]
 
 
 def ranked(objective: Objective, segments: int, begin: Placement) -> list[Placement]:
-    """The placements that were tried, that with the least objective first.
+    """The placements tried, sorted by objective.
 
     `begin` is where the exchange begins; it has as many borders as all others, and is among those tried.
     """
@@ -51,7 +51,7 @@ def ranked(objective: Objective, segments: int, begin: Placement) -> list[Placem
 
 
 def _exchange(score: Objective, segments: int, begin: Placement) -> None:
-    """Moves one border after the other to its best place, until none moves."""
+    """Moves the borders in turn to their best places, until none moves."""
     now, before = begin, None
     while now != before:
         before = now
@@ -67,7 +67,7 @@ def _moved(placement: Placement, i: int, segments: int) -> list[Placement]:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A run, and sensors that were placed by the others alone."""
+    """A held-out run, and sensors placed using the other runs only."""
 
     run: str
     placement: Placement
@@ -137,7 +137,7 @@ def contact_errors(
 
 @dataclass(frozen=True, eq=False)
 class PlacedSensors:
-    """What came of all placements that were tried, P of them, in R runs."""
+    """The results of all P placements tried, in R runs."""
 
     finger: Finger
     runs: list[str]

@@ -1,4 +1,4 @@
-"""Placements: where along a finger the sections of sensors meet.
+"""Placements: the boundaries between sensor sections along a finger.
 
 A placement is the ends of all sections but the last, in whole segments from the base, increasing: of 12 segments (4,)
 makes two sections of 4 and 8 segments.
@@ -20,7 +20,7 @@ def all_placements(segments: int, count: int) -> list[Placement]:
 
 
 def number_of_placements(segments: int, count: int) -> int:
-    """How many there are."""
+    """The number of placements."""
     return comb(segments - 1, count - 1)
 
 

@@ -1,4 +1,4 @@
-"""Fingers at rest with all sensors that they could have, and what an estimator makes of a placement of these.
+"""Fingers at rest with all possible sensors, and the estimates for any placement of these.
 
 The readings of every section that a finger could have, so that each placement only picks its own.
 
@@ -112,7 +112,7 @@ class Assumptions:
 
     @property
     def sets(self) -> int:
-        """How many sets of sensors are drawn; ideal ones are all alike."""
+        """Number of sets of sensors to draw; ideal ones are all identical."""
         return 1 if self.errors is None else SETS
 
     def nominal(self, finger: Finger) -> list[Finger]:

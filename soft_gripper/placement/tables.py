@@ -155,7 +155,7 @@ def check_runs(count: int, runs: Mapping[str, Station | RecordedRun], others: Se
     """Checks what sensors are to be placed by, before it is simulated or read.
 
     Raises:
-        InputError: unless all runs, by name, have steps of pressure, and all their fingers and `others` as many
+        InputError: unless all runs, by name, have pressure steps, and all their fingers and `others` have equally many
             segments, at least `count`.
     """
     for name, run in runs.items():
@@ -165,7 +165,7 @@ def check_runs(count: int, runs: Mapping[str, Station | RecordedRun], others: Se
         equal_placement(finger, count)
     segments = sorted({finger.segments for finger in fingers})
     if len(segments) > 1:
-        expected = "choose runs and contacts whose fingers have as many; borders lie where segments meet"
+        expected = "choose runs and contacts whose fingers have equally many; borders are between segments"
         raise InputError(_WHERE, "segments", segments, expected)
 
 
@@ -181,5 +181,5 @@ def check_contacts(contacts: Contacts, assumptions: Assumptions) -> None:
     layout = SensorLayout(contacts.finger, 1)
     estimate = estimator_function(assumptions.estimator, layout, assumptions.uncertainty)
     if estimate(np.zeros(layout.readings), np.zeros(contacts.finger.segments), 0j).contact is None:
-        expected = "estimates no contact; leave --contacts out, or give --estimator contact"
+        expected = "does not estimate contact; omit --contacts, or give --estimator contact"
         raise InputError(_WHERE, "--estimator", assumptions.estimator, expected)

@@ -1,1 +1,1 @@
-"""A station that is simulated in real time, commanded and watched in a browser."""
+"""A station simulated in real time, commanded and watched in a browser."""

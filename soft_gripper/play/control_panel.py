@@ -30,13 +30,13 @@ _NEAR = 0.6  # of the distance from the foot of an arm to its tool: how far the 
 
 @dataclass(frozen=True)
 class Slider:
-    """A number that a user sets. Names and numbers are in the units that people read: kPa, mm, degrees."""
+    """A number set by the user. Names and numbers are in display units: kPa, mm, degrees."""
 
     name: str
     low: float
     high: float
     step: float
-    value: float  # where it begins
+    value: float  # initial value
     keys: Keys = NO_KEYS
 
 
@@ -112,7 +112,7 @@ ALL_FINGERS = "all fingers [kPa]"
 
 
 class Button(StrEnum):
-    """What a button is called."""
+    """The name of a button."""
 
     PAUSE = "pause"
     RESET = "reset"
@@ -124,7 +124,7 @@ BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.RECORD: "KeyC"
 
 
 class ControlPanel:
-    """Where the sliders stand, and which buttons have been clicked.
+    """The positions of the sliders, and the clicked buttons.
 
     With the pressures of several fingers there is a slider that moves all of them.
     """
@@ -144,7 +144,7 @@ class ControlPanel:
     def take(self, message: object) -> bool:
         """Takes `{"slider": NAME, "value": NUMBER}` or `{"button": NAME}`; whether it was one, of what there is here.
 
-        A value that is no finite number within the range of its slider is refused, as is anything else.
+        A value that is not a finite number within the range of its slider is rejected, as is anything else.
         """
         match message:
             case {"slider": str(name), "value": int(value) | float(value), **rest} if not rest:
@@ -157,7 +157,7 @@ class ControlPanel:
                 return False
 
     def _move(self, slider: Slider, value: float) -> bool:
-        if isinstance(value, bool) or not slider.low <= value <= slider.high:  # which NaN is not, either
+        if isinstance(value, bool) or not slider.low <= value <= slider.high:  # also rejects NaN
             return False
         with self._lock:
             for name in [slider.name, *(self._together if slider.name == ALL_FINGERS else ())]:
@@ -166,24 +166,24 @@ class ControlPanel:
 
     @property
     def values(self) -> dict[str, float]:
-        """Where every slider stands, in its unit."""
+        """The position of each slider, in its unit."""
         with self._lock:
             return dict(self._values)
 
     def pressed(self) -> list[Button]:
-        """The buttons that were clicked since this was last asked for."""
+        """The buttons clicked since the last call."""
         with self._lock:
             clicked, self._clicked = self._clicked, set()
         return [button for button in Button if button in clicked]
 
     def apply(self, station: Station, context: Context) -> None:
-        """Gives a station, in its context, what the sliders command."""
+        """Sets the inputs of a station, in its context, to the slider commands."""
         values = self.values
         for command in self._commands:
             value = command.value([values[slider.name] for slider in command.sliders])
             station.diagram.GetInputPort(command.port).FixValue(context, value)
 
     def reset(self) -> None:
-        """Moves all sliders to where they began."""
+        """Resets all sliders."""
         with self._lock:
             self._values = {slider.name: slider.value for slider in self.sliders}

@@ -1,14 +1,14 @@
-"""One server for all that a browser sees: a page, the WebSocket of its plots and commands, the scene of a Meshcat.
+"""One server for all browser content: a page, the WebSocket of its plots and commands, the scene of a Meshcat.
 
-Whoever opens a page must know the token in its address, which is printed for the user alone. A page from elsewhere can
+Opening a page requires the token in its address, which is printed for the user only. A page from elsewhere can
 connect to any port of this machine, but does not know the token; it is refused by its Origin as well, and by the Host
 name that it has made this machine answer to (DNS rebinding).
 
 The scene is Meshcat's own page, and what Meshcat sends to it. Meshcat itself is hidden (`hidden_meshcat`), has no
-sliders and no buttons, and receives nothing that a browser sends: so whatever reaches it can command nothing.
+sliders and no buttons, and receives nothing that a browser sends: so a client of the scene cannot command anything.
 
-All of it runs in one thread of asyncio, which waits for no client. One whose request is not complete in time is cut
-off, and so is one that does not answer pings; what a browser is too slow to take is lost to it.
+All of it runs in one thread of asyncio, which waits for no client. A client whose request is not complete in
+time, or that does not answer pings, is disconnected; messages that a browser is too slow to receive are dropped.
 """
 
 import asyncio
@@ -46,14 +46,14 @@ from soft_gripper.signals import signal_of
 
 PORTS = range(7100, 7200)  # after those of Meshcat
 MOST_CONNECTIONS = 150
-MOST_MESSAGES = 300  # of a connection, a second
+MOST_MESSAGES = 300  # per connection and second
 REQUEST_TIME = 3.0  # s until a whole request must be there
 _ANSWER_TIME = 60.0  # s until it must have been answered, and read
 _PING_TIME = 10.0  # s between pings, each of which must be answered within 20 s
 _STALLED_TIME = 60.0  # s that a browser may take nothing of a scene
 _END_TIME = 0.3  # s that connections have to close at the end
-_MOST_BYTES = 4096  # of a message to here
-_MOST_WAITING = 2**20  # bytes that a browser may be behind
+_MOST_BYTES = 4096  # of an incoming message
+_MOST_WAITING = 2**20  # maximum backlog of a browser, bytes
 _PAGE = Path(__file__).parent / "page"
 _HTML = "text/html; charset=utf-8"
 _FILES = {
@@ -65,7 +65,7 @@ _FILES = {
 }
 _LIVE, _SCENE = "live", "scene/"
 _AUTHORITY = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
-_OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and what belongs to it
+_OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and the files that belong to it
 # What opens a WebSocket of Meshcat, and what keeps it open: uWebSockets ends one that says nothing for two minutes.
 _GREETING = (
     b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
@@ -84,12 +84,12 @@ Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, which Meshca
 
 
 class LivePage:
-    """What the page of a session shows and takes."""
+    """The data that the page of a session shows, and the commands it accepts."""
 
     def __init__(self, about: Mapping[str, Any], panel: ControlPanel, feed: SignalFeed):
         """`about` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
         self.about, self.panel, self.feed = about, panel, feed
-        self.refused = 0  # messages that were no commands
+        self.refused = 0  # messages that were not valid commands
 
     def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
         """Takes a command, or `{"signals": [NAME, ...]}`, the signals that are sent from now on."""
@@ -118,7 +118,7 @@ def page_server(host: str, scene: Callable[[], str], live: LivePage | None = Non
         The address to open.
 
     Raises:
-        InputError: if no port is free, or the address is none of this machine's.
+        InputError: if no port is free, or the address is not one of this machine.
     """
     listening = _listen(host)
     server = _PageServer(_names(host), scene, live)
@@ -140,7 +140,7 @@ def _listen(host: str) -> socket.socket:
             return socket.create_server(address, family=family, backlog=MOST_CONNECTIONS)
         except (OSError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-    expected = f"none of the ports {PORTS[0]} to {PORTS[-1]} can be had there ({reason})"
+    expected = f"none of the ports {PORTS[0]} to {PORTS[-1]} is available there ({reason})"
     raise InputError("page", "host", host, expected)
 
 
@@ -154,7 +154,7 @@ def _shown(host: str) -> str:
 
 
 def _names(host: str) -> frozenset[str]:
-    """What this machine is called; a stranger's name may lead here too, but is none of these."""
+    """The names of this machine; a foreign name may resolve to it too, but is not among these."""
     own = socket.gethostname().lower()
     return frozenset({"localhost", own, own.split(".")[0], f"{own.split('.')[0]}.local", host.lower()})
 
@@ -176,7 +176,7 @@ class _PageServer:
 
     def end(self) -> None:
         """Ends `run`, from another thread."""
-        with suppress(RuntimeError):  # it has ended of itself
+        with suppress(RuntimeError):  # it has already ended
             self._loop.call_soon_threadsafe(self._over.set)
 
     async def _serve(self, listening: socket.socket) -> None:
@@ -203,7 +203,7 @@ class _PageServer:
             connection.transport.abort()
 
     async def _respond(self, _: ServerConnection, request: Request) -> Response | None:
-        """What is answered to a request; None to one for a WebSocket, which is then opened."""
+        """The answer to a request; None for a WebSocket request, which is then opened."""
         answer = await self._answer(request)
         if answer is None:
             return None
@@ -268,7 +268,7 @@ class _PageServer:
             await self._show(connection)
 
     async def _talk(self, connection: ServerConnection) -> None:
-        """Sends what happens, and takes commands."""
+        """Sends updates, and receives commands."""
         assert self._live is not None
 
         def listener(message: str) -> None:
@@ -282,7 +282,7 @@ class _PageServer:
             self._live.feed.leave(listener)
 
     def _say(self, connection: ServerConnection, message: str) -> None:
-        """Sends a message, unless the browser is far behind: then it is lost to it."""
+        """Sends a message, or drops it if the browser is far behind."""
         if connection.transport.get_write_buffer_size() < _MOST_WAITING:
             broadcast([connection], message)
 
@@ -383,7 +383,7 @@ _READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"
 
 
 def page_contents(name: str, session: Session) -> dict[str, Any]:
-    """What the page is given when it is opened."""
+    """The data sent to the page when it is opened."""
     station = session.station
     plots = plots_of(station.parts.signals, [finger.name for finger in station.fingers])
     return {
@@ -414,17 +414,17 @@ def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dic
 
 
 def first_plots(plots: Iterable[str]) -> list[str]:
-    """The plots that are shown before anybody has chosen."""
+    """The plots shown by default."""
     return [name for name in SHOWN if name in set(plots)][:_SHOWN_AT_FIRST]
 
 
 def _readable(unit: str | tuple[str, ...]) -> tuple[float, str]:
-    """A unit that people read, and the factor into it; of several units, what they are."""
+    """A display unit and the conversion factor to it; several units are listed."""
     if isinstance(unit, tuple):
         return 1.0, ", ".join(dict.fromkeys(unit))
     return _READABLE.get(unit, (1.0, unit))
 
 
 def _sign(key: str) -> str:
-    """What is printed on a key."""
+    """The label of a key."""
     return _SIGNS.get(key, key.removeprefix("Key"))

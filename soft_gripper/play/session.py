@@ -53,14 +53,14 @@ class Recorder:
         self.is_recording = True
 
     def forget(self, context: Context) -> None:
-        """Drops what was logged, unless it is being recorded."""
+        """Clears the logs, unless a recording is in progress."""
         if not self.is_recording:
             self._station.logs.clear(context)
 
     def end(self, context: Context) -> Path | None:
         """Ends the recording, if there is one, and writes it; returns its folder.
 
-        Where Meshcat has failed, there is no replay; the rest needs none.
+        If Meshcat has failed, there is no replay; the other files are still written.
 
         Raises:
             InputError: if it cannot be written.
@@ -90,8 +90,7 @@ WINDOW = 2.0  # s of real time over which the factor is measured
 class Pacer:
     """Waits until real time has come as far as simulated time.
 
-    A simulation that is slower than that is not waited for; it does not run faster later to make up for it, beyond
-    PATIENCE.
+    A slower simulation does not wait, and does not run faster later to catch up by more than PATIENCE.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep):
@@ -117,7 +116,7 @@ class Pacer:
 
     @property
     def factor(self) -> float:
-        """Simulated over real time of late; 1 where nothing is known yet."""
+        """Recent ratio of simulated to real time; 1 if not known yet."""
         (began, first), (now, last) = self._past[0], self._past[-1]
         return (last - first) / (now - began) if now > began else 1.0
 
@@ -150,7 +149,7 @@ class SignalFeed:
 
     @property
     def wanted(self) -> set[str]:
-        """The signals that anybody has asked for."""
+        """The signals requested by any listener."""
         with self._lock:
             return {name for names in self._listeners.values() for name in names}
 
@@ -255,7 +254,7 @@ class Session:
         self._keep_recording()
         self._failed += 1
         if self._failed == _MOST_VIEWS:
-            raise InputError("play", "Meshcat", f"failed {_MOST_VIEWS} times", "end what sends it junk")
+            raise InputError("play", "Meshcat", f"failed {_MOST_VIEWS} times", "stop the client that sends it junk")
         before = self._simulator.get_context()
         cut_off(self.scene)
         self._show()

@@ -1,7 +1,7 @@
-"""Estimators as functions of arrays, by name: those of this project, and a user's own.
+"""Estimators as functions of arrays, by name: built-in ones, and user-defined ones.
 
-A user's is named as in a scenario, "module:function", and makes the same block: a ShapeEstimator around a function,
-which takes all samples of a recording at once.
+A user's estimator is named as in a scenario, "module:function", which makes the same block: a ShapeEstimator around a
+function that takes all samples of a recording at once.
 """
 
 import numpy as np
@@ -23,13 +23,13 @@ def estimator_function(
     """The estimator of a name, of the nominal sensors and finger, for samples `period` s apart.
 
     Raises:
-        InputError: if there is none, or it makes something else than a ShapeEstimator.
+        InputError: if there is none, or it does not make a ShapeEstimator.
     """
     if name in SHAPE_FUNCTIONS:
         return SHAPE_FUNCTIONS[name](layout, uncertainty, period)
-    no_gravity = np.zeros(3)  # the function is given that of every sample
+    no_gravity = np.zeros(3)  # the function receives gravity for each sample
     block = make_block(OPTION, name, find_estimator(name, field=OPTION), layout, no_gravity, period)
     if not isinstance(block, ShapeEstimator):
-        expected = f"makes a {type(block).__name__}; return a ShapeEstimator, which takes many samples at once"
+        expected = f"made a {type(block).__name__}; return a ShapeEstimator, which takes many samples at once"
         raise InputError("estimator", OPTION, name, expected)
     return block.function

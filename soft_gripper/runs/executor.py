@@ -1,9 +1,9 @@
-"""The executor that calls are given to: processes of this machine, or a Dask cluster.
+"""The executor that runs calls: processes on this machine, or a Dask cluster.
 
-WorkerProcesses: an executor of processes that are replaced when they have grown or died.
+WorkerProcesses is an executor whose processes are replaced when they have grown or died.
 
-Systems written in Python are not freed with their diagram by pydrake 1.51, so that every station that is built
-stays in memory, 15 MB. A process that has grown by GROWTH makes way for another.
+pydrake 1.51 does not free systems written in Python along with their diagram, so every station built stays in memory,
+15 MB. A process that has grown by GROWTH is replaced.
 """
 
 import logging
@@ -35,22 +35,22 @@ WAIT = 10  # s, for the scheduler to answer
 
 @contextmanager
 def cluster_executor(scheduler: str) -> Iterator[Executor]:
-    """The workers of a scheduler; a call whose worker dies is made again by another.
+    """The workers of a scheduler; a call whose worker dies is repeated by another.
 
     Args:
-        scheduler: address, such as "tcp://127.0.0.1:8786".
+        scheduler: its address, such as "tcp://127.0.0.1:8786".
 
     Raises:
-        InputError: if no scheduler answers there, its workers are not fit, or Dask is not installed.
+        InputError: if no scheduler answers there, its workers are unsuitable, or Dask is not installed.
     """
     try:
         from distributed import Client
         from distributed.comm import get_address_host_port
     except ImportError:
         raise InputError("executor", "--scheduler", scheduler, "pip install 'soft-gripper[cluster]'") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a mistake is reported in one line, below
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # errors are reported in one line, below
     try:
-        # Before there is a Client, which would go on trying for long after it has failed.
+        # Before creating a Client, which would keep trying long after it has failed.
         socket.create_connection(get_address_host_port(scheduler, strict=True), WAIT).close()
         client = Client(scheduler, timeout=WAIT, set_as_default=False)
     except (OSError, ValueError, TypeError, MemoryError) as error:
@@ -65,25 +65,25 @@ def cluster_executor(scheduler: str) -> Iterator[Executor]:
             yield executor
 
 
-_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes, of what the system reports
+_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes per unit that the system reports
 
 
 class Made(NamedTuple):
-    """A call that was made."""
+    """A finished call."""
 
     result: Any
-    memory: int  # bytes that the process has had resident at most
+    memory: int  # peak resident size of the process, bytes
 
 
 def begin(line: Connection, folder: str) -> None:
-    """Readies a worker process.
+    """Prepares a worker process.
 
     Args:
-        line: from the parent, on which nothing ever comes; when the parent closes it, or has died, the process ends.
-        folder: for temporary files.
+        line: pipe from the parent that carries no data; the process ends when the parent closes it or dies.
+        folder: folder for temporary files.
     """
     tempfile.tempdir = folder
-    logging.getLogger("drake").setLevel(logging.WARNING)  # nobody is to open these Meshcats
+    logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     Thread(target=_end_with, args=(line, folder), daemon=True).start()
 
 
@@ -94,39 +94,39 @@ def _end_with(line: Connection, folder: str) -> None:
 
 
 def make(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Made:
-    """Makes a call; what libraries complain of in it are notes, as they are in the parent."""
+    """Makes a call; warnings of libraries are printed as notes, as in the parent."""
     with notes():
         result = work(*arguments)
     return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
-GROWTH = 0.15  # share by which a process that is replaced has grown since its first call
-ATTEMPTS = 2  # at a call whose process dies
-# What most calls need, imported once by the server that processes are forked from, so that one more costs a tenth of a
-# second; xarray loads dask.array when it is first used, if it is there.
+GROWTH = 0.15  # share by which a process may grow after its first call before it is replaced
+ATTEMPTS = 2  # at a call, if its process dies
+# Modules that most calls need, imported once by the server from which processes are forked, so that another process
+# takes only a tenth of a second; xarray loads dask.array on first use, if installed.
 _PRELOADED = ("soft_gripper.runs.sweep.run", "dask.array")
 _CONTEXT = get_context("forkserver")
-_PATIENCE = 5.0  # s, for a process that has died to be gone
-_LONGEST = 70  # bytes of the temporary folder, in which processes talk by sockets whose paths have 107 at most
-_UNGUARDED = 79  # exit code of a process that runs a script which opens an executor when it is imported
+_PATIENCE = 5.0  # s, to wait for a dead process to disappear
+_LONGEST = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107
+_UNGUARDED = 79  # exit code of a process whose script opens an executor when imported
 _LOGGER = logging.getLogger(__name__)
 
 
 class UnguardedScriptError(InputError):
-    """Every process imports the script that it belongs to, and the script opens an executor as it is imported."""
+    """Each process imports the main script, and the script opens an executor on import."""
 
     def __init__(self) -> None:
         script = getattr(sys.modules["__main__"], "__file__", None)
-        expected = 'every process imports it: put what it does below `if __name__ == "__main__":`'
+        expected = 'every process imports it: put its statements below `if __name__ == "__main__":`'
         super().__init__("script", "__main__", script, expected)
 
 
 class WorkerProcesses(Executor):
-    """So many processes, each with a call of its own; to be made in the main thread, and used in a `with`.
+    """A number of processes, each with one call at a time; create it in the main thread, and use it in a `with`.
 
-    Every process stands in a pool of one, so that when it dies it takes no other call with it. Its call is made
-    again in another, and fails with a WorkerDiedError if that dies too. An exception within the `with`, Ctrl-C above
-    all, ends the processes at once; so does the death of this process, by whatever signal.
+    Each process is in a pool of its own, so that its death affects no other call. Its call is repeated in another
+    process, and fails with a WorkerDiedError if that dies too. An exception within the `with`, above all Ctrl-C, ends
+    the processes at once; so does the death of this process, by any signal.
     """
 
     def __init__(self, jobs: int):
@@ -137,7 +137,7 @@ class WorkerProcesses(Executor):
         """
         temporary = tempfile.gettempdir()
         if len(os.fsencode(temporary)) > _LONGEST:
-            expected = f"processes talk by sockets there: give a path of at most {_LONGEST} bytes"
+            expected = f"processes communicate by sockets there: give a path of at most {_LONGEST} bytes"
             raise InputError("environment", "TMPDIR", temporary, expected)
         _start_server()
         self._folder = tempfile.TemporaryDirectory(prefix="soft-gripper-", ignore_cleanup_errors=True)
@@ -152,7 +152,7 @@ class WorkerProcesses(Executor):
         return self._threads.submit(self._call, work, arguments)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Ends the processes when they have made their calls; see Executor."""
+        """Ends the processes when their calls have finished; see Executor."""
         self._threads.shutdown(wait, cancel_futures=cancel_futures)
         for worker in set(self._workers):
             worker.end()
@@ -168,7 +168,7 @@ class WorkerProcesses(Executor):
         self.shutdown(cancel_futures=kind is not None)
 
     def _call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-        """What comes of a call; runs in a thread that has a process of its own."""
+        """The result of a call; runs in a thread with its own process."""
         for attempt in range(1, ATTEMPTS + 1):
             worker = self._worker()
             try:
@@ -181,7 +181,7 @@ class WorkerProcesses(Executor):
             finally:
                 if worker.has_grown:
                     self._replace(worker)
-        raise WorkerDiedError(f"the process died, {ATTEMPTS} times, at {name_of(work, arguments)}: out of memory?")
+        raise WorkerDiedError(f"the process died {ATTEMPTS} times at {name_of(work, arguments)}: out of memory?")
 
     def _worker(self) -> "_Worker":
         if self._is_ended:
@@ -209,7 +209,7 @@ class _Worker:
         self.has_grown = False
 
     def call(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-        """Raises BrokenProcessPool if the process dies, UnguardedScriptError if it was to run the script anew."""
+        """Raises BrokenProcessPool if the process dies, UnguardedScriptError if it would run the script again."""
         future = self._pool.submit(make, work, arguments)
         processes = list(self._pool._processes.values())
         try:
@@ -233,7 +233,7 @@ class _Worker:
 
 
 def name_of(work: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
-    """A call in a few words."""
+    """A short description of a call."""
     return f"{getattr(work, '__name__', work)}({', '.join(map(reprlib.repr, arguments))})"
 
 
@@ -243,12 +243,12 @@ def _exit_code(process: BaseProcess) -> int | None:
 
 
 def _start_server() -> None:
-    """Starts the server that processes are forked from; what it is told to ignore, they ignore too: Ctrl-C."""
+    """Starts the server from which processes are forked; it ignores Ctrl-C, and so do they."""
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         forkserver.ensure_running()
-    except RuntimeError:  # of a process that has not yet begun to work
+    except RuntimeError:  # raised by a process that has not yet started to work
         os._exit(_UNGUARDED)
     finally:
         signal.signal(signal.SIGINT, handler)
@@ -256,14 +256,14 @@ def _start_server() -> None:
 
 @contextmanager
 def open_executor(jobs: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
-    """An executor, to be used in a `with` of the main thread.
+    """An executor, to be used in a `with` in the main thread.
 
     Args:
-        jobs: number of processes of this machine; None: one a core.
-        scheduler: address of a Dask scheduler, whose workers are used instead.
+        jobs: number of processes on this machine; None: one per core.
+        scheduler: address of a Dask scheduler whose workers are used instead.
 
     Raises:
-        InputError: if the number is none of processes, there is no such scheduler, or Dask is not installed.
+        InputError: if the number of processes is invalid, no scheduler answers, or Dask is not installed.
     """
     if jobs is not None and (not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1):
         raise InputError("open_executor", "jobs", jobs, "give a whole number of processes, 1 or more")

@@ -1,7 +1,7 @@
-"""A study: many calls of one function, given to an executor, whose results are kept as each call ends.
+"""A study: many calls of one function by an executor, whose results are saved as each call ends.
 
-Jobs are plain data, and so are results. They are kept as rows of tables (StudyTables), as folders (`write_folder`) or
-in memory; what is kept is known to be whole by its checksums, so that a study that was cut short goes on from there.
+Jobs are plain data, and so are results. They are saved as rows of tables (StudyTables), as folders (`write_folder`) or
+in memory; checksums show which results are complete, so that an interrupted study can be resumed.
 """
 
 import csv
@@ -31,20 +31,20 @@ def run_study(
     failed: Callable[[Key, BaseException], Any] | None = None,
     ended: Callable[[Key], Any] = lambda key: None,
 ) -> None:
-    """Makes a call of `work` for every job, and returns when the last has ended.
+    """Calls `work` for each job, and returns when the last call has ended.
 
     Args:
-        executor: makes them.
-        work: a function of a module, that takes and returns plain data.
-        jobs: the arguments of every call, by a key of the job.
-        keep: called here, as each call ends, with the key and the result.
-        failed: the result of a job whose call failed; None: it has none.
-        ended: called after every call, whether it failed or not.
+        executor: makes the calls.
+        work: a module-level function that takes and returns plain data.
+        jobs: the arguments of each call, by job key.
+        keep: called in this process, as each call ends, with the key and the result.
+        failed: makes the result of a job whose call failed; None: such a job has no result.
+        ended: called after each call, whether it failed or not.
 
     Raises:
-        UnguardedScriptError: if the script that this process runs would be run again by every other.
-        Exception: the first of a call that failed, where nothing stands in for its result; the others are finished
-            before.
+        UnguardedScriptError: if every worker process would run the main script again.
+        Exception: the first exception of a failed call, if `failed` is None; the other calls are finished
+            first.
     """
     key_of, errors = {executor.submit(work, *call): key for key, call in jobs.items()}, []
     for future in as_completed(key_of):
@@ -63,26 +63,26 @@ def run_study(
 
 
 def describe(error: BaseException) -> str:
-    """An error in words, in a line."""
+    """An error as one line of text."""
     known = isinstance(error, InputError | SimulationDivergedError | WorkerDiedError)
     return " ".join(f"{'' if known else type(error).__name__ + ': '}{error}".split())
 
 
 class StudyTables:
-    """CSV files in a folder with a row for every job, which begins with the cells of its key, and what they are of.
+    """CSV files in a folder with a row for each job, which starts with its key, and a file that describes them.
 
-    A table is whole whenever it is looked at, but for its last line if the process was killed there. A row counts if it
-    is in all tables and its cells are those of which the checksum beside the first table is.
+    A table is complete at any time, except for its last line if the process was killed while writing it. A row is valid
+    if it is in all tables and its cells match the checksum stored next to the first table.
     """
 
     def __init__(self, folder: Path, about: str, columns: Mapping[str, Sequence[str]], keys: int):
-        """Nothing is read or written yet.
+        """Reads and writes nothing yet.
 
         Args:
-            folder: of the files.
-            about: name of the file that says what the study is of.
-            columns: of every table, by the names of the files; the same `keys` come first in each.
-            keys: number of columns that tell one job from another.
+            folder: folder of the files.
+            about: name of the file that describes the study.
+            columns: columns of each table, by file name; the same `keys` come first in each.
+            keys: number of columns that identify a job.
         """
         self._folder, self._about, self._columns, self._keys = folder, folder / about, columns, keys
         self._first = folder / next(iter(columns))
@@ -90,18 +90,18 @@ class StudyTables:
         self.rows: dict[tuple[str, ...], list[list[str]]] = {}  # cells of a job's row in each table
 
     def begin(self, about: str, resume: bool) -> None:
-        """Begins new tables in the place of others, or reads those that are there of the same study.
+        """Starts new tables, replacing others, or reads existing ones of the same study.
 
         Args:
-            about: what the study is of, as text.
-            resume: whether the rows that are there are kept.
+            about: description of the study.
+            resume: whether existing rows are kept.
 
         Raises:
-            InputError: if it is to be resumed, and what is there is of another study or has other columns.
+            InputError: if it is to be resumed, and the existing tables are of another study or have other columns.
         """
         if resume and self._about.is_file():
             if read_text(self._about) != about:
-                expected = "holds another study, or one by other versions; repeat that one, or give another --out"
+                expected = "contains another study, or one by other versions; repeat that one, or give another --out"
                 raise InputError("study", "--resume", str(self._folder), expected)
             self._read()
         self._write(list(self.rows))
@@ -125,11 +125,11 @@ class StudyTables:
                 raise InputError("output", "file", str(file), f"cannot be written: {failure.strerror}") from None
 
     def finish(self, order: Iterable[tuple[str, ...]]) -> None:
-        """Puts the rows in the order of these keys, which are those of all rows."""
+        """Sorts the rows in the order of these keys, which must be the keys of all rows."""
         self._write(list(order))
 
     def _read(self) -> None:
-        """Reads the rows as they were written; a last line that is not whole is left out."""
+        """Reads the rows as they were written, without an incomplete last line."""
         tables = [self._rows_of(table) for table in self._columns]
         sums = set(read_text(self._sums).split()) if self._sums.is_file() else set()
         found = {key: [rows[key] for rows in tables] for key in tables[0] if all(key in rows for rows in tables)}
@@ -145,7 +145,7 @@ class StudyTables:
         except csv.Error as error:
             raise InputError("study", "--resume", str(file), f"is not a table: {error}") from None
         if header != columns:
-            raise InputError("study", "--resume", str(file), f"has other columns than {', '.join(columns)}")
+            raise InputError("study", "--resume", str(file), f"must have the columns {', '.join(columns)}")
         return {tuple(row[: self._keys]): row for row in rows}
 
     def _write(self, order: Sequence[tuple[str, ...]]) -> None:
@@ -170,5 +170,5 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def _write_whole(descriptor: int, line: bytes) -> None:
-    while line:  # a disk that is full takes a part of it, and none the next time
+    while line:  # a full disk accepts part of it, and nothing the next time
         line = line[os.write(descriptor, line) :]

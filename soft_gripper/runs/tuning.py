@@ -1,4 +1,4 @@
-"""Gains for the grip control of a gripper: from a step response, then by optimization over its simulation."""
+"""Gains for the grip control of a gripper: first from a step response, then by optimization in simulation."""
 
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -18,8 +18,8 @@ from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
 
 ALLOWED_OVERSHOOT = 2.0  # percent
 TEST_PRESSURE = 30e3  # Pa
-UNSETTLED_COST = 10.0  # s, what a step that does not settle costs
-_TEXT = Path("scenario.yaml")  # what the text of a scenario is called in messages
+UNSETTLED_COST = 10.0  # s, cost of a step that does not settle
+_TEXT = Path("scenario.yaml")  # name for the text of a scenario in messages
 
 Report = Callable[[PidGains, float], None]
 
@@ -38,18 +38,18 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
 
 
 def gains_from_step_response(gain: float, rise_time: float) -> PidGains:
-    """A slow integral controller, safe to begin from: it closes the gap in about five rise times."""
+    """A slow integral controller, a safe initial guess: it removes the error in about five rise times."""
     return PidGains(kp=0.1 / abs(gain), ki=0.2 / (abs(gain) * rise_time), kd=0.01 * rise_time / abs(gain))
 
 
 def tune(scenario: Scenario, executor: Executor, evaluations: int = 60, report: Report | None = None) -> PidGains:
-    """Gains that bring the opening to its set points soonest, with hardly any overshoot.
+    """Gains that bring the gripper opening to its set points fastest, with hardly any overshoot.
 
     Args:
-        scenario: a closed-loop scenario; its set points are what is followed.
-        executor: runs the simulations, one after the other.
-        evaluations: how many simulations may be spent.
-        report: called with the gains and the cost of every simulation.
+        scenario: a closed-loop scenario, whose set points are followed.
+        executor: runs the simulations, one at a time.
+        evaluations: maximum number of simulations.
+        report: called with the gains and the cost of each simulation.
     """
     text = dump_scenario(scenario)
     start = gains_from_step_response(*executor.submit(_response, text).result())
@@ -77,13 +77,13 @@ def _follow(text: str, gains: PidGains) -> list[StepRow]:
 
 
 def follow(scenario: Scenario, gains: PidGains) -> list[StepRow]:
-    """How the closed loop follows the set points of the scenario with these gains."""
+    """The step rows of the closed loop for the set points of the scenario, with these gains."""
     station = make_station(replace(scenario, control=replace(scenario.control, gains=gains)))
     return step_table(station, run_station(station))
 
 
 def step_cost(rows: list[StepRow]) -> float:
-    """Mean settling time, s, and a tenth of a second for every percent of overshoot beyond the allowed."""
+    """Mean settling time, s, plus 0.1 s per percent of overshoot above the allowed value."""
     excess = (max(0.0, row.overshoot_percent - ALLOWED_OVERSHOOT) for row in rows)
     settling = (UNSETTLED_COST if np.isnan(row.settling_s) else row.settling_s for row in rows)
     return float(np.mean([time + 0.1 * over for time, over in zip(settling, excess, strict=True)]))

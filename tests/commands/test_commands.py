@@ -104,7 +104,7 @@ def test_expand_says_what_urdf_has_no_words_for() -> None:
     notes = soft_gripper("expand", "real.urdf").err.splitlines()
     assert [note.partition("; ")[0].partition(" must ")[0] for note in notes] == [
         "note: 'finger': the springs are the instantaneous ones",
-        "note: 'finger': what drives the joints",
+        "note: 'finger': the joint drives",
     ]
 
 

@@ -70,7 +70,7 @@ def test_rows_without_a_number_are_said(
 ) -> None:
     row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(6 * [float("nan")]))
     monkeypatch.setattr(contact_trials, "score_contacts", lambda *_: [row])
-    monkeypatch.setattr(contact_trials, "load_contacts", lambda _: None)
+    monkeypatch.setattr(contact_trials, "load_contacts", lambda _: object())
     assert dispatch(["contact-trials", "--contacts", "a.npz", "--out", str(tmp_path)]) == 0
     assert "1 of 1 rows" in capsys.readouterr().err
 

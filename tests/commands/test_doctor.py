@@ -40,7 +40,7 @@ def test_a_picture_of_one_shade_shows_nothing(monkeypatch):
     assert outcome.code == 1
     drawn = findings(outcome)["simulation and pictures"]
     assert not drawn["works"]
-    assert "of one shade" in drawn["found"]
+    assert "one shade only" in drawn["found"]
 
 
 def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):

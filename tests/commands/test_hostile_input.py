@@ -152,8 +152,8 @@ def test_no_port_for_meshcat(monkeypatch: pytest.MonkeyPatch) -> None:
         raise RuntimeError("Meshcat failed to open a websocket port.")
 
     monkeypatch.setattr(meshcats, "Meshcat", fail)
-    assert "Meshcat: port = 'any': none is free" in refusal("run", "free_bending", "--html", "r.html", "--out", ".")
-    with pytest.raises(InputError, match="none is free"):
+    assert "Meshcat: port = 'any': no free port" in refusal("run", "free_bending", "--html", "r.html", "--out", ".")
+    with pytest.raises(InputError, match="no free port"):
         replay.hidden_meshcat()
 
 

@@ -70,8 +70,8 @@ def test_same_files_from_one_process_and_from_two(files):
 def test_says_what_cannot_be_told_apart(files):
     outcome = identify("run.csv", free=("youngs_modulus", "density"))
     assert outcome.code == 0, outcome.err
-    assert "youngs_modulus and density cannot be told apart" in outcome.out
-    assert outcome.out.count("cannot be told apart") == 1
+    assert "youngs_modulus and density cannot be distinguished" in outcome.out
+    assert outcome.out.count("cannot be distinguished") == 1
 
 
 @pytest.mark.parametrize(
@@ -96,8 +96,8 @@ def test_mistakes_are_named(files, changes, said):
 @pytest.mark.parametrize(
     ("description", "name", "said"),
     [
-        (RELEASED.replace("tip: [", "top: ["), "run", "two markers at least"),
-        (RELEASED.replace("event: release", ""), "run", "say what moves the finger"),
+        (RELEASED.replace("tip: [", "top: ["), "run", "at least two markers"),
+        (RELEASED.replace("event: release", ""), "run", "give the cause of the motion"),
         (STEPPED, "run", "does not say the pressure"),
         (STEPPED, "run_30kPa", "the valve does not close"),
         (RELEASED.replace("{marker}", "{marker}_of"), "run", "no such column"),

@@ -63,7 +63,7 @@ def test_a_folder_that_is_asked_for_is_taken_with_a_note(capsys: pytest.CaptureF
     assert run_folder(Path("mine"), "free_bending", settling(1)) == Path("mine")
     assert capsys.readouterr().err == ""
     assert run_folder(Path("mine"), "free_bending", settling(2)) == Path("mine")
-    assert "mine held the results of another scenario" in capsys.readouterr().err
+    assert "mine held results of another scenario" in capsys.readouterr().err
 
 
 def test_a_model_beside_the_scenario_is_the_same_from_every_folder() -> None:
@@ -89,7 +89,7 @@ def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.Monk
     monkeypatch.setattr("builtins.input", lambda *_: pytest.fail("waits for a key"))
     outcome = soft_gripper("run", "free_bending", *short(), "--meshcat")
     assert outcome.code == 0
-    assert "--html FILE keeps the replay" in outcome.out
+    assert "--html FILE to keep the replay" in outcome.out
     assert "Open http://localhost:" in outcome.err
 
 

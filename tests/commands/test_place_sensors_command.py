@@ -123,4 +123,4 @@ def test_contacts_take_an_estimator_of_contact(tmp_path):
     save_contacts(contact, tmp_path / "contacts.npz")
     done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.npz")
     assert done.code == 2
-    assert "--estimator = 'gaussian': estimates no contact" in done.err
+    assert "--estimator = 'gaussian': does not estimate contact" in done.err

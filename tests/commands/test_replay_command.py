@@ -25,7 +25,7 @@ def test_files_and_table(tmp_path):
     [
         (["nowhere.txt", "--as", "two_segment_arm"], "there is no such file here"),
         (["run.csv", "--as", "three_segment_arm"], "known: clamped_beam"),
-        (["run.csv", "--as", "described.yaml"], "say where down is"),
+        (["run.csv", "--as", "described.yaml"], "give the direction of gravity"),
     ],
 )
 def test_mistakes_are_named(tmp_path, monkeypatch, arguments, said):

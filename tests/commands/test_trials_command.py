@@ -128,7 +128,7 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
     [
         (
             "estimator.contact_threshold=null",
-            "estimator.contact_threshold = None: give a torque, so that contact is looked for",
+            "estimator.contact_threshold = None: give a torque, so that contact is detected",
         ),
         ("models.3.file=package://soft_gripper/objects/box.sdf", "task.object = 'box': give the model of a bare mesh"),
         ("models.3.X_PC.translation=[2, 0, 0.03001]", "task.phases[0] 'approach': to = 'object'"),

@@ -37,7 +37,7 @@ def anew(scenario):
     [
         ("box_grasp", [*NOISY, "estimator.type=recursive", "estimator.contact_threshold=2.5e-3"]),
         ("tip_distance_steps", ["control.hold=0.1", "sensor.errors.preset=realistic"]),
-        ("pick_and_place_box", ["task.time_limit=0.6"]),
+        pytest.param("pick_and_place_box", ["task.time_limit=0.6"], marks=pytest.mark.slow),
     ],
 )
 def test_a_run_is_the_same_to_the_bit(built, name, overrides):

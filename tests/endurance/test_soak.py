@@ -76,9 +76,11 @@ def test_simulate_in_a_loop(key):
 
 def test_play_without_a_browser(tmp_path):
     """It goes on in real time, and ends at Ctrl-C."""
-    with subprocess.Popen([*LISTENING, "play", "box_grasp"], cwd=tmp_path, stdout=subprocess.DEVNULL) as play:
+    with subprocess.Popen([*LISTENING, "play", "box_grasp"], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as play:
         try:
-            time.sleep(15)  # it imports and builds
+            assert play.stdout is not None
+            assert any("http" in line for line in play.stdout), "it prints where it listens when it has been built"
+            time.sleep(5)
             first = sum(one.resident() for one in family(play.pid))
             time.sleep(SOAK)
             assert play.poll() is None

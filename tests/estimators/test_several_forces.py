@@ -26,7 +26,7 @@ def layout(request, shipped_finger):
 def bends_of(layout, q, s, forces, std=2e-4):
     """What forces (F) at places (F) do to the bends of samples (K, N)."""
     chain = forward_kinematics(q, layout.finger.segment_length)
-    unit = unit_torques(chain, np.broadcast_to(s, (len(q), len(s)))).real
+    unit = unit_torques(chain, np.broadcast_to(s, (len(q), len(s)))).across
     theta = layout.sums((np.array(forces)[:, None] * unit).sum(axis=-2) / layout.finger.stiffness)
     covariance = np.broadcast_to(std**2 * np.eye(layout.sections), (len(q), layout.sections, layout.sections))
     return Bends(theta, covariance, np.broadcast_to(1 / layout.finger.stiffness, q.shape))

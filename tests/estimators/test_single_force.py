@@ -20,7 +20,7 @@ def layout(shipped_finger):
 def bends_of(layout, q, s, force, std=STD):
     """What a force does to the bends of a finger about the shape q, and its torque."""
     chain = forward_kinematics(q, layout.finger.segment_length)
-    torque = force * unit_torques(chain, np.array([s]))[0].real
+    torque = force * unit_torques(chain, np.array([s])).across[0]
     compliance = 1 / layout.finger.stiffness
     return Bends(layout.sums(torque * compliance), std**2 * np.eye(layout.sections), compliance), torque
 
@@ -42,7 +42,7 @@ def test_place_and_force_are_the_best_of_a_fine_grid(layout, bent):
     bends = Bends(theta, STD**2 * np.eye(4), 1 / layout.finger.stiffness)
     s = np.linspace(0.1, 1 - TIP_ZONE, 5000) * layout.finger.length
     chain = forward_kinematics(q, layout.finger.segment_length)
-    a = layout.sums(unit_torques(chain, s).real * bends.compliance)
+    a = layout.sums(unit_torques(chain, s).across * bends.compliance)
     force = (a @ theta / STD**2) / ((a**2).sum(axis=-1) / STD**2 + USUAL**-2)
     best = (((theta - force[:, None] * a) ** 2).sum(axis=-1) / STD**2 + (force / USUAL) ** 2).argmin()
     fit = fit_single_force(layout, q, bends, USUAL)
@@ -83,8 +83,8 @@ def test_within_a_twenty_fifth_of_the_length_a_force_presses_on_the_tip(layout, 
 def test_a_force_on_the_tips_edge_has_any_direction(layout, along):
     """Pulling back along the finger it seems to press before the tip, but leaves much unexplained there."""
     q, finger = np.full(12, 0.1), layout.finger
-    unit = unit_torques(forward_kinematics(q, finger.segment_length), np.array([finger.length]))[0]
-    torque = unit.real + along * (unit.imag - float(finger.section(finger.length).inner_face))
+    unit = unit_torques(forward_kinematics(q, finger.segment_length), np.array([finger.length]))
+    torque = unit.across[0] + along * (unit.along[0] - float(finger.section(finger.length).inner_face))
     bends = Bends(layout.sums(torque / finger.stiffness), STD**2 * np.eye(4), 1 / finger.stiffness)
     contact = fit_single_force(layout, q, bends, USUAL).contact
     assert contact.force == pytest.approx(1.0, rel=1e-3)

@@ -51,21 +51,20 @@ def test_a_point_mass_adds_its_moments_to_those_of_the_last_link():
     """Mass, first and second moments about where the link begins are sums (parallel axes)."""
     bare = LinkInertias(
         np.array([0.03, 0.02]),
-        np.array([0.01 + 0.001j, 0.012 - 0.002j]),
+        np.array([[0.001, -0.002], [0.01, 0.012]]),
         np.array([[2e-5, 3e-5], [1e-5, 2e-5], [4e-5, 5e-5]]),
         np.array([0.0, 4e-6]),
     )
-    mass, place = 0.05, 0.03 + 0.004j
+    mass, place = 0.05, np.array([0.004, 0.03])
     loaded = bare.loaded(mass, place)
 
     def moments(links, i):
-        m, z, x = links.mass[i], links.center[i].real, links.center[i].imag
-        own = links.gyration[:, i]
+        m, (x, z), own = links.mass[i], links.center[:, i], links.gyration[:, i]
         return np.array(
             [m, m * z, m * x, m * (own[0] + x**2), m * own[1], m * (own[2] + z**2), m * (links.product[i] + x * z)]
         )
 
-    z, x = place.real, place.imag
+    x, z = place
     added = mass * np.array([1, z, x, x**2, 0, z**2, x * z])
     np.testing.assert_allclose(moments(loaded, 1), moments(bare, 1) + added)
     np.testing.assert_allclose(moments(loaded, 0), moments(bare, 0))

@@ -87,7 +87,7 @@ def refused(*paths):
 
 @pytest.mark.parametrize("name", ["box_grasp", "obstructed_inside"])
 def test_contact_is_refused(recorded, name):
-    assert "something was touched, or it is another finger" in refused(recorded(name, *STEPS))
+    assert "something was touched, or it is a different finger" in refused(recorded(name, *STEPS))
 
 
 def test_contact_that_was_detected_is_refused(recorded):

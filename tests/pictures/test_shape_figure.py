@@ -26,7 +26,7 @@ Run = tuple[Station, Recording]
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    """The left finger on its way to close round the peg that obstructs it."""
+    """The left finger along its path, to close round the peg that obstructs it."""
     steps = ("pressure.steps.all=[100e3]", "pressure.settle=0.49", "pressure.hold_samples=1")
     station = make_station(load_scenario("obstructed_inside", [*steps, f"sensor.sections={SECTIONS}"]))
     return station, run_station(station)

@@ -204,6 +204,7 @@ def attacked(tmp_path: Path) -> Iterator[tuple[Session, User]]:
         yield Session(lambda meshcat: make_station(scenario, meshcat), tmp_path), send_junk
 
 
+@pytest.mark.slow
 def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
     session, send_junk = attacked
     first = session.meshcat

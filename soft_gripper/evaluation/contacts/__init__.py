@@ -1,1 +1,1 @@
-"""Random single contacts: a finger pressed against a peg, and what is true about it, for estimators to be tried on."""
+"""Random single contacts: a finger pressed against a peg, with ground truth, as a test for estimators."""

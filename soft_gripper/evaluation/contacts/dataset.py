@@ -36,7 +36,7 @@ from soft_gripper.estimators.plane import BendingPlane
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import check_regular
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import add_fingers, model_path
@@ -112,7 +112,7 @@ class ContactBench:
         self._diagram.GetInputPort("pressure").FixValue(context, setting.pressure)
         of_plant = self._plant.GetMyMutableContextFromRoot(context)
         X_WB = RigidTransform(setting.R_WB, [0, 0, 0])
-        p_BPeg = [setting.center.imag, 0.0, setting.center.real]
+        p_BPeg = in_space(np.array(setting.center))
         self._base.SetPoseInParentFrame(of_plant, X_WB)
         self._peg.SetPoseInParentFrame(of_plant, X_WB @ RigidTransform(p_BPeg))
         for joint, angle in zip(self._plant_finger.joints, setting.q, strict=True):
@@ -186,7 +186,7 @@ EDGE = 1.003  # times what friction alone makes of the normal force: a total abo
 
 @dataclass(frozen=True)
 class RandomContact:
-    """What is random about a contact."""
+    """The random parameters of a contact."""
 
     side: str  # of the finger, "inner" or "outer"
     radius_mm: float  # of the peg
@@ -281,7 +281,7 @@ _LARGEST = 2**26  # bytes of all arrays of a file: 200 000 contacts
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """What is true about M single contacts of one finger with N joints, at rest; see `TrueContact`."""
+    """Ground truth of M single contacts of one finger with N joints, at rest; see `TrueContact`."""
 
     q: Array  # (M, N) rad, joint angles
     pressure: Array  # (M,) Pa

@@ -52,7 +52,7 @@ _NOISE = 1.0  # of the readings, all alike, whatever it is
 
 
 class FreeMotion(NamedTuple):
-    """What is measured of a finger that touches nothing."""
+    """The measurements on a finger without contact."""
 
     readings: Array  # (..., K, paths * S)
     pressure: Array  # (K) Pa
@@ -60,7 +60,7 @@ class FreeMotion(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """By how much more than nominally things count, numbers or (...)."""
+    """Factors on pressure, gravity and force, numbers or (...)."""
 
     pressure: Array | float = 1.0
     gravity: Array | float = 1.0
@@ -164,7 +164,7 @@ SHOWN_LAYOUT = LAYOUTS[1]  # in the figure
 
 @dataclass(frozen=True)
 class Case:
-    """NominalModel and sensors."""
+    """Nominal model and sensors."""
 
     youngs_modulus: str | None = None  # nominal, as a change; None: as simulated
     calibration: str = "none"  # of CALIBRATIONS
@@ -221,7 +221,7 @@ class ContactEstimate:
 
 
 def check_estimator(name: str) -> None:
-    """Looks at an estimator before any work is done.
+    """Checks an estimator before any work is done.
 
     Raises:
         InputError: if there is none of that name, it estimates no contact, or it needs the samples before.
@@ -231,7 +231,7 @@ def check_estimator(name: str) -> None:
     if isinstance(function, RecursiveShape):
         raise InputError("contact-trials", "--estimator", name, "needs a recording; contacts are samples by themselves")
     if straight_shape(function, layout).contact is None:
-        raise InputError("contact-trials", "--estimator", name, f"estimates no contact; {ESTIMATOR} does")
+        raise InputError("contact-trials", "--estimator", name, f"does not estimate contact; {ESTIMATOR} does")
 
 
 def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[ContactEstimate]:

@@ -37,6 +37,7 @@ from soft_gripper.evaluation.contacts.estimates import (
     contact_estimates,
 )
 from soft_gripper.files.csv_table import write_csv
+from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.study import run_study
 
@@ -226,6 +227,7 @@ class ContactRow:
 def contact_row(contact: Contact) -> ContactRow:
     """The row of a contact."""
     drawn, found = contact.drawn, contact.found
+    gravity_x, gravity_z = as_points(drawn.gravity).tolist()
     return ContactRow(
         contact.number,
         drawn.side,
@@ -235,8 +237,8 @@ def contact_row(contact: Contact) -> ContactRow:
         found.force,
         found.total,
         drawn.pressure_kpa,
-        drawn.gravity.imag,
-        drawn.gravity.real,
+        gravity_x,
+        gravity_z,
         len(contact.redrawn),
     )
 

@@ -1,4 +1,4 @@
-"""What the paper found, and what this project promises, each compared with our numbers.
+"""The findings of the paper and the claims of this project, each compared with our results.
 
 The bars of the paper are its own; ours leave little room above what was measured, so that a change for the worse shows.
 NaN in what a claim needs makes it fail: NumPy's reductions propagate NaN, and no comparison with NaN is true.
@@ -49,7 +49,7 @@ def claims(poses: Sequence[PoseRow], forces: Sequence[ForceRow]) -> list[Claim]:
 
 
 def verdict(found: Sequence[Claim]) -> str:
-    """How many claims fail, in words."""
+    """The number of failed claims, as text."""
     failed = sum(not claim.holds for claim in found)
     return f"{failed} of {len(found)} claims failed" if failed else f"all {len(found)} claims hold"
 

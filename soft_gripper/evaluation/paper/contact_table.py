@@ -1,4 +1,4 @@
-"""What truly touches the fingers at every held step: how many links, over what length, and how the finger bends."""
+"""True contacts of the fingers in each steady state: number of links, contact length, and bending."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

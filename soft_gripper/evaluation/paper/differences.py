@@ -20,7 +20,13 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.arcs import arcs_from_lengths
 from soft_gripper.evaluation.paper.claims import PAPER_POSE_GAIN, PAPER_TIP_GAIN
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics, segment_path_lengths
+from soft_gripper.fingers.kinematics import (
+    forward_kinematics,
+    in_plane,
+    link_directions,
+    rotated,
+    segment_path_lengths,
+)
 from soft_gripper.runs.scores.poses import PoseRow, held_samples, largest_gain, mean_errors
 from soft_gripper.scenario.scenario import Scenario
 
@@ -65,8 +71,7 @@ def chain_with_joints_at_starts(q: Array, ds: float, offsets: Array) -> tuple[Ar
     headings = q.cumsum(axis=-1)
     before = np.concatenate([np.zeros_like(q[..., :1]), headings[..., :-1]], axis=-1)
     bisectors = np.concatenate([(before + headings) / 2, headings[..., -1:]], axis=-1)
-    links = ds * np.exp(1j * headings)
-    sides = 1j * offsets * np.exp(1j * bisectors)
+    links, sides = ds * link_directions(q), rotated(in_plane(offsets, 0.0), bisectors)
     return np.abs(links + np.diff(sides, axis=-1)), links.sum(axis=-1)
 
 
@@ -142,7 +147,7 @@ def _flattening(rows: Sequence[PoseRow], contact: Sequence[str]) -> Difference:
         "Four sensors still gain much over two, as above.",
         f"Gains flatten beyond two: up to {_list(gains.max(axis=0))} mm of mean pose error with the second, third and"
         " fourth sensor.",
-        "The error falls about with the square of the length of an arc: most of it is gone with the second sensor.",
+        "The error decreases roughly with the square of the arc length: the second sensor removes most of it.",
     )
 
 

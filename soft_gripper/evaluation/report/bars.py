@@ -1,4 +1,4 @@
-"""How well the best estimator of this project is to know the shape: bars for its errors by the number of sensors."""
+"""Accuracy targets for the best built-in estimator: error bars by number of sensors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Bar:
 
     @property
     def text(self) -> str:
-        """What is claimed."""
+        """The text of the claim."""
         sensors = " or ".join(map(str, self.sections)) + (" sensor" if self.sections == (1,) else " sensors")
         where = "" if self.scenarios is None else ", one place touched"
         worst = "" if self.worst is None else f", {self.worst:.3g} mm at every step"
@@ -48,7 +48,7 @@ BARS = (
 
 
 def estimator_claims(rows: Sequence[PoseRow]) -> list[Claim]:
-    """What is claimed of the estimators of this project, on the recordings of the paper's scenarios."""
+    """The claims about the built-in estimators, on the recordings of the paper's scenarios."""
     return [*(bar_claim(rows, bar, f"{BEST}, ") for bar in BARS), _none_is_worse(rows)]
 
 

@@ -43,7 +43,7 @@ from soft_gripper.scenario.sensor_presets import sensor_layout
 GRIP, TASK = "tip_distance_steps", "pick_and_place_box"
 RUNS = (*SCENARIOS, GRIP, TASK)
 CAPTIONS = {
-    "fig8_scenarios": "The scenarios as they begin and at their largest pressure (the paper's Fig. 8), the fingers"
+    "fig8_scenarios": "The scenarios at the start and at their largest pressure (the paper's Fig. 8), the fingers"
     " coloured by the external torque at their joints.",
     "finger_section": "The section of the finger at base and tip, to scale: walls, chamber, layer, neutral axis.",
     "fig4_shape": "A finger obstructed inside (Fig. 4): the simulation, the estimated arcs, the estimate.",
@@ -57,9 +57,9 @@ CAPTIONS = {
     "estimators": "Mean pose error of the estimators with one to four sensors per side, on a logarithmic scale. Dashed:"
     " what the paper reports of arcs with four. Errors below 1 µm are drawn at 1 µm.",
     "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
-    "contact_force": "Contact force across a finger and its place, estimated from strain and pressure alone, beside the"
-    " true ones.",
-    "pid_regimes": "A step of the opening in three regimes of the grip control: kp in kPa/m, ki in kPa/(m s), kd in"
+    "contact_force": "Contact force across a finger and its location, estimated from strain and pressure only, with the"
+    " true values.",
+    "pid_regimes": "A step of the gripper opening in three regimes of grip control: kp in kPa/m, ki in kPa/(m s), kd in"
     " kPa s/m.",
 }
 Advance = Callable[[float], Any]

@@ -30,7 +30,7 @@ TEMPLATE = Path(__file__).parent / "report_template.html"
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The tables of all runs, and what follows from them."""
+    """The tables of all runs, and the results derived from them."""
 
     poses: list[PoseRow]  # of all estimators
     forces: list[ForceRow]

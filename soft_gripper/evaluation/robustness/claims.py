@@ -91,7 +91,7 @@ def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow])
 
 
 def realistic(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> list[RobustnessRow]:
-    """The rows of an estimator with sensors that err as the preset, of all scenarios and nominal models, in their order."""
+    """The rows of an estimator with the errors of the preset, of all scenarios and nominal models, in order."""
     return [row for row in rows if (row.estimator, row.sections, row.noise) == (estimator, sections, 1.0)]
 
 

@@ -1,8 +1,8 @@
 """Free parameters fitted to recordings: nonlinear least squares over simulations, in processes.
 
 The fit minimises the distance between measured and simulated markers, relative to the largest displacement of their
-recording, so that every recording counts alike. The times of a recording's events are unknown too and fitted with the
-rest; of a held-out recording nothing else is fitted.
+recording, so that all recordings have equal weight. The times of a recording's events are also unknown and fitted with
+the rest; for a held-out recording, nothing else is fitted.
 
 The accuracy of fitted parameters: standard deviations, correlations, and parameters that cannot be distinguished.
 
@@ -23,12 +23,13 @@ from scipy.signal import find_peaks
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.hardware.identification.free_parameters import FreeParameters, Model
 from soft_gripper.hardware.identification.simulated_motion import MeasuredMotion, settled, simulated_markers, turned
 
-_OF_SCALE = 0.02  # step of the finite differences, in usual changes
+_OF_SCALE = 0.02  # step of the finite differences, in typical changes
 _EVENT_SCALE = 0.01  # s
-_OF_HAND, _OF_VALVE = 0.1, 0.05  # s, by which an event may differ from its detected time
+_OF_HAND, _OF_VALVE = 0.1, 0.05  # s, maximum difference of an event from its detected time
 _TOLERANCE = 2e-4  # relative, of the sum of squares
 _MOST_STEPS = 40
 _IMPOSSIBLE = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
@@ -38,13 +39,13 @@ Report = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Fit:
-    """What was found."""
+    """The result."""
 
     free: FreeParameters
     x: Array  # (P,) the vector of the free parameters
     motions: tuple[MeasuredMotion, ...]  # as fitted, with their events
     residuals: Array  # (R,)
-    jacobian: Array  # (R, P) by the free parameters, with that of the events taken out
+    jacobian: Array  # (R, P) by the free parameters, with the events projected out
 
     @property
     def model(self) -> Model:
@@ -53,7 +54,7 @@ class Fit:
 
     @property
     def root_mean_square(self) -> float:
-        """Of the residuals, in parts of the largest displacements."""
+        """Root mean square of the residuals, relative to the largest displacements."""
         return _root_mean_square(self.residuals, len(self.motions))
 
 
@@ -67,11 +68,11 @@ def fit(
     """Fits free parameters, and the times of events, to recordings.
 
     Args:
-        free: and where the fit begins.
-        motions: of the recordings.
+        free: the free parameters, with their initial values.
+        motions: motions of the recordings.
         executor: runs the simulations.
-        report: called with the root mean square that every step has reached.
-        start: vector of the free parameters to begin from; None: that of the given model.
+        report: called with the root mean square error after each step.
+        start: initial vector of the free parameters; None: that of the given model.
 
     Raises:
         InputError: if the fit does not converge.
@@ -92,7 +93,7 @@ def fit(
     of_free = len(free.start)
     if not found.success or not np.isfinite(found.cost) or _root_mean_square(found.fun, len(motions)) > 1:
         rms = f"{100 * _root_mean_square(found.fun, len(motions)):.3g} % of the largest displacement"
-        expected = f"the fit does not converge in {_MOST_STEPS} steps: begin closer, or free fewer keys"
+        expected = f"the fit does not converge in {_MOST_STEPS} steps: start closer, or free fewer keys"
         raise InputError("identify", "residual", rms, expected)
     fitted = tuple(problem.with_events(found.x))
     of_events = found.jac[:, of_free:]
@@ -117,9 +118,9 @@ def fit_events(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
 
 
 def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
-    """Markers simulated less measured, in parts of the largest displacement; 0 where none was seen.
+    """Simulated minus measured markers, relative to the largest displacement; 0 if a marker was not seen.
 
-    Their squares sum up to the mean square, so that a recording counts alike however long it is.
+    Their squares add up to the mean square, so that the weight of a recording does not depend on its length.
     """
     away = (simulated_markers(model.finger, model.setup, motion) - motion.markers) / motion.largest
     parts: Array = np.nan_to_num(away).ravel().view(float)
@@ -165,7 +166,7 @@ class _Problem:
         return np.concatenate([lower, events - room]), np.concatenate([upper, events + room])
 
     def events_of(self, i: int) -> NDArray[np.int_]:
-        """Where in the vector the events of a recording are."""
+        """The indices of a recording's events in the vector."""
         before = len(self.free.start) + sum(len(motion.events) for motion in self.motions[:i])
         return before + np.arange(len(self.motions[i].events))
 
@@ -176,7 +177,7 @@ class _Problem:
         return np.concatenate([future.result() for future in self._submit(x, range(len(self.motions)))])
 
     def jacobian(self, x: Array) -> Array:
-        """By differences to one side; a recording's events change nothing of the others."""
+        """By one-sided differences; the events of a recording do not affect other recordings."""
         base = [future.result() for future in self._submit(x, range(len(self.motions)))]
         self.report(_root_mean_square(np.concatenate(base), len(base)))
         steps, everything = _OF_SCALE * self.scales, range(len(self.motions))
@@ -209,9 +210,9 @@ _NOTHING = 1e-12  # if even the strongest change of the residuals is smaller, it
 
 
 class Confidence(NamedTuple):
-    """Of P parameters."""
+    """The confidence of P parameters."""
 
-    std: Array  # (P,) of the vector: of logarithms where these were fitted
+    std: Array  # (P,) of the vector: of logarithms if these were fitted
     correlation: Array  # (P, P)
     unresolved: list[tuple[str, ...]]  # names of parameters that cannot be distinguished
 
@@ -259,21 +260,21 @@ def _correlation_time(series: Array) -> float:
     return float(1 + 2 * correlations[1 : ends[0] if len(ends) else None].sum())
 
 
-_EARLY = 0.5  # s after an event, from when on what follows counts as creep
+_EARLY = 0.5  # s after an event, after which further motion counts as creep
 _AROUND = 0.1  # s on either side, over which that is averaged
-_PEAKS = 6  # at most, that decide frequency and decrement
-_CLEAR = 0.04  # of the settled displacement: what a peak rises over its surroundings
+_PEAKS = 6  # maximum number of peaks used for frequency and decrement
+_CLEAR = 0.04  # share of the settled displacement: smallest prominence of a peak
 
 
 @dataclass(frozen=True)
 class MotionScore:
-    """A row of the table: one recording, measured beside simulated."""
+    """A row of the table: one recording, measured and simulated."""
 
     recording: str
     role: str  # "fit" or "test"
     settled_error_mm: float  # of the markers, mean
     motion_error_mm: float  # of the markers, mean over the whole motion
-    tip_error_percent: float  # largest error of the middle of the markers, of the length of the finger
+    tip_error_percent: float  # largest error of the marker centre, relative to the finger length
     settled_turn_deg: float
     simulated_settled_turn_deg: float
     creep_deg: float  # from half a second after the event to the settled turn
@@ -288,17 +289,17 @@ class MotionScore:
 
 @dataclass(frozen=True)
 class Turn:
-    """What the turn of a tip shows."""
+    """Characteristics of the rotation of a tip."""
 
     settled: float  # rad
     creep: float  # rad
     rise: float  # s
-    frequency: float  # Hz, NaN where it does not swing
+    frequency: float  # Hz, NaN without oscillation
     decrement: float
 
 
 def score(model: Model, motion: MeasuredMotion, role: str) -> MotionScore:
-    """Compares a recording, with the events that a fit has found, to the simulation."""
+    """Compares a recording, with its fitted events, to the simulation."""
     simulated = simulated_markers(model.finger, model.setup, motion)
     off, moving = np.abs(simulated - motion.markers), motion.time >= motion.events[0]
     middle = np.abs(np.nanmean(simulated - motion.markers, axis=1))[moving]
@@ -319,7 +320,7 @@ def score(model: Model, motion: MeasuredMotion, role: str) -> MotionScore:
 
 
 def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
-    """What the turn of markers, measured or simulated, shows from a recording's first event to its end."""
+    """Characteristics of the rotation of markers, measured or simulated, from a recording's first event to its end."""
     turn, time = turned(markers, motion.reference), motion.time - motion.events[0]
     end = motion.end - motion.events[0]
     late = float(settled(time, turn, end))
@@ -331,7 +332,7 @@ def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
 
 
 def _first(time: Array, turn: Array, level: float) -> float:
-    """When a turn first reaches a level, between samples, s."""
+    """The time, s, at which a rotation first reaches a level, interpolated between samples."""
     above = np.flatnonzero(turn >= level)
     if not len(above) or above[0] == 0:
         return float(time[0]) if len(above) else np.nan
@@ -343,8 +344,8 @@ def _first(time: Array, turn: Array, level: float) -> float:
 def _along(motion: MeasuredMotion, markers: Planar) -> Array:
     """How far the middle of markers is displaced in the direction in which it settles, of that distance, (T,)."""
     away = np.mean(markers - motion.reference, axis=1)
-    rests = complex(settled(motion.time, away, motion.end))
-    along: Array = (away * np.conj(rests)).real / abs(rests) ** 2
+    rests = as_points(settled(motion.time, away, motion.end))
+    along: Array = as_points(away) @ rests / (rests @ rests)
     return along
 
 
@@ -361,7 +362,7 @@ def _swing(time: Array, along: Array, end: float) -> tuple[float, float]:
 
 
 def _vertex(three: Array) -> tuple[float, float]:
-    """Of the parabola through three samples: how many samples from the middle one it lies, and how high."""
+    """Vertex of the parabola through three samples: offset from the middle one, in samples, and height."""
     before, at, after = three
     curvature = before - 2 * at + after
     shift = 0.0 if curvature == 0 else 0.5 * (before - after) / curvature

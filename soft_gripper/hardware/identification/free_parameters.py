@@ -1,7 +1,7 @@
 """The parameters of a finger and its set-up that can be fitted: keys, and the effect of their values.
 
-Values that are positive are fitted as logarithms. Of a pressure law, it is the logarithm of the gain that is fitted, as
-an even power series,
+Values that are positive are fitted as logarithms. For a pressure law, the logarithm of the gain is fitted, as an
+even power series,
 
     effective = p exp(c_0 + c_1 x + c_2 x^2) ,   x = (p / p_max)^2 ,
 
@@ -23,7 +23,7 @@ from soft_gripper.hardware.identification.simulated_motion import Setup
 
 _COEFFICIENTS = 3  # of a pressure law, at most
 _POINTS = 25  # of a pressure law in a file
-_LARGEST_EXPONENT = 6.0  # of a pressure law: a gain 400 times that of the chamber alone
+_LARGEST_EXPONENT = 6.0  # of a pressure law: a gain 400 times that of the bare chamber
 _RISE = 1e-3  # of a pressure law, relative to its end: the least rise, that the digits of a file still show
 
 
@@ -37,7 +37,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Key:
-    """A parameter that a user may free: its values in a model, and the model with other values."""
+    """A parameter that can be fitted: reads its values from a model, and sets them."""
 
     unit: str
     get: Callable[[Model], Sequence[float]]
@@ -80,7 +80,7 @@ def _of_setup(name: str, unit: str, positive: bool, scale: float) -> Key:
 
 
 def _of_creep(name: str, unit: str, room: tuple[float, float]) -> Key:
-    """A field of every branch of creep in the file."""
+    """A field of each creep branch in the file."""
 
     def put(model: Model, values: Sequence[float]) -> Model:
         branches = zip(model.finger.creep, values, strict=True)
@@ -143,34 +143,34 @@ class FreeParameters:
 
     @property
     def names(self) -> list[str]:
-        """Names of all numbers; those of a key with several numbers are counted from 1."""
+        """Names of all numbers; those of a key with several numbers are numbered from 1."""
         counted = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
         return [name if count == 1 else f"{name}.{i + 1}" for name, count in counted for i in range(count)]
 
     @property
     def units(self) -> list[str]:
-        """Of all numbers."""
+        """Units of all numbers."""
         return [key.unit for key in self.keys.values() for _ in key.get(self.model)]
 
     @property
     def scales(self) -> Array:
-        """Usual changes of the vector."""
+        """Typical changes of the vector."""
         return np.array([key.scale for key in self.keys.values() for _ in key.get(self.model)])
 
     @property
     def is_positive(self) -> Array:
-        """Which numbers are fitted as logarithms."""
+        """Whether each number is fitted as a logarithm."""
         return np.array([key.positive for key in self.keys.values() for _ in key.get(self.model)], dtype=bool)
 
     @property
     def start(self) -> Array:
-        """The vector of the model as it is."""
+        """The vector of the current model."""
         values = np.array([value for key in self.keys.values() for value in key.get(self.model)])
         return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Within which the vector stays."""
+        """Bounds of the vector."""
         room = np.array([key.room for key in self.keys.values() for _ in key.get(self.model)]).reshape(-1, 2).T
         with np.errstate(divide="ignore", invalid="ignore"):
             lower, upper = np.where(self.is_positive, np.log(np.maximum(room, 0.0)), room)
@@ -194,12 +194,12 @@ class FreeParameters:
 
 
 def free_parameters(finger: Finger, names: Sequence[str], pressures: Sequence[float]) -> FreeParameters:
-    """What is to be fitted of a finger.
+    """The parameters of a finger to be fitted.
 
     Args:
-        finger: where the fit begins.
-        names: of keys.
-        pressures: of the recordings, Pa; empty: there are none.
+        finger: initial guess of the fit.
+        names: names of the keys.
+        pressures: pressures of the recordings, Pa; may be empty.
 
     Raises:
         InputError: if there is no such key, it is given twice, or the finger does not have it.
@@ -215,6 +215,6 @@ def free_parameters(finger: Finger, names: Sequence[str], pressures: Sequence[fl
             raise InputError("identify", "--free", name, "appears more than once")
         values = known[name].get(model)
         if not len(values) or (known[name].positive and not min(values) > 0):
-            expected = "the finger file has no first guess for it; add one there"
+            expected = "the finger file has no initial guess for it; add one there"
             raise InputError("identify", "--free", name, expected)
     return FreeParameters(model, {name: known[name] for name in names})

@@ -34,16 +34,16 @@ from soft_gripper.hardware.identification.free_parameters import Model, free_par
 from soft_gripper.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers, turned
 from soft_gripper.pictures.style import STYLE
 
-_JITTER = 2.0  # usual changes, standard deviation of where further fits begin
+_JITTER = 2.0  # typical changes, standard deviation of the random restarts
 
 
 @dataclass(frozen=True)
 class Identified:
-    """What was found."""
+    """The result."""
 
     fit: Fit
     confidence: Confidence
-    motions: tuple[MeasuredMotion, ...]  # those fitted to, then those that test, with their events
+    motions: tuple[MeasuredMotion, ...]  # those fitted, then those held out, with their events
     scores: tuple[MotionScore, ...]  # of the same
 
     @property
@@ -62,17 +62,17 @@ def identify(
     seed: int = 0,
     report: Report = lambda error: None,
 ) -> Identified:
-    """Fits keys of a finger to recordings and tests the result on others.
+    """Fits keys of a finger to recordings, and tests the result on others.
 
     Args:
-        finger: where the fit begins.
-        names: of the keys that are free, see `free_parameters`.
+        finger: initial guess of the fit.
+        names: the free keys, see `free_parameters`.
         fitted: recordings to fit to.
         tested: held-out recordings, of which only the times of their events are fitted.
         executor: runs the simulations.
-        starts: number of fits, of which the best is kept; the first begins with the finger, the others near it.
-        seed: of the random starts.
-        report: called with the root mean square that every step has reached, relative to the largest displacement.
+        starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
+        seed: seed of the random starts.
+        report: called with the root mean square error after each step, relative to the largest displacement.
 
     Raises:
         InputError: if a key cannot be fitted, or no fit converges.
@@ -111,7 +111,7 @@ _WIDTH, _HEIGHT = 2.6, 2.1  # inches, of a panel
 
 
 def identify_figure(found: Identified) -> Figure:
-    """A column for every recording: how far the tip is displaced, and how far it has turned."""
+    """Plots displacement and rotation of the tip, with a column for each recording."""
     roles = [score.role for score in found.scores]
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(
@@ -142,12 +142,12 @@ def draw_motion(axes: Sequence[Any], model: Model, motion: MeasuredMotion) -> No
 
 
 def displacement(markers: Planar, motion: MeasuredMotion) -> Array:
-    """Of the middle of markers from where it was before the event, m, (T,)."""
+    """Displacement of the marker centre from its place before the event, m, (T,)."""
     distance: Array = np.abs(np.mean(markers - motion.reference, axis=1))
     return distance
 
 
-_PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # what may stand before the root element
+_PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # may precede the root element
 _OF_BODY = ("length", "relaxation_time", "shear_factor")
 _OF_SECTION = ("youngs_modulus", "density", "chamber_width", "chamber_thickness")
 
@@ -156,7 +156,7 @@ def read_finger(path: Path) -> Finger:
     """The finger of a file.
 
     Raises:
-        InputError: if the file cannot be read or does not hold exactly one finger.
+        InputError: if the file cannot be read or does not contain exactly one finger.
     """
     fingers = expand_urdf(path).fingers
     if len(fingers) != 1:
@@ -183,7 +183,7 @@ def with_finger(path: Path, finger: Finger) -> str:
         part, part_before = getattr(finger, end), getattr(before, end)
         if (part.youngs_modulus, part.density) != (part_before.youngs_modulus, part_before.density):
             section.attrib.pop("material", None)
-            part_before = None  # the material stood for both
+            part_before = None  # the material applied to both
         for name in _OF_SECTION:
             _set(element, end, name, getattr(part, name), part_before and getattr(part_before, name))
     if finger.creep != before.creep:
@@ -200,7 +200,7 @@ def with_finger(path: Path, finger: Finger) -> str:
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         written = Path(folder) / path.name
         written.write_text(text, encoding="utf-8")
-        read_finger(written)  # so that what is written runs
+        read_finger(written)  # checks that the result is valid
     return text
 
 

@@ -1,4 +1,4 @@
-"""A recording, simulated: the chain in Drake, moved by what moved the hardware, and where its markers then are.
+"""A simulated recording: the chain in Drake, driven like the hardware, and the positions of its markers.
 
 A chamber fills through an orifice, and its widening multiplies creep, because recordings of the pneumatic segment
 require both. A first-order lag behind the valve cannot rise within 70 ms at 15 kPa and within 190 ms at 35 kPa; and
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.math import RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
@@ -26,22 +27,22 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import TipLoad
-from soft_gripper.fingers.kinematics import as_planar, forward_kinematics
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.scenario.scenario import PressureConfig
 
 _TIP = "tip"
-_ABOVE_NOISE = 0.1  # of the largest displacement, which only an event brings about
-_REACHED = 0.5  # of the largest displacement, which decides which rise and fall are the event's
+_ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can cause
+_REACHED = 0.5  # share of the largest displacement that identifies the rise and fall of the event
 _STILL_HELD = 0.97  # of the displacement before the valve closes
-_LETTING_GO = 0.03  # s, that a hand is taken to need until a fit knows better
-_LAST = 0.2  # s, over which what has settled is averaged
+_LETTING_GO = 0.03  # s, initial guess of the time that a hand takes
+_LAST = 0.2  # s, averaging period of settled values
 
 
 @dataclass(frozen=True)
 class MeasuredMotion:
-    """The markers of one recording, m, z + i x in B, and what made them move. NaN: not seen."""
+    """The markers of one recording, m, z + i x in B, and the cause of their motion. NaN: not seen."""
 
     name: str
     time: Array  # (T,) s
@@ -64,7 +65,7 @@ class MeasuredMotion:
 
     @property
     def end(self) -> float:
-        """When what has settled is over: the end of the recording, or the valve's closing, s."""
+        """End of the settled state, s: the end of the recording, or the closing of the valve."""
         return float(self.time[-1]) if self.pressure is None else self.events[1]
 
     def with_events(self, events: Array) -> "MeasuredMotion":
@@ -76,17 +77,17 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     """Reads the motion of the tip from a recording.
 
     Raises:
-        InputError: if the recording has no markers on the tip, or does not say what moves the finger, or nothing moves.
+        InputError: if the recording has no markers on the tip, does not give the cause of motion, or nothing moves.
     """
     config = recording.config
     names = config.markers.bodies.get(_TIP, []) if config.markers else []
     if len(names) < 2:
-        expected = "name two markers at least that are glued to the tip: they show how far it turns"
+        expected = "name at least two markers that are glued to the tip, to measure its rotation"
         raise InputError(recording.name, "markers.bodies.tip", names, expected)
     if config.event not in ("release", "step"):
-        raise InputError(recording.name, "event", config.event, 'say what moves the finger: "release" or "step"')
+        raise InputError(recording.name, "event", config.event, 'give the cause of the motion: "release" or "step"')
     if config.event == "step" and recording.commanded_pressure is None:
-        expected = "the file's name does not say the pressure in the way that commanded_pressure describes"
+        expected = "the file name does not give the pressure as described by commanded_pressure"
         raise InputError(recording.name, "commanded_pressure", None, expected)
     markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
@@ -107,13 +108,13 @@ def _load(recording: HardwareRecording) -> TipLoad | None:
 
 
 def _release(recording: HardwareRecording, away: Array) -> tuple[float, float]:
-    """When the finger begins to move, and when the hand has let go; of the second nothing is seen."""
+    """The times when the finger starts to move, and when the hand has let go; the second is not observable."""
     begin = _begin(recording, away)
     return begin, begin + _LETTING_GO
 
 
 def _steps(recording: HardwareRecording, away: Array) -> tuple[float, float]:
-    """When the finger begins to move, and when it begins to move back."""
+    """The times when the finger starts to move, and when it starts to move back."""
     begin, far = _begin(recording, away), np.flatnonzero(away > _REACHED * np.nanmax(away))
     if far[-1] >= len(away) - 2:
         raise InputError(recording.name, "event", "step", "the valve does not close before the recording ends")
@@ -138,12 +139,12 @@ def _begin(recording: HardwareRecording, away: Array) -> float:
 
 
 def turned(markers: Planar, reference: Planar) -> Array:
-    """How far markers have turned from the reference in the bending plane, (..., M) -> (...) rad.
+    """Rotation of markers from the reference in the bending plane, (..., M) -> (...) rad.
 
-    The angle of the rotation that moves the one nearest to the other, by least squares.
+    The angle of the rotation that aligns the two best, by least squares.
     """
     centred = markers - markers.mean(axis=-1, keepdims=True)
-    angle: Array = np.angle((centred * np.conj(reference - reference.mean())).sum(axis=-1))
+    angle: Array = np.angle(np.vecdot(reference - reference.mean(), centred))
     return angle
 
 
@@ -166,7 +167,7 @@ _UNSEEN = ("visual", "collision")
 
 @dataclass(frozen=True)
 class Setup:
-    """What of the set-up is not known beforehand: where the finger is mounted, and how fast its valve fills it."""
+    """Unknowns of the set-up: the mounting of the finger, and the fill time through its valve."""
 
     mounting_x: float = 0.0  # m, of the neutral axis in B at the base
     mounting_z: float = 0.0  # m, of the base in B
@@ -179,7 +180,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class TipMotion:
-    """The tip of a finger that begins straight, in the frame of its mounting."""
+    """The tip of an initially straight finger, in the frame of its mounting."""
 
     time: Array  # (T,) s, since the event
     tip: Planar  # (T,) m
@@ -187,20 +188,17 @@ class TipMotion:
 
 
 def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> Planar:
-    """Where the markers of a recording are by simulation, (T, M) m in B, at the times of the recording.
+    """Simulated positions of the markers of a recording, (T, M) m in B, at the times of the recording.
 
     Raises:
         SimulationDivergedError: if the chain does not stay finite.
     """
-    mount = setup.mounting_z + 1j * setup.mounting_x
-    turned = np.exp(1j * setup.mounting_angle)
+    mount, angle = in_plane(setup.mounting_x, setup.mounting_z), setup.mounting_angle
     tip = tip_motion(finger, setup, motion)
-    in_tip = (motion.reference - mount) / turned - finger.length
-    markers = mount + turned * (tip.tip[:, None] + np.exp(1j * tip.heading)[:, None] * in_tip)
+    in_tip = rotated(motion.reference - mount, -angle) - finger.length
+    markers = mount + rotated(tip.tip[:, None] + rotated(in_tip, tip.heading[:, None]), angle)
     since = motion.time - motion.events[0]
-    parts = [np.interp(since, tip.time, part) for column in markers.T for part in (column.real, column.imag)]
-    at_times: Planar = np.array(parts[0::2]).T + 1j * np.array(parts[1::2]).T
-    return at_times
+    return np.array([np.interp(since, tip.time, marker) for marker in markers.T]).T
 
 
 def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
@@ -211,7 +209,8 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     step = min(_TIME_STEP, _OF_STABLE * loaded.stable_time_step())
     step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
     builder = DiagramBuilder()
-    in_plant = _add_finger(builder, loaded, _in_mounting(motion.gravity, setup.mounting_angle), step)
+    gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
+    in_plant = _add_finger(builder, loaded, gravity, step)
     pressure = motion.pressure or 0.0
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
@@ -236,7 +235,7 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
 
 
 def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_step: float) -> PlantFinger:
-    """Adds a plant of a finger alone, its base fixed, without anything that could be touched."""
+    """Adds a plant of a single finger with a fixed base and no contact geometry."""
     robot = ET.Element("robot", name="identified")
     robot.append(ET.Element("link", name=_ROOT))
     robot.extend(finger_to_urdf(FingerElement(finger, _ROOT)))
@@ -251,14 +250,8 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     return PlantFinger(finger, plant, model)
 
 
-def _in_mounting(gravity: Array, angle: float) -> Array:
-    """Gravity, (3,), as a finger sees it that is turned by an angle, rad."""
-    planar = (gravity[2] + 1j * gravity[0]) * np.exp(-1j * angle)
-    return np.array([planar.imag, gravity[1], planar.real])
-
-
 def _hand(finger: PlantFinger, motion: MeasuredMotion) -> PiecewisePolynomial:
-    """What a hand bears of the finger's weight since it began to let go: all, and evenly less until it has let go."""
+    """Share of the finger's weight that a hand bears while letting go: decreases linearly from 1 to 0."""
     weight = finger.plant.CalcGravityGeneralizedForces(finger.plant.CreateDefaultContext())
     lets_go = max(motion.events[1] - motion.events[0], _SUDDEN)
     return PiecewisePolynomial.FirstOrderHold([0.0, lets_go], np.column_stack([-weight, 0 * weight]))
@@ -268,7 +261,7 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
     """The pressure in the chamber since the first event: it fills and, after the second, empties.
 
     Air enters a chamber of compliance C through a narrow passage, where the loss of pressure grows with the square of
-    the flow:  C(p) dp/dt = k sqrt(supply - p) . The chamber takes the more air the more it swells, and so
+    the flow:  C(p) dp/dt = k sqrt(supply - p) . A chamber that swells takes more air:
     C(p) = C(0) (1 + swelling (bend per pressure there / that of a small pressure - 1)) .
     """
     if motion.pressure is None:

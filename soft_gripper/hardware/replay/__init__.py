@@ -1,1 +1,1 @@
-"""Recorded readings of hardware through the blocks of the estimation."""
+"""Replays recorded hardware readings through the estimation blocks."""

@@ -12,7 +12,7 @@ where chain_s is the end of section s along the stretched chain.
 
 Leading axes are free; S sections, N joints.
 
-How an arm lengthens bypasses its estimators, from the wires to `StretchedArm`: a finger in bending is inextensible,
+The lengthening of an arm bypasses its estimators, from the wires to `StretchedArm`: a bending finger is inextensible,
 and its joint angles do not depend on length.
 """
 
@@ -35,7 +35,7 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_points, forward_kinematics
+from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.wire_lengths import WireCalibration, as_strain
@@ -44,9 +44,9 @@ from soft_gripper.signals import XZ, describe
 
 @dataclass(frozen=True)
 class RigidParts:
-    """The rigid parts of a certain arm."""
+    """The rigid parts of an arm."""
 
-    base: complex  # m, of the first section in B
+    base: Planar | complex  # m, of the first section in B
     tilt: float  # rad, of the first section in B
     couplings: Planar  # (S,) m, d: from the end of a section to the beginning of the next
     bodies: Planar  # (S,) m, m: from the end of a section to the body that is fixed there
@@ -59,7 +59,7 @@ def stretched_arm(
     """Joints (..., N) m, bodies (..., S) m, both in B, and headings of the bodies (..., S) rad.
 
     Args:
-        parts: what is rigid.
+        parts: the rigid parts.
         q: joint angles, (..., N) rad.
         lengths: of the sections, (..., S) m.
         section_ends: joints up to the end of every section, from 0 to N, (S + 1,).
@@ -67,12 +67,11 @@ def stretched_arm(
     joints = np.diff(section_ends)
     chain = forward_kinematics(q, np.repeat(lengths / joints, joints, axis=-1))
     headings = parts.tilt + chain.headings[..., section_ends[1:]]
-    shifts = parts.couplings * np.exp(1j * headings)
+    shifts = rotated(parts.couplings, headings)
     before = shifts.cumsum(axis=-1) - shifts
-    turned = np.exp(1j * parts.tilt)
-    ends = parts.base + turned * chain.segment_ends[..., section_ends[1:]] + before
-    along = parts.base + turned * chain.joints + np.repeat(before, joints, axis=-1)
-    return along, ends + parts.bodies * np.exp(1j * headings), headings + parts.turns
+    ends = parts.base + rotated(chain.segment_ends[..., section_ends[1:]], parts.tilt) + before
+    along = parts.base + rotated(chain.joints, parts.tilt) + np.repeat(before, joints, axis=-1)
+    return along, ends + rotated(parts.bodies, headings), headings + parts.turns
 
 
 class StretchedArm(LeafSystem):
@@ -84,7 +83,7 @@ class StretchedArm(LeafSystem):
         section_lengths (S) m ------------> | StretchedArm | ---> body_positions   (S x 2) x, z; m in B
         measured_bodies (S x 2) m in B ---> +--------------+ ---> body_error       (S) m
 
-    Matrices are passed row after row. Stateless.
+    Matrices are passed row by row. Stateless.
     """
 
     def __init__(self, parts: RigidParts, finger: Finger, bodies: Sequence[str], arcs: SensorLayout | None = None):
@@ -150,7 +149,7 @@ PATHS = ("inner", "outer")
 
 
 class WireStrain(LeafSystem):
-    """Reads an arm of S sections whose wires are calibrated.
+    """Computes strain and length of an arm of S sections with calibrated wires.
 
     ::
 
@@ -199,7 +198,7 @@ class NominalArm:
 
 @dataclass(frozen=True)
 class Readings:
-    """T samples, `period` s apart, of what was recorded."""
+    """T recorded samples, `period` s apart."""
 
     period: float
     wire_lengths: Array  # (T, 2, S) m, inner and outer, from the base to the end of each section
@@ -257,13 +256,13 @@ def replay(
     """Feeds recorded readings to estimators.
 
     Args:
-        arm: its nominal model.
-        readings: of one recording.
+        arm: nominal model of the arm.
+        readings: readings of one recording.
         estimators: name of an estimator and its sensors per side, by the name of the row.
         about: attributes of the result.
 
     Returns:
-        the signals of every estimation, `{row}.{signal}`, and what was recorded.
+        the signals of each estimation, `{row}.{signal}`, and the recorded signals.
 
     Raises:
         InputError: if there is no such estimator.
@@ -312,7 +311,7 @@ class ArmRecording:
 
 
 def arm_recording(recording: HardwareRecording) -> ArmRecording:
-    """Raises InputError if the recording has not two wires and a body for every section, or no pressures."""
+    """Raises InputError if the recording lacks two wires and a body per section, or pressures."""
     where, expected = recording.name, "an arm is estimated from length sensors: describe them"
     described = given(recording.config.lengths, where, "lengths", expected)
     measured = given(recording.pressures, where, "pressures", "describe the chambers' pressures")
@@ -332,7 +331,7 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     read = np.isfinite(np.column_stack([*wires.values(), measured])).all(axis=1)
     require(bool(read.any()), where, "lengths, pressures", None, "no row has all of them")
     seconds = recording.time[read] - recording.time[read][0]
-    expected = f"lasts longer than {MOST_TIME:g} s, of which {MOST_TIME / PERIOD:g} samples would be made: cut it"
+    expected = f"lasts longer than {MOST_TIME:g} s, the limit of {MOST_TIME / PERIOD:g} samples: cut it"
     require(seconds[-1] <= MOST_TIME, where, "time", float(seconds[-1]), expected)
     time = np.arange(0.0, seconds[-1], PERIOD)
     rows = np.flatnonzero(read)[np.searchsorted(seconds, time + 1e-9, side="right") - 1]
@@ -345,20 +344,15 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
         pressures=measured[rows],
         chamber_sections=tuple(section - 1 for section in in_sections),
         bodies=tuple(bodies),
-        positions=np.column_stack([_planar(moved[name].p) for name in bodies])[rows],
+        positions=np.column_stack([as_planar(moved[name].p[:, ::2]) for name in bodies])[rows],
         headings=np.column_stack([_heading(moved[name].R) for name in bodies])[rows],
     )
-
-
-def _planar(p: Array) -> Planar:
-    planar: Planar = p[:, 2] + 1j * p[:, 0]
-    return planar
 
 
 def _heading(R: Array) -> Array:
     """Direction of a body's z axis in the bending plane, rad, less multiples of pi.
 
-    Motion capture sometimes takes a body with symmetric markers to be turned by half a turn: an axis has no sign.
+    Motion capture sometimes reports a body with symmetric markers rotated by 180 degrees: an axis has no sign.
     """
     heading: Array = np.arctan2(R[:, 0, 2], R[:, 2, 2])
     seen = np.isfinite(heading)

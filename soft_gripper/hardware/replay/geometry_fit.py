@@ -6,7 +6,7 @@ of the model are correlated in time, so the samples of a recording count as a fe
 Without these widths, offsets, tilt and rigid lengths of the fitted recordings compensate for each other, and the
 held-out recording is estimated worse.
 
-The fitted drive of an arm: torque per pressure of every chamber, and creep.
+The fitted drive of an arm: torque per pressure for each chamber, and creep.
 
 With the bends of training recordings known, the balance  k q = G p + u_0 + w(q) + memory  is linear in the gains G and
 in the torque u_0 without pressure; creep of a given share and time filters both sides alike. So the gains follow by
@@ -29,13 +29,13 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
-from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
 from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.sensors.wire_lengths import WireCalibration
 
-_EVERY = 6  # samples, of which one is fitted
+_EVERY = 6  # one in so many samples is fitted
 _INDEPENDENT = 20.0  # samples of a recording
-_POSITION, _HEADING = 3e-3, 0.06  # m and rad, errors of what is fitted
+_POSITION, _HEADING = 3e-3, 0.06  # m and rad, standard deviations of the fitted measurements
 # Standard deviations of what is known before, for every section, m and rad: wire offsets, passing wires, bow, rigid
 # parts across and along, axes of bodies; and of the base.
 _WIDTHS = {
@@ -53,11 +53,11 @@ _BASE, _TILT, _DELAY = 0.005, 0.03, 0.15  # m, rad, s
 
 @dataclass(frozen=True)
 class ArmGeometry:
-    """How positions of bodies follow from wire lengths."""
+    """The geometry that gives body positions from wire lengths."""
 
     wires: WireCalibration
     parts: RigidParts
-    delay: float  # s, of the wires behind motion capture
+    delay: float  # s, delay of the wires relative to motion capture
 
 
 def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> ArmGeometry:
@@ -74,7 +74,7 @@ def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> ArmGeome
 
 
 def measured(recording: ArmRecording, delay: float) -> tuple[Planar, Array]:
-    """Where the bodies were when what the wires show was so, a `delay` (s) before: (T, S) m, (T, S) rad."""
+    """Body positions and headings at the time of the wire readings, a `delay` (s) earlier: (T, S) m, (T, S) rad."""
     rows = np.clip(np.arange(len(recording.time)) - delay / PERIOD, 0, len(recording.time) - 1)
     before, share = rows.astype(int), (rows % 1)[:, None]
     after = np.minimum(before + 1, len(recording.time) - 1)
@@ -100,10 +100,9 @@ def _geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
     }
     lengths = nominal + of["length_offset"]
     wires = WireCalibration(spacing, of["bend_offset"], of["crossing"], lengths, of["bow"])
-    bodies: Planar = (of["body_along"] + 1j * of["body_across"]).astype(complex)
-    couplings: Planar = (1j * of["coupling"]).astype(complex)
+    bodies, couplings = in_plane(of["body_across"], of["body_along"]), in_plane(of["coupling"], 0.0)
     base, tilt, delay = x[-3:] * (_BASE, _TILT, _DELAY)
-    return ArmGeometry(wires, RigidParts(1j * base, tilt, couplings, bodies, of["turn"]), delay)
+    return ArmGeometry(wires, RigidParts(in_plane(base, 0.0), tilt, couplings, bodies, of["turn"]), delay)
 
 
 def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
@@ -113,7 +112,7 @@ def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> A
     _, positions, headings = stretched_arm(geometry.parts, q, length, ends)
     true_positions, true_headings = (values[rows] for values in measured(recording, geometry.delay))
     apart, turned = (positions - true_positions) / _POSITION, (headings - true_headings) / _HEADING
-    misfits = np.concatenate([apart.real.ravel(), apart.imag.ravel(), turned.ravel()])
+    misfits = np.concatenate([as_points(apart).ravel(), turned.ravel()])
     return np.nan_to_num(misfits) * np.sqrt(_INDEPENDENT / len(positions))
 
 
@@ -123,12 +122,12 @@ _RIDGE = 1e-2  # of the mean square of a chamber's pressure, for chambers that a
 
 @dataclass(frozen=True)
 class ArmDrive:
-    """What drives an arm of N joints with C chambers."""
+    """The drive of an arm of N joints with C chambers."""
 
     finger: Finger  # with creep
     gains: Array  # (N, C) N m/Pa
     rest: Array  # (N,) N m, torque without pressure
-    angle_std: float  # rad, of a joint: what is not explained
+    angle_std: float  # rad, unexplained angle of a joint
 
 
 def fit_drive(recordings: Sequence[ArmRecording], geometry: ArmGeometry, finger: Finger, gravity: Array) -> ArmDrive:
@@ -171,7 +170,7 @@ def fit_drive(recordings: Sequence[ArmRecording], geometry: ArmGeometry, finger:
 def bend_under(branch: CreepBranch, torque: Array) -> Array:
     """Bend of joints of unit stiffness that creep, under torques (T, ...) from rest, samples PERIOD apart.
 
-    As an estimator remembers: the internal angle of a sample goes by the bends before it, each held.
+    As in an estimator: the internal angle of a sample goes by the bends before it, each held.
     """
     kept = recursion((branch,), PERIOD).kept.item()
     remembered = kept + (1 - kept) * branch.share  # of the internal angle, which bends too
@@ -182,6 +181,6 @@ def bend_under(branch: CreepBranch, torque: Array) -> Array:
 def _weight(finger: Finger, theta: Array, joints: NDArray[np.int_], gravity: Array) -> Array:
     """Mean torque of weight on a joint of every section, (T, S) N m."""
     q = np.repeat(theta / joints, joints, axis=-1)
-    torque = gravity_torque(finger, q, gravity[2] + 1j * gravity[0])
+    torque = gravity_torque(finger, q, as_planar(gravity[::2]))
     means: Array = np.add.reduceat(torque, np.concatenate([[0], np.cumsum(joints)[:-1]]), axis=-1) / joints
     return means

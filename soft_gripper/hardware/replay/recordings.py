@@ -28,7 +28,7 @@ _LOAD_SHARE = 3.0  # torque of a load over that of the angles that a drive leave
 
 @dataclass(frozen=True)
 class Fitted:
-    """An arm as it was fitted, and how late its wires are."""
+    """A fitted arm, and the delay of its wires."""
 
     arm: NominalArm
     delay: float  # s
@@ -62,11 +62,11 @@ def replay_recordings(
     """Estimates recordings; a recording is never part of the data that its own estimates were fitted to.
 
     Args:
-        reported: what is estimated.
-        fitted: what is fitted to; None: for each recording, all others.
-        rows: the estimators.
+        reported: recordings to estimate.
+        fitted: recordings for the fit; None: for each recording, all others.
+        rows: the estimators, by row.
         finger: that represents the arm.
-        gravity: in B, (3,) m/s^2.
+        gravity: gravity in B, (3,) m/s^2.
 
     Raises:
         InputError: if there are no recordings to fit to, or one would be in both.
@@ -105,7 +105,7 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
 
 
 def readings(recording: ArmRecording, delay: float) -> Readings:
-    """What of a recording goes into the diagram; the bodies are measured where they were a `delay` (s) before."""
+    """The inputs of the diagram from a recording; body positions are those a `delay` (s) earlier."""
     bodies, _ = measured(recording, delay)
     wires = np.stack([recording.inner, recording.outer], axis=1)
     return Readings(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
@@ -139,9 +139,9 @@ class ReplayRow:
 
 
 def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
-    """A row for every estimator, body and recording, and for all recordings together.
+    """A row for each estimator, body and recording, and for all recordings together.
 
-    The first sample, which is logged before the sensors are read, is left out.
+    The first sample, which is logged before the sensors are read, is omitted.
     """
     table = []
     for row, (estimator, sections) in rows.items():
@@ -163,13 +163,13 @@ _MOST = 4  # estimators in a figure, so that each can be seen
 
 
 def drawn_rows(rows: Rows) -> dict[str, str]:
-    """Which rows are drawn, and in which colours."""
+    """The rows to draw, with their colours."""
     drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED] or list(rows)
     return dict(zip(drawn[:_MOST], ESTIMATOR_COLORS[1:], strict=False))
 
 
 def replay_figure(replayed: Sequence[Replayed], rows: Rows) -> Figure:
-    """A column for every recording: tip across the arm, error of the tip, shape."""
+    """Plots tip position across the arm, tip error and shape, with a column for each recording."""
     colors = drawn_rows(rows)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(1.2 + 2.5 * len(replayed), 8.2), layout="constrained")
@@ -206,7 +206,7 @@ def _draw_errors(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
 
 
 def _draw_shape(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
-    """At the sample where the bodies are furthest apart across the arm."""
+    """Draws the shape at the sample with the largest spread of the bodies across the arm."""
     bodies = one.signals["measured_bodies"].values[1:]
     place = 1 + int(np.argmax(np.abs(np.diff(bodies[:, :, 0], axis=1, prepend=0.0)).sum(axis=1)))
     for row, color in colors.items():

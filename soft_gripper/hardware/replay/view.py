@@ -6,12 +6,11 @@ import numpy as np
 from pydrake.geometry import Box, Capsule, Meshcat, Rgba
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.view.estimate_visualizer import put
-from soft_gripper.fingers.kinematics import as_planar
 
-_FRAMES = 20.0  # a second
+_FRAMES = 20.0  # per second
 _RADIUS, _BODY = 0.0035, 0.014  # m, of an estimated arm and edge of a measured body
 _GREY, _BLACK = Rgba(0.6, 0.6, 0.6), Rgba(0.1, 0.1, 0.1, 0.8)
 
@@ -19,12 +18,12 @@ _GREY, _BLACK = Rgba(0.6, 0.6, 0.6), Rgba(0.1, 0.1, 0.1, 0.8)
 def show_replays(meshcat: Meshcat, recordings: Sequence[Recording], colors: Mapping[str, str]) -> None:
     """Records an animation in Meshcat.
 
-    The arm hangs: z of B points down. A black box is a body where motion capture saw it, a line an estimate.
+    The arm hangs: z of B points down. A black box is a body measured by motion capture; a line is an estimate.
 
     Args:
         meshcat: shows it.
         recordings: of replays; they follow each other in time.
-        colors: of the estimators that are drawn, as #rrggbb, by their rows.
+        colors: colours of the drawn estimators, as #rrggbb, by row.
     """
     reach = float(np.nanmax(recordings[0]["measured_bodies"].values[1:]))
     _set_scene(meshcat, reach)
@@ -57,27 +56,27 @@ def _add_objects(meshcat: Meshcat, recording: Recording, colors: Mapping[str, st
         meshcat.SetObject(f"replay/measured/{body}", Box(_BODY, _BODY, _BODY), _BLACK)
     for estimator, color in colors.items():
         rgb = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-        for link, length in enumerate(np.abs(np.diff(_arm(recording, estimator, len(recording["time"]) // 2)))):
+        steps = np.diff(_arm(recording, estimator, len(recording["time"]) // 2), axis=0)
+        for link, length in enumerate(np.hypot(*steps.T)):
             meshcat.SetObject(_path(estimator, link), Capsule(_RADIUS, float(length)), Rgba(*rgb))
 
 
 def _pose(meshcat: Meshcat, recording: Recording, row: int, time: float, colors: Mapping[str, str]) -> None:
     bodies: Array = recording["measured_bodies"].values[row]
-    for body, place in enumerate(as_planar(bodies)):
+    for body, place in enumerate(bodies):
         put(meshcat, f"replay/measured/{body}", place, 0.0, time)
     for estimator in colors:
         points = _arm(recording, estimator, row)
-        middles, steps = (points[1:] + points[:-1]) / 2, np.diff(points)
-        for link, (middle, heading) in enumerate(zip(middles, np.angle(steps), strict=True)):
+        middles, (x, z) = (points[1:] + points[:-1]) / 2, np.diff(points, axis=0).T
+        for link, (middle, heading) in enumerate(zip(middles, np.arctan2(x, z), strict=True)):
             put(meshcat, _path(estimator, link), middle, heading, time)
 
 
-def _arm(recording: Recording, estimator: str, row: int) -> Planar:
-    """Base, joints and last body at a sample, m in B, (N + 2,)."""
-    joints = as_planar(recording[f"{estimator}.joint_positions"].values[row])
-    tip = as_planar(recording[f"{estimator}.body_positions"].values[row, -1:])
-    points: Planar = np.concatenate([[0.0], joints, tip])
-    return points
+def _arm(recording: Recording, estimator: str, row: int) -> Array:
+    """Base, joints and last body at a sample, (N + 2, 2) x, z; m in B."""
+    joints = recording[f"{estimator}.joint_positions"].values[row]
+    tip = recording[f"{estimator}.body_positions"].values[row, -1:]
+    return np.concatenate([np.zeros((1, 2)), joints, tip])
 
 
 def _path(estimator: str, link: int) -> str:

@@ -1,4 +1,4 @@
-"""Pose errors of a run: as its estimator made them, or for several numbers of sensor sections from ONE simulation."""
+"""Pose errors of a run: those of its estimator, or for several numbers of sensor sections from ONE simulation."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
@@ -22,7 +22,7 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, fingertip_error, pos
 
 @dataclass(frozen=True)
 class HeldStep:
-    """Of which finger, estimator and step a row of a table is."""
+    """The finger, estimator and step of a table row."""
 
     scenario: str
     finger: str
@@ -38,7 +38,7 @@ Row = TypeVar("Row", bound=HeldStep)
 def held_steps(
     name: str, station: Station, finger: PlantFinger, estimator: str | None = None, sections: int | None = None
 ) -> list[HeldStep]:
-    """The held steps of a finger; without an estimator and a number of sections, those of the scenario."""
+    """The steady states of a finger; by default with the estimator and the number of sections of the scenario."""
     scenario = station.scenario
     of = name, finger.name, estimator or station.parts.estimator, describe_nominal_model(scenario.nominal)
     pressures = pressure_steps(scenario.pressure, finger.name) / 1e3
@@ -46,16 +46,16 @@ def held_steps(
 
 
 def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:
-    """The averaged samples of every step, (steps, hold_samples, ...).
+    """The samples to average in each step, (steps, hold_samples, ...).
 
-    `signal` is the name of one, or values for every sample of the recording, (T, ...).
+    `signal` is a name, or values at each sample of the recording, (T, ...).
     """
     values: Array = recording[signal].values if isinstance(signal, str) else signal
     return values[held_rows(scenario, recording)]
 
 
 def held_rows(scenario: Scenario, recording: Recording) -> NDArray[np.int_]:
-    """Which samples of the recording are averaged in every step, (steps, hold_samples)."""
+    """Indices of the samples to average in each step, (steps, hold_samples)."""
     period, hold = scenario.sensor.period, scenario.pressure.hold_samples
     ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
     last = np.searchsorted(recording["time"].values, ends + period / 2) - 1
@@ -65,7 +65,7 @@ def held_rows(scenario: Scenario, recording: Recording) -> NDArray[np.int_]:
 
 @dataclass(frozen=True)
 class PoseRow(HeldStep):
-    """Averages over one held step."""
+    """Averages over the steady state of one step."""
 
     bend_angle_deg: float
     pose_error_mm: float
@@ -73,18 +73,18 @@ class PoseRow(HeldStep):
 
 
 def errors_of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:
-    """A column of errors, mm, (rows of the scenario with so many sensors), in the order of the rows."""
+    """A column of errors, mm, of the rows of a scenario with a given number of sensors, in row order."""
     return np.array([getattr(row, error) for row in rows if (row.scenario, row.sections) == (scenario, sections)])
 
 
 def mean_errors(rows: Sequence[PoseRow], scenario: str, error: str) -> Array:
-    """Mean of a column of errors over the steps and fingers of a scenario, mm, for each number of sensors in turn."""
+    """Mean of a column of errors over the steps and fingers of a scenario, mm, for each number of sensors."""
     counts = sorted({row.sections for row in rows})
     return np.array([errors_of(rows, scenario, sections, error).mean() for sections in counts])
 
 
 def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], few: int, more: int, error: str) -> float:
-    """By how much `more` sensors err less than `few` at the step of any scenario where they gain most, mm."""
+    """Largest reduction of the error from `few` to `more` sensors at any step of any scenario, mm."""
     gains = [errors_of(rows, name, few, error) - errors_of(rows, name, more, error) for name in scenarios]
     return float(np.max([gain.max() for gain in gains]))
 
@@ -92,7 +92,7 @@ def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], few: int, mo
 def pose_table(
     name: str, station: Station, recording: Recording, sections: Sequence[int], estimators: Sequence[str] = ("arcs",)
 ) -> list[PoseRow]:
-    """A row for every estimator, finger, number of sections and held step, in this order."""
+    """A row for each estimator, finger, number of sections and steady state, in this order."""
     rows: list[PoseRow] = []
     for estimator in estimators:
         for finger in station.fingers:
@@ -109,7 +109,7 @@ def of_estimator(rows: Sequence[Row], estimator: str) -> list[Row]:
 
 
 def recorded_pose_table(name: str, station: Station, recording: Recording) -> list[PoseRow]:
-    """A row for every finger and held step, of the estimator of the scenario."""
+    """A row for each finger and steady state, for the estimator of the scenario."""
     rows: list[PoseRow] = []
     for finger in station.fingers:
         errors = (recording[f"{finger.name}.{error}"].values for error in ("pose_error", "fingertip_error"))
@@ -120,7 +120,7 @@ def recorded_pose_table(name: str, station: Station, recording: Recording) -> li
 def _rows(
     steps: Sequence[HeldStep], station: Station, recording: Recording, finger: PlantFinger, pose: Array, tip: Array
 ) -> Iterator[PoseRow]:
-    """The rows of one finger from its errors at every sample, m, (T)."""
+    """The rows of one finger from its errors at each sample, m, (T)."""
     scenario = station.scenario
     q = held_samples(scenario, recording, f"{finger.name}.sampled_joint_angles")
     bend = np.degrees(q.sum(axis=-1).mean(axis=-1))
@@ -130,7 +130,7 @@ def _rows(
 
 
 def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:
-    """Pose and fingertip error at every sample, m, (T)."""
+    """Pose and fingertip error at each sample, m, (T)."""
     joints, tip = (recording[f"{finger.name}.{name}"].values for name in (TRUE_JOINTS, TRUE_TIP))
     points = in_space(shape.points(finger.finger))
     return pose_error(joints, points[..., :-1, :]), fingertip_error(tip, points[..., -1, :])

@@ -1,6 +1,6 @@
-"""A recorded finger read by other sensors: what any estimator makes of any number of sections, from ONE simulation.
+"""A recorded finger with other sensors: estimates with any estimator and number of sections, from ONE simulation.
 
-The sensors are read again from the recorded joint angles, by the very functions that the blocks call.
+The readings are recomputed from the recorded joint angles, by the same functions that the blocks call.
 """
 
 from dataclasses import dataclass, replace
@@ -31,21 +31,21 @@ class ReadAgain:
     uncertainty: Uncertainty
     readings: Array  # (T, R)
     pressure: Array  # (T) Pa
-    gravity: Planar  # (T) m/s^2, in the bending plane; 0 where it is not compensated
-    period: float  # s, between samples
+    gravity: Planar  # (T) m/s^2, in the bending plane; 0 if not compensated
+    period: float  # s, sampling period
 
     def shape(self, estimator: str = "arcs") -> ShapeEstimate:
-        """What an estimator of this project makes of the readings."""
+        """The estimate of a built-in estimator from the readings."""
         found = self._function(estimator)(self.readings[1:], self._driving(estimator), self.gravity[1:])
         return found.at(self._rows)
 
     def driving(self, estimator: str = "arcs") -> Array:
-        """What drives the finger, if an estimator's shapes are what is remembered of it, N m, (T, N)."""
+        """The driving torque of the finger, with creep computed from an estimator's shapes, N m, (T, N)."""
         return self._driving(estimator)[self._rows]
 
     @property
     def _rows(self) -> NDArray[np.int_]:
-        """The first sample is recorded twice: a log at a time still shows the sample before."""
+        """Shifts samples by one: the first is recorded twice, since a log at a time still shows the sample before."""
         return np.maximum(np.arange(len(self.readings)) - 1, 0)
 
     def _driving(self, estimator: str) -> Array:
@@ -63,12 +63,12 @@ def read_again(
     sections: int,
     borders: tuple[float, ...] | None = None,
 ) -> ReadAgain:
-    """The readings of other sections.
+    """The readings of sensors with other sections.
 
     Args:
-        station, recording, finger: what was recorded.
-        sections: their number a side.
-        borders: where they meet, as shares of the length; None: they are those of the scenario, or equally long.
+        station, recording, finger: the recorded finger.
+        sections: number of sections per side.
+        borders: section boundaries, as shares of the length; None: those of the scenario, or equal sections.
     """
     scenario, q = station.scenario, recording[f"{finger.name}.sampled_joint_angles"].values
     simulated = with_sections(sensor_layout(finger.finger, scenario.sensor), sections, borders)
@@ -83,7 +83,7 @@ def read_again(
 def with_sections(
     layout: MeasurementModel, sections: int, borders: tuple[float, ...] | None = None
 ) -> MeasurementModel:
-    """The sensors with so many sections: with these borders, or as they are if there are as many, or equally long."""
+    """The sensors with so many sections: with these borders, or unchanged if the number agrees, or equally long."""
     as_is = sections == layout.sections and borders is None
     return layout if as_is else replace(layout, sections=sections, borders=borders)
 
@@ -91,7 +91,7 @@ def with_sections(
 def external_torque_again(
     station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain, estimator: str = "arcs"
 ) -> Array:
-    """The external torque for these readings at every sample, N m, (T, N); NaN until there are five samples."""
+    """The external torque for these readings at every sample, N m, (T, N); NaN until there are five."""
     shape, X_WB = again.shape(estimator), recording[f"{finger.name}.X_WB"].values
     if shape.external_torque is not None:
         return shape.external_torque
@@ -104,5 +104,5 @@ def external_torque_again(
 
 
 def _gravity(station: Station) -> Array:
-    """As it is taken out of the external torque, in the world, (3,) m/s^2."""
+    """Gravity as compensated in the external torque, in the world, (3,) m/s^2."""
     return np.array(station.scenario.gravity) * station.scenario.estimator.compensate_gravity

@@ -1,4 +1,4 @@
-"""A recording in a file, with the scenario and the fingers that it is of."""
+"""A recording in a file, with its scenario and fingers."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,11 +15,11 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import parse_scenario
 
-_LARGEST = 1e9  # of any signal, in SI units
+_LARGEST = 1e9  # largest absolute value of any signal, in SI units
 
 
 class RecordedRun(NamedTuple):
-    """What was recorded, and of what."""
+    """A recording, with its station and fingers."""
 
     recording: Recording
     scenario: Scenario
@@ -27,15 +27,15 @@ class RecordedRun(NamedTuple):
 
 
 def load_run(file: Path) -> RecordedRun:
-    """Reads a recording that `soft-gripper run` or `play` wrote.
+    """Reads a recording written by `soft-gripper run` or `play`.
 
     Raises:
-        InputError: if the file is not one, samples are missing in it, or there is no finger in it.
+        InputError: if the file is not a recording, has missing samples, or contains no finger.
     """
     recording = Recording.load(file)
     text = recording.data.attrs.get("scenario")
     if not isinstance(text, str):
-        raise InputError(file, "scenario", text, "is not a recording of a scenario: it has no attribute with its text")
+        raise InputError(file, "scenario", text, "is not a recording of a scenario: it has no such attribute")
     scenario = parse_scenario(file, text)
     _check_time(file, recording, scenario.sensor.period)
     scene = add_plant(DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
@@ -45,25 +45,25 @@ def load_run(file: Path) -> RecordedRun:
 
 
 def _check_time(file: Path, recording: Recording, period: float) -> None:
-    """Samples are a period apart; what reads them goes by their number."""
+    """Checks that samples are a period apart, because they are addressed by index."""
     time = recording.data.get("time")
     if time is None or time.dims != ("time",) or time.dtype.kind != "f" or not len(time):
         found = None if time is None else f"{time.dtype} {time.dims}"
-        raise InputError(file, "time", found, "the recording must have the time of every sample, s")
+        raise InputError(file, "time", found, "give the time of every sample, s")
     steps = np.diff(time.values, prepend=-period)
     wrong = np.flatnonzero(~((steps > 0) & (steps < 2 * period)))
     if len(wrong):
-        value, expected = float(time[wrong[0]]), f"times must begin at 0 s and rise by {period:g} s"
+        value, expected = float(time[wrong[0]]), f"times must start at 0 s and increase by {period:g} s"
         raise InputError(file, f"time[{wrong[0]}]", value, expected)
 
 
 def read_signal(file: object, recording: Recording, name: str, *shape: int, gaps: bool = False) -> Array:
     """A signal of the recording in `file`, (T, *shape).
 
-    With `gaps`, samples may be NaN, as those of a sensor that drops out.
+    With `gaps`, samples may be NaN, as from a sensor with dropouts.
 
     Raises:
-        InputError: if it was not recorded, or holds something else.
+        InputError: if it was not recorded, or has another shape or type.
     """
     if name not in recording.data:
         raise InputError(file, "signal", name, "is not in the recording")
@@ -75,5 +75,5 @@ def read_signal(file: object, recording: Recording, name: str, *shape: int, gaps
         )
     wrong = values[~((np.abs(values) < _LARGEST) | (gaps & np.isnan(values)))]
     if len(wrong):
-        raise InputError(file, name, float(wrong[0]), f"give finite numbers, of less than {_LARGEST:g} in size")
+        raise InputError(file, name, float(wrong[0]), f"give finite numbers with absolute values below {_LARGEST:g}")
     return values

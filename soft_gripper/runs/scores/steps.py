@@ -18,7 +18,7 @@ from soft_gripper.truth.poses import TRUE_TIP
 
 
 def step_figure(recordings: Mapping[str, Recording]) -> Figure:
-    """The opening of the gripper (above) and the pressure (below) against time, a line a recording."""
+    """Plots the gripper opening (top) and the pressure (bottom) over time, with a line per recording."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 4.8), layout="constrained")
         distance, pressure = figure.subplots(2, sharex=True, height_ratios=[2, 1])
@@ -34,15 +34,15 @@ def step_figure(recordings: Mapping[str, Recording]) -> Figure:
     return figure
 
 
-BAND = 0.02  # of the step, within which the opening has settled
+BAND = 0.02  # share of the step; the opening has settled within this band
 STEADY = 0.5  # s at the end of a step, over which the steady error is averaged
 
 
 @dataclass(frozen=True)
 class StepRow:
-    """One step of the opening of the gripper; overshoot, crossings and settling of the estimated opening.
+    """One step of the gripper opening; overshoot, crossings and settling refer to the estimated opening.
 
-    `crossings` is how often the opening goes from one side of the band around the set point to the other.
+    `crossings` counts how often the opening passes from one side of the band around the set point to the other.
     """
 
     step: int
@@ -56,7 +56,7 @@ class StepRow:
 
 
 def step_table(station: Station, recording: Recording) -> list[StepRow]:
-    """A row for every set point of the scenario's closed loop."""
+    """A row for each set point of the scenario's closed loop."""
     time = recording.data["time"].values
     estimated, true = recording["grip.opening"].values, true_opening(station, recording)
     hold = station.scenario.control.hold
@@ -74,8 +74,8 @@ def step_table(station: Station, recording: Recording) -> list[StepRow]:
 
 
 def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[float, int, float]:
-    """Overshoot, percent of the step, crossings, and when, s, the opening stays within the band; NaN if it does not."""
-    beyond = (opening - end) / (end - begin)  # -1 where the step begins
+    """Overshoot, percent of the step; crossings; and settling time, s, NaN if the opening does not settle."""
+    beyond = (opening - end) / (end - begin)  # -1 at the start of the step
     overshoot = max(0.0, float(beyond.max())) * 100
     outside = np.flatnonzero(np.abs(beyond) > BAND)
     if len(outside) == 0:
@@ -86,14 +86,14 @@ def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[flo
 
 
 def true_opening(station: Station, recording: Recording) -> Array:
-    """True opening of the gripper at every sample, m."""
+    """True gripper opening at each sample, m."""
     tips = np.stack([recording[f"{finger.name}.{TRUE_TIP}"].values for finger in station.fingers], axis=1)
     return Gripper.of_bases([finger.X_WB for finger in station.fingers]).opening(tips)
 
 
 @dataclass(frozen=True)
 class PhaseRow:
-    """One phase; opening, torque and pressure are the estimated or measured ones at its end."""
+    """One phase; opening, torque and pressure are the estimated or measured values at its end."""
 
     phase: str
     began_s: float
@@ -104,7 +104,7 @@ class PhaseRow:
 
 
 def phase_table(station: Station, recording: Recording) -> list[PhaseRow]:
-    """A row for every phase that the task of the station went through, in order."""
+    """A row for each executed phase of the task, in order."""
     assert station.task is not None
     pressure = f"{station.fingers[0].name}.sampled_pressure" if station.fingers else ""
     rows = []
@@ -116,10 +116,10 @@ def phase_table(station: Station, recording: Recording) -> list[PhaseRow]:
 
 
 def _value(now: xr.Dataset, signal: str) -> float:
-    """A signal; NaN if it was not recorded, as those of the grip in a task that does not command it."""
+    """A signal; NaN if it was not recorded, such as grip signals in a task that does not command the grip."""
     return float(now[signal]) if signal in now else float("nan")
 
 
 def outcome(recording: Recording) -> Outcome:
-    """How the task stood when the recording ended."""
+    """The outcome of the task when the recording ended."""
     return Outcome(int(recording["task.outcome"].values[-1]))

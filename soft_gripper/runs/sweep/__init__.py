@@ -1,1 +1,1 @@
-"""Sweeps: a scenario run with many changes, in one table."""
+"""Sweeps: a scenario run with many variations, in one table."""

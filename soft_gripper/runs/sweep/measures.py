@@ -1,7 +1,7 @@
-"""What a sweep measures of a run, by the kind of its scenario, and measures of the user's own.
+"""The measures of a run in a sweep, by the kind of its scenario, and user measures.
 
-A measure of your own is a function of a station and what was recorded of it. Its one value, a number, a truth value or
-a word, goes into a column that is called as the function is:
+A measure of your own is a function of a station and its recording. It returns one value, a number, a boolean or a
+string, for the column named after the function:
 
     def peak_bend_deg(station: Station, recording: Recording) -> float
 """
@@ -28,7 +28,7 @@ OPTION = "--measure"
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """Steps of pressure, over all held steps and fingers; the torque is the external one at the base joint."""
+    """Pressure steps, over all steady states and fingers; the torque is the external torque at the base joint."""
 
     mean_pose_error_mm: float
     max_pose_error_mm: float
@@ -41,7 +41,7 @@ class OpenLoop:
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """Steps of the opening, over all of them; NaN for the settling time if one does not settle."""
+    """Steps of the gripper opening, over all steps; the settling time is NaN if one does not settle."""
 
     mean_settling_s: float
     max_overshoot_percent: float
@@ -52,16 +52,16 @@ class ClosedLoop:
 
 @dataclass(frozen=True)
 class Task:
-    """A task: how it ended as estimated, and when."""
+    """A task: its outcome as estimated, and its duration."""
 
     outcome: str
     duration_s: float
 
 
 def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
-    """What is measured of a scenario: dataclasses whose fields follow each other; what two have, the second measures.
+    """The measures of a scenario: dataclasses whose fields are concatenated; of equal names, the later one is used.
 
-    Of a task that holds an object and looks for contact, what became of it in truth is measured too.
+    For a task that holds an object and detects contact, the ground truth of its result is measured too.
     """
     if scenario.task is not None:
         looks = scenario.estimator.contact_threshold is not None
@@ -70,10 +70,10 @@ def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
 
 
 def names_of(kind: Sequence[type[Any]], own: Sequence[str]) -> list[str]:
-    """The names of the measures of a kind of scenario, and then those of the user's own, each as "module:function".
+    """The names of the measures of a kind of scenario, then those of user measures, each given as "module:function".
 
     Raises:
-        InputError: if one of these cannot be imported.
+        InputError: if a user measure cannot be imported.
     """
     for name in own:
         find_function(OPTION, name)
@@ -81,10 +81,10 @@ def names_of(kind: Sequence[type[Any]], own: Sequence[str]) -> list[str]:
 
 
 def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> dict[str, Any]:
-    """What is measured of a run, by the names of the measures.
+    """The values of the measures of a run, by name.
 
     Raises:
-        InputError: if a measure of the user's fails, or returns anything but one value.
+        InputError: if a user measure fails, or does not return a single value.
     """
     of_kind: dict[type[Any], Callable[[Station, Recording], Any]] = {
         OpenLoop: _open_loop,
@@ -99,7 +99,7 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
 
 
 def column_of(name: str) -> str:
-    """The column of a measure of the user's own, "module:function"."""
+    """The column of a user measure, "module:function"."""
     return name.rpartition(":")[2]
 
 
@@ -109,11 +109,11 @@ def _own_measure(name: str, station: Station, recording: Recording) -> Any:
         found = function(station, recording)
     except InputError:
         raise
-    except (Exception, SystemExit) as error:  # whatever a user's function may raise
+    except (Exception, SystemExit) as error:  # anything a user function may raise
         raise InputError("sweep", OPTION, name, f"failed: {described(error)}") from error
     value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found
     if not isinstance(value, Real | str):
-        raise InputError("sweep", OPTION, name, f"returned a {type(found).__name__}; return a number or a word")
+        raise InputError("sweep", OPTION, name, f"returned a {type(found).__name__}; return a number or a string")
     return value
 
 

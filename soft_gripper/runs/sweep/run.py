@@ -1,4 +1,4 @@
-"""A sweep: many variations of a scenario run by an executor, into a folder from which it goes on if it is cut short."""
+"""A sweep: many variations of a scenario run by an executor, with a folder from which it can be resumed."""
 
 import itertools
 import json
@@ -31,17 +31,17 @@ from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 
-PANELS = 4  # measures that are drawn, at most
+PANELS = 4  # maximum number of measures drawn
 Column = Sequence[str]
 
 
 def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], title: str) -> Figure | None:
-    """Measures against one key as lines of points, against two as maps; None for more keys, or if nothing is a number.
+    """Plots measures over one key as lines, over two keys as maps; None for more keys, or if no measure is numeric.
 
     Args:
-        varied: cells of the keys that vary.
-        measured: cells of the measures; empty where a run failed.
-        title: of the figure.
+        varied: cells of the varied keys.
+        measured: cells of the measures; empty if a run failed.
+        title: title of the figure.
     """
     numbers = {name: _numbers(cells) for name, cells in measured.items()}
     drawn = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
@@ -63,7 +63,7 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
 
 
 def _numbers(cells: Column) -> Array:
-    """Cells as numbers; NaN for those that are none."""
+    """Cells as numbers; NaN for those that are not numbers."""
     found = np.full(len(cells), np.nan)
     for i, text in enumerate(cells):
         with suppress(ValueError):
@@ -72,7 +72,7 @@ def _numbers(cells: Column) -> Array:
 
 
 def _place(axes: Axes, axis: str, cells: Column) -> Array:
-    """Where cells lie along an axis; in the order in which they appear if they are no numbers."""
+    """Positions of cells along an axis; in order of appearance if they are not numbers."""
     numbers = _numbers(cells)
     if np.isfinite(numbers).all():
         return numbers
@@ -89,7 +89,7 @@ def _draw_line(axes: Axes, place: Array, values: Array, name: str) -> None:
 
 
 def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array, name: str) -> None:
-    """A field a point where they lie on a grid, a dot a point where not; failed runs are crosses."""
+    """Draws coloured cells if the points form a grid, otherwise dots; failed runs are crosses."""
     (x, y), failed = places, ~np.isfinite(values)
     columns, rows = np.unique(x), np.unique(y)
     if len(columns) * len(rows) == len(x) and min(len(columns), len(rows)) > 1:
@@ -103,19 +103,19 @@ def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array
     figure.colorbar(drawn, ax=axes, label=name)
 
 
-MOST_RUNS = 10_000  # of a sweep: more than anybody waits for
+MOST_RUNS = 10_000  # in a sweep: more than anyone would wait for
 METHODS = ("grid", "latin", "sobol")
 Variation = dict[str, Any]  # values by dotted keys, see `changed_scenario`
 
 _NUMBER = r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)"
 _RANGE = re.compile(rf"\s*{_NUMBER}\s*\.\.\s*{_NUMBER}\s*(%?)\s*(?::\s*([0-9]+))?\s*")
-_ENDS = "give the lower end, the higher end, and 2 values or more"
+_ENDS = "give the lower limit, the upper limit, and 2 or more values"
 _EXPECTED = "write KEY=1,2,3 or KEY=0.5..0.9:5 (five values) or, with --sample, KEY=0.5..0.9"
 
 
 @dataclass(frozen=True)
 class Values:
-    """A key takes each of some values."""
+    """A key takes each value of a list."""
 
     key: str
     values: tuple[Any, ...]
@@ -126,13 +126,13 @@ class Values:
             raise InputError("sweep", self.key, self.values, "give at least one value, in a tuple")
 
     def at(self, share: float) -> Any:
-        """The value that lies so far along them, 0 to 1."""
+        """The value at a fraction, 0 to 1, of the list."""
         return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
 
 
 @dataclass(frozen=True)
 class Range:
-    """A key takes any value of a range; whole numbers if its ends are whole numbers, percent if they are."""
+    """A key takes any value in a range: integers if both limits are integers, percentages if they are percentages."""
 
     key: str
     least: float
@@ -143,17 +143,17 @@ class Range:
     def __post_init__(self) -> None:
         fine = isinstance(self.least, Real) and isinstance(self.most, Real)
         if not fine or not -math.inf < self.least < self.most < math.inf:
-            raise InputError("sweep", self.key, [self.least, self.most], "give the lower end, and then the higher end")
+            raise InputError("sweep", self.key, [self.least, self.most], "give the lower limit, then the upper limit")
 
     def at(self, share: float) -> Any:
-        """The value that lies so far along it, 0 to 1."""
+        """The value at a fraction, 0 to 1, of the range."""
         if self.is_whole:
             return min(int(self.least + math.floor(share * (self.most - self.least + 1))), int(self.most))
         value = self.least + share * (self.most - self.least)
         return f"{value:+.9g} %" if self.is_relative else float(f"{value:.12g}")
 
     def spread(self, count: int) -> Values:
-        """So many values, two at least, as far from each other, from end to end."""
+        """A number of equally spaced values, at least two, including both limits."""
         if not isinstance(count, Integral) or count < 2:
             raise InputError("sweep", self.key, count, "give a whole number of values, 2 or more")
         shares = [i / (count - 1) for i in range(count)]
@@ -168,10 +168,10 @@ Axis = Values | Range
 
 
 def read_axis(text: str) -> Axis:
-    """What "KEY=VALUES" means: "1,2,3", "0.5..0.9:5", "0.5..0.9", or "-10..10 %:5".
+    """Parses "KEY=VALUES", where VALUES is "1,2,3", "0.5..0.9:5", "0.5..0.9", or "-10..10 %:5".
 
     Raises:
-        InputError: if it means nothing.
+        InputError: if it cannot be parsed.
     """
     key, equals, values = text.partition("=")
     if not equals or not key or not values.strip():
@@ -204,21 +204,21 @@ def _read_range(key: str, text: str, least: str, most: str, percent: str, count:
 
 
 def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[Variation]:
-    """The points of a sweep, in the order in which they are numbered.
+    """The points of a sweep, in numerical order.
 
     Args:
-        axes: the keys that vary, each once.
+        axes: the varied keys, each once.
         method: "grid": all combinations of the values, the last key fastest; "latin" (Latin hypercube) or "sobol"
             (scrambled) sample them and ranges (scipy.stats.qmc).
-        number: of samples.
-        seed: of them.
+        number: number of samples.
+        seed: seed of the samples.
 
     Raises:
         InputError: if keys repeat, a range has no values on a grid, the number does not suit the method, or there
             would be more than MOST_RUNS.
     """
     if not isinstance(axes, Sequence) or not axes or not all(isinstance(axis, Axis) for axis in axes):
-        raise InputError("sweep", "axes", axes, "give a list of Values and Ranges, one at least")
+        raise InputError("sweep", "axes", axes, "give a list of at least one Values or Range")
     if method not in METHODS:
         raise InputError("sweep", "method", method, f"known: {', '.join(METHODS)}")
     for name, value in (("number", number), ("seed", seed)):
@@ -231,12 +231,12 @@ def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: in
     if method == "grid":
         number = math.prod(len(_listed(axis)) for axis in axes)
     if number > MOST_RUNS:
-        expected = f"would be {number} runs, of at most {MOST_RUNS}: give fewer values, or a smaller --sample"
+        expected = f"would be {number} runs, above the limit of {MOST_RUNS}: give fewer values, or a smaller --sample"
         raise InputError("sweep", "--vary", ", ".join(keys), expected)
     if method == "grid":
         return [dict(zip(keys, values, strict=True)) for values in itertools.product(*map(_listed, axes))]
     if number < 1 or (method == "sobol" and number & (number - 1)):
-        expected = "give a power of 2: the points of a Sobol sequence are balanced then" if number else "give a number"
+        expected = "give a power of 2, so that the Sobol sequence is balanced" if number else "give a number"
         raise InputError("sweep", "--sample", number, expected)
     engine = {"latin": qmc.LatinHypercube, "sobol": qmc.Sobol}[method]
     shares = engine(len(axes), rng=np.random.default_rng(seed)).random(number)
@@ -245,25 +245,25 @@ def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: in
 
 def _listed(axis: Axis) -> tuple[Any, ...]:
     if isinstance(axis, Range):
-        expected = "say how many values, such as 0.5..0.9:5, or give --sample"
+        expected = "give the number of values, such as 0.5..0.9:5, or give --sample"
         raise InputError("sweep", "--vary", axis.key, expected)
     return axis.values
 
 
 def run_variation(scenario: str, changes: Mapping[str, Any], own: Sequence[str] = ()) -> dict[str, Any]:
-    """Runs a scenario with changes, and measures what comes of it.
+    """Runs a scenario with changes, and computes its measures.
 
     Args:
         scenario: name of a shipped one, or path of a file.
         changes: values by dotted keys, see `changed_scenario`.
-        own: measures of the user's, each as "module:function".
+        own: user measures, each as "module:function".
 
     Returns:
-        measures by their names, see `measures`; which there are depends on the kind of the scenario.
+        measures by name, see `measures`; which ones depends on the kind of scenario.
 
     Raises:
-        InputError: if the scenario cannot be built with the changes, or a measure of the user's fails.
-        SimulationDivergedError: if the state leaves the finite numbers.
+        InputError: if the scenario cannot be built with the changes, or a user measure fails.
+        SimulationDivergedError: if the state is no longer finite.
     """
     station = kept_station(changed_scenario(scenario, changes))
     if not station.fingers:
@@ -278,10 +278,10 @@ _DESCRIBES = ("description",)  # keys that have no effect on a run
 
 
 def check_keys(scenario: str, fixed: Mapping[str, Any], variations: Sequence[Variation]) -> None:
-    """Looks at the scenario, and at every key by its first and its last value, before any work is done.
+    """Checks the scenario, and the first and last value of each key, before any work is done.
 
     Raises:
-        InputError: if the scenario cannot be built as it is, or a key cannot be varied.
+        InputError: if the scenario itself cannot be built, or a key cannot be varied.
     """
     base = changed_scenario(scenario, fixed)
     try:
@@ -297,7 +297,7 @@ def check_keys(scenario: str, fixed: Mapping[str, Any], variations: Sequence[Var
             except InputError as error:
                 raise error.inside(f"sweep: --vary {key}") from error.__cause__
             if kind_of(changed) != kind_of(base):
-                raise InputError("sweep", "--vary", key, "cannot be varied: a run of another kind has other results")
+                raise InputError("sweep", "--vary", key, "cannot be varied: other kinds of runs have other measures")
 
 
 def run_sweep(
@@ -311,36 +311,36 @@ def run_sweep(
     resume: bool = False,
     report: Callable[[bool], Any] = lambda fine: None,
 ) -> list[dict[str, str]]:
-    """Runs variations of a scenario, and adds a row to the table in `out` as each ends; those that fail have one too.
+    """Runs variations of a scenario, and adds a row to the table in `out` as each ends, including failed ones.
 
     Args:
         scenario: name of a shipped one, or path of a file.
         variations: each with the same keys, see `changed_scenario`.
-        out: a folder, which is made.
-        executor: runs them.
-        fixed: changes of every run.
-        own: measures of the user's, each as "module:function"; see `measures`.
-        resume: keep the rows that are there.
-        report: called as each ends, with True if it succeeded.
+        out: a folder, created if needed.
+        executor: makes the runs.
+        fixed: changes applied to every run.
+        own: user measures, each as "module:function"; see `measures`.
+        resume: keep existing rows.
+        report: called after each run, with True if it succeeded.
 
     Returns:
-        the rows of the table, cells by columns: the number of a run, what was varied, what was measured, and an error
-        in words, empty without one.
+        the rows of the table, cells by column: the run number, the varied keys, the measures, and an error message,
+        empty if the run succeeded.
 
     Raises:
-        InputError: if a key cannot be varied, there is no such measure, `out` cannot be written to, another process
-            writes to it, or what is to be resumed is another sweep.
+        InputError: if a key cannot be varied, a measure does not exist, `out` cannot be written to, another process
+            writes to it, or the sweep to resume is a different one.
     """
     fixed, keys = dict(fixed or {}), list(variations[0])
     check_keys(scenario, fixed, variations)
     if scenario.endswith((".yaml", ".yml")):
-        scenario = str(Path(scenario).resolve())  # workers may be anywhere
+        scenario = str(Path(scenario).resolve())  # workers may have other working folders
     base = changed_scenario(scenario, fixed)
     names = names_of(kind_of(base), own)
     columns = [NUMBER, *keys, *names, ERROR]
     for name in own:
         if columns.count(column := column_of(name)) > 1:
-            raise InputError("sweep", OPTION, name, f"there is a column '{column}' already; rename the function")
+            raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
     table = StudyTables(lock_folder(out), ABOUT, {TABLE: columns}, 1)
     table.begin(_about(scenario, dump_scenario(base), variations, own), resume)
     for (row,) in table.rows.values():
@@ -364,14 +364,14 @@ def run_sweep(
 
 
 def _about(scenario: str, base: str, variations: Sequence[Variation], own: Sequence[str]) -> str:
-    """What a sweep is of, as text."""
+    """A description of a sweep."""
     versions = {name: version(name) for name in ("soft-gripper", "drake", "numpy")}
     parts = {"scenario": scenario, "versions": versions, "measures": list(own), "resolved": base.splitlines()}
     return json.dumps(parts | {"runs": list(variations)}, indent=1, default=str) + "\n"
 
 
 def cell(value: Any) -> str:
-    """A value as text; numbers with nine digits."""
+    """A value as text; numbers have nine significant digits."""
     if isinstance(value, float):
         return f"{value + 0.0:.9g}"
     return "" if value is None else str(value)

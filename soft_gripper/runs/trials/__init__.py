@@ -1,1 +1,1 @@
-"""Pick and place over random objects, scored against the truth."""
+"""Pick and place over random objects, scored against ground truth."""

@@ -1,4 +1,4 @@
-"""Trials of pick and place: scenarios varied at random, of which each can be run again alone."""
+"""Trials of pick and place: randomly varied scenarios, each of which can be rerun alone."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -40,7 +40,7 @@ from soft_gripper.runs.trials.trial_run import TrialRun
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 GOOD, BAD = "#2166ac", "#b2182b"
-RIM = 1.3  # of a limit: where what is far beyond it is drawn
+RIM = 1.3  # times a limit: where values far beyond it are drawn
 MEASURES = {  # columns of the rows
     "placed_error_mm": "placed error [mm]",
     "placed_angle_deg": "placed angle [degrees]",
@@ -51,9 +51,9 @@ MEASURES = {  # columns of the rows
 
 
 def trials_figure(trials: Sequence[Trial], force_limits: Mapping[str, float | None]) -> Figure:
-    """Where the objects ended about the goal, and measures in order of size; a row of panels a scenario.
+    """Plots final object positions around the goal, and sorted measures; a row of panels per scenario.
 
-    `force_limits` are those of the scenarios, N; None: there is none.
+    `force_limits` are the limits of the scenarios, N; None: no limit.
     """
     scenarios = list(dict.fromkeys(trial.row.scenario for trial in trials))
     with mpl.rc_context(STYLE):
@@ -80,7 +80,7 @@ def trials_figure(trials: Sequence[Trial], force_limits: Mapping[str, float | No
 
 
 def _draw_places(axes: Axes, trials: Sequence[Trial]) -> None:
-    """Where the objects ended; those far beyond the circle lie on the rim, in their direction."""
+    """Draws final object positions; those far outside the circle are drawn on the rim, in their direction."""
     axes.add_patch(Circle((0, 0), MAX_PLACED_ERROR, fill=False, ls="--", ec="0.4"))
     axes.plot(0, 0, "+", color="0.4", ms=10)
     for trial in trials:
@@ -91,7 +91,7 @@ def _draw_places(axes: Axes, trials: Sequence[Trial]) -> None:
 
 
 def _draw_measure(axes: Axes, trials: Sequence[Trial], measure: str, limit: float) -> None:
-    """The trials in order of a measure: how many stay below a value. `limit` 0: none."""
+    """Draws the cumulative distribution of a measure. `limit` 0: no limit."""
     rim = RIM * limit if limit > 0 else np.inf
     measured = [trial for trial in trials if not np.isnan(getattr(trial.row, measure))]
     for rank, trial in enumerate(sorted(measured, key=lambda trial: getattr(trial.row, measure)), start=1):
@@ -103,7 +103,7 @@ def _draw_measure(axes: Axes, trials: Sequence[Trial], measure: str, limit: floa
 
 
 def _look(trial: Trial) -> dict[str, Any]:
-    """A dot for a success, a cross for a failure."""
+    """Draws a dot for a success, a cross for a failure."""
     success = trial.row.success
     return {"marker": "o" if success else "x", "ms": 4, "color": GOOD if success else BAD, "clip_on": False}
 
@@ -114,18 +114,18 @@ SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_d
 
 
 def check_scenario_for_trials(file: str) -> None:
-    """Looks at a scenario before any work is done.
+    """Checks a scenario before any work is done.
 
     Raises:
-        InputError: if it cannot be built, its object not be varied, or there is nothing to judge.
+        InputError: if it cannot be built, its object cannot be varied, or there is nothing to score.
     """
     scenario = load_scenario(file)
     if scenario.task is None:
-        raise InputError(file, "task", None, "give a task to be tried")
+        raise InputError(file, "task", None, "give a task for the trials")
     if not any(phase.holds for phase in scenario.task.phases):
         raise InputError(file, "task.phases", "...", "give at least one that holds the object")
     if scenario.estimator.contact_threshold is None:
-        raise InputError(file, "estimator.contact_threshold", None, "give a torque, so that contact is looked for")
+        raise InputError(file, "estimator.contact_threshold", None, "give a torque, so that contact is detected")
     try:
         make_station(scenario)
         vary(scenario, random_numbers(0, file, 0))
@@ -142,23 +142,23 @@ def run_trials(
     report: Callable[[Trial], Any],
     resume: bool = False,
 ) -> list[Trial]:
-    """Runs `number` trials of every scenario.
+    """Runs `number` trials of each scenario.
 
-    A row is added to the tables in `out` as each trial ends; after the last they are in order, and there is a figure.
-    The same seed leads to the same tables.
+    A row is added to the tables in `out` as each trial ends; after the last trial, the rows are sorted and a figure is
+    written. The same seed gives the same tables.
 
     Args:
-        files: names or paths of scenarios.
-        executor: runs them.
-        report: called with every trial that has ended.
-        resume: keep the trials that are in the tables, and run the others.
+        files: names or paths of the scenarios.
+        executor: makes the runs.
+        report: called with each finished trial.
+        resume: keep the trials in the tables, and run the others.
 
     Raises:
-        InputError: if there is something to resume, of another seed or other scenarios.
+        InputError: if the trials to resume have another seed or other scenarios.
     """
     tables = StudyTables(out, ABOUT, dict(zip(TABLES, map(columns, (TrialRow, DetailRow)), strict=True)), 2)
     tables.begin(_about(files, seed), resume)
-    for suffix in (".png", ".svg"):  # of fewer trials
+    for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
     trials = {key: Trial(of_cells(a, TrialRow), of_cells(b, DetailRow)) for key, (a, b) in tables.rows.items()}
     for trial in trials.values():
@@ -181,7 +181,7 @@ def run_trials(
 
 
 def _about(files: Sequence[str], seed: int) -> str:
-    """What trials are of, as text."""
+    """A description of the trials."""
     scenarios = (f"# {Path(file).stem}\n{dump_scenario(load_scenario(file))}" for file in files)
     return "\n".join([f"seed: {seed}", *scenarios])
 
@@ -196,7 +196,7 @@ def run_trial(file: str, seed: int, trial: int) -> Trial:
 
     Raises:
         InputError: if its variation cannot be built.
-        SimulationDivergedError: if its state leaves the finite numbers.
+        SimulationDivergedError: if its state is no longer finite.
     """
     return judge(file, seed, trial, *record_trial(file, seed, trial))
 
@@ -209,7 +209,7 @@ def record_trial(file: str, seed: int, trial: int, progress: Progress | None = N
 
 
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:
-    """What came of a trial, from its recording."""
+    """The result of a trial, from its recording."""
     name, run = Path(file).stem, TrialRun(station, recording)
     x, y, _ = 1e3 * run.placed
     details = replace(
@@ -228,7 +228,7 @@ def _failed(file: str, seed: int, trial: int, cause: str) -> Trial:
 
 
 def _details(file: str, seed: int, trial: int) -> DetailRow:
-    """What was drawn for a trial."""
+    """The random draw of a trial."""
     name, task = Path(file).stem, load_scenario(file).task
     assert task is not None
     drawn = draw(random_numbers(seed, name, trial), task.trials)

@@ -1,4 +1,4 @@
-"""One trial of pick and place, judged by what was recorded of it."""
+"""One trial of pick and place, and its score from the recording."""
 
 from copy import deepcopy
 from dataclasses import asdict, dataclass
@@ -20,7 +20,7 @@ from soft_gripper.scenario.scenario import ModelConfig, PoseErrorConfig, Scenari
 
 @dataclass(frozen=True)
 class RandomObject:
-    """What is random about an object: a shift and a turn, a mass, a friction, a factor of the size."""
+    """The random properties of an object: shift, rotation, mass, friction and scale factor."""
 
     x_mm: float
     y_mm: float
@@ -32,7 +32,7 @@ class RandomObject:
 
 @dataclass(frozen=True)
 class Variation(RandomObject):
-    """How a trial differs from its scenario: the object, and the reported minus the true pose of it."""
+    """The differences of a trial from its scenario: the object, and its reported minus its true pose."""
 
     error_x_mm: float
     error_y_mm: float
@@ -40,12 +40,12 @@ class Variation(RandomObject):
 
 
 def random_numbers(seed: int, scenario: str, trial: int) -> np.random.Generator:
-    """The random numbers of one trial, whatever other trials there are."""
+    """The random generator of one trial, independent of the other trials."""
     return np.random.default_rng([seed, trial, *scenario.encode()])
 
 
 def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
-    """A variation, every part of it evenly distributed."""
+    """A variation with uniformly distributed components."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (1e3 * ranges.offset, 1e3 * ranges.offset, np.degrees(ranges.yaw))
     spans = (1e3 * np.array(ranges.mass), np.array(ranges.friction), 1 + ranges.size * np.array([-1.0, 1.0]))
     others = tuple(rng.uniform(least, most) for least, most in spans)
@@ -55,7 +55,7 @@ def draw(rng: np.random.Generator, ranges: TrialsConfig) -> Variation:
 
 
 def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variation]:
-    """A random variation of a scenario, and what was drawn; see `varied`. Sensors with errors have their own, too."""
+    """A random variation of a scenario, and the draw; see `varied`. Sensor errors are redrawn as well."""
     _object(scenario)
     assert scenario.task is not None
     variation = draw(rng, scenario.task.trials)
@@ -65,10 +65,10 @@ def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, Variat
 
 
 def varied(scenario: Scenario, variation: Variation) -> Scenario:
-    """The scenario with another object, and a pose reported of it. Its lowest point keeps its height, at both ends.
+    """The scenario with another object and reported pose. The lowest point keeps its height at start and goal.
 
     Raises:
-        InputError: if the object of the task is no bare mesh.
+        InputError: if the object of the task is not a bare mesh.
     """
     found = deepcopy(scenario)
     model, task = _object(found), found.task
@@ -86,7 +86,7 @@ def varied(scenario: Scenario, variation: Variation) -> Scenario:
 
 
 def _object(scenario: Scenario) -> ModelConfig:
-    """The model that the task handles."""
+    """The model handled by the task."""
     name = None if scenario.task is None else scenario.task.object
     for model in scenario.models:
         if model.name == name and model_path(model.file).suffix.lower() in MESH_SUFFIXES:
@@ -95,50 +95,50 @@ def _object(scenario: Scenario) -> ModelConfig:
 
 
 def _lifted(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransform:
-    """Where an object stands as high as before when every unit of its vertices (N, 3) has grown by `growth` m."""
+    """A pose that keeps the lowest point's height when each unit of the vertices (N, 3) has grown by `growth` m."""
     below = float(np.min(vertices @ X_WO.rotation().matrix()[2]))
     return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * below])
 
 
 def angle(R_GO: RotationMatrix) -> float:
-    """Of the one rotation that leads from the goal's orientation to the object's, rad, 0 to pi."""
+    """Angle of the rotation from the goal's orientation to the object's, rad, 0 to pi."""
     return abs(float(R_GO.ToAngleAxis().angle()))
 
 
 def tilt(R_GO: RotationMatrix) -> float:
-    """Between the z axes, rad, 0 to pi; a turn of the object about its own z axis does not change it."""
+    """Angle between the z axes, rad, 0 to pi; unaffected by rotation of the object about its own z axis."""
     x, y, z = R_GO.col(2)
     return float(np.arctan2(np.hypot(x, y), z))
 
 
 def yaw(R_GO: RotationMatrix) -> float:
-    """Of the turn about the z axis that is left when the z axes are brought together, rad, -pi to pi."""
+    """Angle of the remaining rotation about z after the z axes are aligned, rad, -pi to pi."""
     quaternion = R_GO.ToQuaternion()
     turned = 2 * np.arctan2(quaternion.z(), quaternion.w())
     return float(np.arctan2(np.sin(turned), np.cos(turned)))
 
 
-MAX_PLACED_ERROR = 10.0  # mm, within which of the goal an object counts as placed
-MAX_PLACED_ANGLE = 10.0  # degrees, from the orientation of the goal, likewise
-MAX_SLIP = 2.0  # mm, that a held object may slip
+MAX_PLACED_ERROR = 10.0  # mm from the goal, within which an object counts as placed
+MAX_PLACED_ANGLE = 10.0  # degrees from the orientation of the goal, likewise
+MAX_SLIP = 2.0  # mm, allowed slip of a held object
 NAN = float("nan")
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What became of a task in truth; NaN where there was nothing to measure.
+    """The ground truth of a task's result; NaN if there was nothing to measure.
 
     success: nothing went wrong, see `failure`.
     placed_error_mm: distance of the object's frame from that of the goal at the end.
-    placed_angle_deg: angle between the orientations of the two, of round objects too.
-    dropped: no finger touched the object while it was to be held, or the task reported that it was lost.
+    placed_angle_deg: angle between the orientations of the two, even for round objects.
+    dropped: no finger touched the object while it should be held, or the task reported that it was lost.
     peak_force_n: largest normal force of a finger.
-    slip_mm: see `slip`; from the beginning of the first phase that holds the object to the end of the last but one,
-        since the last puts it down.
-    detection_delay_ms: from a finger's first contact to the first that it detects, of the slowest finger.
-    size_error_mm: of the estimated width of the object as the fingers have closed.
-    duration_s: until the task is over.
-    cause: of a failure; empty: none.
+    slip_mm: see `slip`; from the start of the first phase that holds the object to the end of the last phase but one,
+        since the last one puts it down.
+    detection_delay_ms: from a finger's first contact to its first detection, for the slowest finger.
+    size_error_mm: error of the estimated object width when the fingers have closed.
+    duration_s: time until the task ends.
+    cause: cause of a failure; empty if there was none.
     """
 
     success: bool
@@ -155,7 +155,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class TrialNumber:
-    """Which trial a row belongs to."""
+    """The trial that a row belongs to."""
 
     scenario: str
     trial: int
@@ -163,17 +163,17 @@ class TrialNumber:
 
 @dataclass(frozen=True)
 class TrialRow(Judged, TrialNumber):
-    """What came of one trial."""
+    """The result of one trial."""
 
 
 @dataclass(frozen=True)
 class DetailRow(Variation, TrialNumber):
-    """What was drawn for a trial, see Variation, and where its object ended; NaN: unknown.
+    """The random draw of a trial, see Variation, and the final pose of its object; NaN: unknown.
 
-    x_mm, y_mm, yaw_deg: true pose in which the object begins, from that in the scenario.
-    reported_...: pose that is reported to the task, from the same; error_...: this minus the true one.
-    placed_...: pose of the object at the end, from the goal: place in the world, turn about its own z axis, tilt of
-        that axis.
+    x_mm, y_mm, yaw_deg: true initial pose of the object, relative to that in the scenario.
+    reported_...: pose reported to the task, relative to the same; error_...: reported minus true pose.
+    placed_...: final pose of the object, relative to the goal: position in the world, rotation about its own z axis,
+        tilt of that axis.
     """
 
     reported_x_mm: float
@@ -187,14 +187,14 @@ class DetailRow(Variation, TrialNumber):
 
 @dataclass(frozen=True)
 class Trial:
-    """What came of a trial, and what led to it."""
+    """The result of a trial, and its random draw."""
 
     row: TrialRow
     details: DetailRow
 
 
 def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:
-    """The row of a trial that left no recording."""
+    """The row of a trial without a recording."""
     return TrialRow(scenario, trial, False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, cause)
 
 
@@ -204,7 +204,7 @@ def trial_row(scenario: str, trial: int, station: Station, recording: Recording)
 
 
 def judged(station: Station, recording: Recording) -> Judged:
-    """What became of a task, from its recording."""
+    """The ground truth of a task's result, from its recording."""
     run = TrialRun(station, recording)
     cause = failure(run)
     return Judged(
@@ -222,7 +222,7 @@ def judged(station: Station, recording: Recording) -> Judged:
 
 
 def failure(run: TrialRun) -> str:
-    """What went wrong, in a phrase; empty if nothing did. What is likely to have led to the rest comes first."""
+    """The cause of a failure, as a phrase; empty for a success. The likely root cause comes first."""
     limit, placed_error = run.force_limit, 1e3 * float(np.linalg.norm(run.placed))
     placed_angle = float(np.degrees(angle(run.turned)))
     if run.dropped is not None:
@@ -235,7 +235,7 @@ def failure(run: TrialRun) -> str:
     if run.false_alarm:
         return run.false_alarm
     if np.isinf(run.detection_delay):
-        return "contact that was not detected"
+        return "contact not detected"
     if limit is not None and run.peak_force > limit:
         return f"force of {run.peak_force:.2f} N, above {limit:g} N"
     if not 1e3 * run.slip <= MAX_SLIP:

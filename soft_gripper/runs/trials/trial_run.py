@@ -1,4 +1,4 @@
-"""What the recording of a trial shows: measures, and samples at which something went wrong."""
+"""Measures from the recording of a trial, and the samples at which something went wrong."""
 
 from functools import cached_property
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 
 
 class Grip(NamedTuple):
-    """A point of a finger's link and a point of the object that coincide when the grip begins."""
+    """A point on a finger's link and a point on the object that coincide when the grip begins."""
 
     link: RigidBody
     on_link: Array  # (3,) m, in the frame of the link
@@ -26,11 +26,11 @@ class Grip(NamedTuple):
 
 
 def slip(station: Station, recording: Recording, samples: NDArray[np.int_]) -> float:
-    """How far the object of the task moves along the fingers over some samples of a recording, m.
+    """Slip of the task's object along the fingers over some samples of a recording, m.
 
-    At the first sample the true centre of contact of each finger marks a point of the object and one of the nearest
-    link. Slip is the distance between the two along the link's inner face, its y and z axes, the mean over the
-    fingers that touch, and the largest over the samples. NaN without samples or contact at the first.
+    At the first sample, the true contact centre of each finger marks a point on the object and one on the nearest link.
+    Slip is the distance between the two along the link's inner face (its y and z axes), averaged over the touching
+    fingers; the maximum over the samples is returned. NaN without samples, or without contact at the first.
     """
     plant, states = station.plant, recording["plant.state"].values[samples]
     if not len(samples):
@@ -51,7 +51,7 @@ def slip(station: Station, recording: Recording, samples: NDArray[np.int_]) -> f
 
 
 def _grip(context: Context, finger: PlantFinger, held: RigidBody, p_WC: Array) -> Grip:
-    """The grip at a point in the world, of the link whose middle is nearest."""
+    """The grip at a point in the world, on the link with the nearest centre."""
     points = np.array([_in_frame(context, link, p_WC) for link in finger.links])
     middles = np.diff(finger.finger.link_ends) / 2
     nearest = int(np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=1)))
@@ -64,7 +64,7 @@ def _in_frame(context: Context, body: RigidBody, p_W: Array) -> Array:
 
 
 def _moved(context: Context, grip: Grip, held: RigidBody) -> float:
-    """Distance of the object's point from the link's, along the link's inner face, m."""
+    """Distance between the points of object and link, along the link's inner face, m."""
     X_LO = held.body_frame().CalcPose(context, grip.link.body_frame())
     _, y, z = X_LO @ grip.on_object - grip.on_link
     return float(np.hypot(y, z))
@@ -75,10 +75,10 @@ NAN = float("nan")
 
 
 class TrialRun:
-    """What a recording shows of a trial."""
+    """The ground truth and the estimates of one recorded trial."""
 
     def __init__(self, station: Station, recording: Recording):
-        """`station` is one with a task and contact sensing, `recording` what was recorded of it."""
+        """`station` has a task and contact detection; `recording` is the recording of its run."""
         assert station.task is not None
         assert station.scenario.task is not None
         self._task = station.scenario.task
@@ -88,29 +88,29 @@ class TrialRun:
         self._phase = recording["task.phase"].values.astype(int)
         outcomes = recording["task.outcome"].values.astype(int)
         self.outcome = Outcome(outcomes[-1])
-        self.outcomes = np.append(outcomes[1:], outcomes[-1])  # to which each sample leads
-        self.force_limit = self._task.force_limit  # N; None: it bears any
+        self.outcomes = np.append(outcomes[1:], outcomes[-1])  # outcome after each sample
+        self.force_limit = self._task.force_limit  # N; None: no limit
 
     def when(self, sample: int) -> str:
-        """At which time and in which phase a sample was taken."""
+        """The time and the phase of a sample, as text."""
         phase = self._phase[sample]
         name = f" in '{self._phases[phase].name}'" if phase < len(self._phases) else ""
         return f"at {self._time[sample]:.2f} s{name}"
 
     @property
     def placed(self) -> Array:
-        """From the goal to the frame of the object at the end, (3,) m in the world."""
+        """Vector from the goal to the final object frame, (3,) m in the world."""
         found: Array = self.final_pose.translation() - self._goal_pose.translation()
         return found
 
     @property
     def turned(self) -> RotationMatrix:
-        """Orientation of the object at the end in the frame of the goal."""
+        """Final orientation of the object in the goal frame."""
         return self._goal_pose.rotation().inverse() @ self.final_pose.rotation()
 
     @cached_property
     def final_pose(self) -> RigidTransform:
-        """Of the frame of the object in the world, at the end."""
+        """Final pose of the object frame in the world."""
         plant = self._station.plant
         context = plant.CreateDefaultContext()
         plant.SetPositionsAndVelocities(context, self._recording["plant.state"].values[-1])
@@ -123,7 +123,7 @@ class TrialRun:
 
     @cached_property
     def dropped(self) -> int | None:
-        """The sample at which the object was held no more though it was to be; None: it was not dropped."""
+        """The sample at which the object was lost although it should be held; None: it was not dropped."""
         forces = np.array([self._of(finger, "normal_force") for finger in self._fingers])
         held = np.isin(self._phase, self._holding) & (self.outcomes == Outcome.RUNNING)
         lost = np.flatnonzero((held & (forces == 0).all(axis=0)) | (self.outcomes == Outcome.OBJECT_LOST))
@@ -136,19 +136,19 @@ class TrialRun:
 
     @cached_property
     def slip(self) -> float:
-        """Of the object along the fingers while they lift and carry it, m."""
+        """Slip of the object along the fingers while they lift and carry it, m."""
         carrying = self._holding[:-1] or self._holding
         return slip(self._station, self._recording, np.flatnonzero(np.isin(self._phase, carrying)))
 
     @cached_property
     def detection_delay(self) -> float:
-        """The largest of the fingers', s; NaN if none touched anything."""
+        """The largest detection delay of all fingers, s; NaN if none touched anything."""
         delays = [detection_delay(self._time, *self._contact(finger)) for finger in self._fingers]
         return max((delay for delay in delays if not np.isnan(delay)), default=NAN)
 
     @cached_property
     def false_alarm(self) -> str:
-        """Which finger detected a contact that was none, and when; empty: none did."""
+        """The finger and the time of a false contact alarm; empty if there was none."""
         for finger in self._fingers:
             sample = false_alarm(*self._contact(finger))
             if sample is not None:
@@ -157,7 +157,7 @@ class TrialRun:
 
     @cached_property
     def size_error(self) -> float:
-        """Of the estimated width, m, at the end of the phase that closes the fingers."""
+        """Error of the estimated width, m, at the end of the phase that closes the fingers."""
         closing = [i for i, phase in enumerate(self._phases) if phase.until == "grasped"]
         samples = np.flatnonzero(np.isin(self._phase, closing))
         error = self._recording["grip.object_width"].values - self._recording["grip.true_object_width"].values
@@ -165,7 +165,7 @@ class TrialRun:
 
     @cached_property
     def duration(self) -> float:
-        """Until the task was over, or the recording, s."""
+        """Time until the task or the recording ended, s."""
         over = np.flatnonzero(self._phase == len(self._phases))
         return float(self._time[over[0] if len(over) else -1])
 
@@ -182,19 +182,19 @@ class TrialRun:
         return self._recording[f"{finger}.{signal}"].values
 
     def _contact(self, finger: str) -> tuple[Flags, Flags]:
-        """Whether a finger touches something, as it detects and in truth, at every sample."""
+        """Whether a finger is in contact, detected and true, at each sample."""
         return self._of(finger, "contact") > 0.5, self._of(finger, "normal_force") > 0
 
 
 def detection_delay(time: Array, detected: Flags, true: Flags) -> float:
-    """From the first true contact to the first detected one, s; NaN without contact, infinite if none is detected."""
+    """Delay from the first true to the first detected contact, s; NaN without contact, infinite if none is detected."""
     if not true.any():
         return NAN
     return float(time[np.argmax(detected)] - time[np.argmax(true)]) if detected.any() else float("inf")
 
 
 def false_alarm(detected: Flags, true: Flags) -> int | None:
-    """The first sample of a detected contact without a true one since the detected one before; None: none."""
+    """First sample of a detected contact with no true contact since the previous detection; None if there is none."""
     edges = np.flatnonzero(np.diff(detected.astype(int), prepend=0))
     ends = [0, *edges[1::2]]
     return next((int(b) for b, end in zip(edges[::2], ends, strict=False) if not true[end : b + 1].any()), None)

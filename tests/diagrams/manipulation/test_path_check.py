@@ -83,7 +83,7 @@ def slide(tmp_path_factory):
 
 def numbers(complaint):
     """How much of the way is gone, and how deep it is then, m."""
-    found = re.search(r"(\d+)% on its way .* is ([\d.]+) mm inside", complaint)
+    found = re.search(r"(\d+)% along its path, .* is ([\d.]+) mm inside", complaint)
     return float(found[1]) / 100, float(found[2]) / 1e3
 
 
@@ -94,7 +94,7 @@ def test_free_ways(slide):
 def test_the_phase_that_leads_into_something_is_named(slide):
     complaint = slide.complaint(phase("there", 0.0, 1.0), phase("into", 1.0, 3.5), phase("back", 3.5, 0.0))
     # The thing, at its begin, is not on the way.
-    assert complaint.startswith("task.phases[1]: name = 'into': leads through something: ")
+    assert complaint.startswith("task.phases[1]: name = 'into': collides: ")
     assert "'hand::hand' is " in complaint
     assert complaint.endswith(" inside 'wall::wall'")
     part, depth = numbers(complaint)
@@ -174,14 +174,14 @@ def test_in_a_rescue_nobody_knows_where_the_thing_is(slide, way, holds):
 
 def test_a_rescue_may_not_lead_into_a_wall(slide):
     complaint = slide.complaint(phase("before", 0.0, 0.0), phase("rescue: rise", 0.0, WALL), rescues=1)
-    assert complaint.startswith("task.phases[1]: name = 'rescue: rise': leads through something: ")
+    assert complaint.startswith("task.phases[1]: name = 'rescue: rise': collides: ")
 
 
 def test_a_rescue_is_reported_with_the_phase_that_it_follows(slide):
     fine, watched = phase("before", 0.0, 0.0), replace(phase("watched", 0.0, 0.0), rescue=2)
     opened, risen = phase("rescue: open", 0.0, 0.0), phase("rescue: rise", 0.0, WALL)
     complaint = slide.complaint(fine, watched, opened, risen, rescues=2)
-    assert complaint.startswith("task.phases[1]: name = 'rescue: rise': leads through something: ")
+    assert complaint.startswith("task.phases[1]: name = 'rescue: rise': collides: ")
 
 
 def test_a_task_without_an_object(slide):

@@ -217,9 +217,15 @@ FAR = 20.0  # m; the slides end at 9 m
 @pytest.mark.parametrize(
     ("config", "complaint"),
     [
-        (PhaseConfig("far", "object", FAR), "to = 'object': is out of the arm's reach: no posture puts the gripper at"),
-        (PhaseConfig("far", "goal", FAR, straight=True), "to = 'goal': is out of the arm's reach: at "),
-        (PhaseConfig("far", posture=[0, FAR, 0, 0]), "motion = 'arm': is more than the arm can do: joint 'prismatic_"),
+        (
+            PhaseConfig("far", "object", FAR),
+            "to = 'object': is out of reach of the arm: no posture places the gripper at",
+        ),
+        (PhaseConfig("far", "goal", FAR, straight=True), "to = 'goal': is out of reach of the arm: at "),
+        (
+            PhaseConfig("far", posture=[0, FAR, 0, 0]),
+            "motion = 'arm': exceeds the limits of the arm: joint 'prismatic_",
+        ),
     ],
 )
 def test_what_the_arm_cannot_reach(tmp_path, config, complaint):

@@ -142,12 +142,12 @@ LOST = changed(**{f"tip_{i}_{axis}_mm": np.full(200, np.nan) for i in (1, 2, 3) 
         (changed(time_s=np.floor(TIME)), "most rows repeat a time"),
         ({name: 1000 * v if "mm" in name else v for name, v in swinging().items()}, "markers.unit"),
         ({name: v / 1000 if "mm" in name else v for name, v in swinging().items()}, "is the unit right?"),
-        (exchanged(("tip_1", "tip_3"), slice(120, 150)), "tip_1, tip_3': change names at 1.20, 1.50 s"),
-        (exchanged(("tip_1", "base_1"), slice(120, None)), "change names at 1.20 s"),
+        (exchanged(("tip_1", "tip_3"), slice(120, 150)), "tip_1, tip_3': swap names at 1.20, 1.50 s"),
+        (exchanged(("tip_1", "base_1"), slice(120, None)), "swap names at 1.20 s"),
         (FALLING, "tip_1, tip_2': their distance changes by"),
         (changed(base_1_x_mm=20 + 40 * np.sin(TIME)), "are their markers exchanged?"),
         (LOST, "none of them is ever seen"),
-        (changed(time_s=np.full(200, np.nan)), "samples that have a time"),
+        (changed(time_s=np.full(200, np.nan)), "samples with a time"),
     ],
 )
 def test_what_cannot_be_is_refused(tmp_path, describe, columns, said):

@@ -61,7 +61,7 @@ def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(execut
 @pytest.mark.parametrize(
     ("error", "cause"),
     [
-        (InputError("task.phases[0]", "to", "object", "is out of the arm's reach: 1.2 m"), "out of the arm's reach"),
+        (InputError("task.phases[0]", "to", "object", "is out of reach of the arm: 1.2 m"), "out of reach of the arm"),
         (SimulationDivergedError("the simulation diverged before t = 1 s"), "diverged before t = 1 s"),
         (WorkerDiedError("the process died, 2 times"), "the process died, 2 times"),
         (ZeroDivisionError("float\ndivision"), "ZeroDivisionError: float division"),
@@ -91,6 +91,7 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_pat
     assert (tmp_path / "trials.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path, monkeypatch):
     """Between the writing of the one table and of the other, too."""
     whole, cut = tmp_path / "whole", tmp_path / "cut"
