@@ -1,5 +1,6 @@
 """Equations as MathML, by docutils: they need no script and no network in the reader's browser."""
 
+import xml.etree.ElementTree as ET
 from typing import Any
 
 from docutils import nodes
@@ -9,6 +10,7 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 _LOGGER = logging.getLogger(__name__)
+_MATHML = "http://www.w3.org/1998/Math/MathML"
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -17,19 +19,47 @@ def setup(app: Sphinx) -> dict[str, Any]:
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
+def to_mathml(tex: str, as_block: bool = False) -> str:
+    """An equation as MathML.
+
+    Raises:
+        MathError: docutils cannot read it.
+    """
+    ET.register_namespace("", _MATHML)
+    tree = ET.fromstring(tex2mathml(tex, as_block=as_block).replace("&ApplyFunction;", "\u2061"))
+    for element in tree.iter(f"{{{_MATHML}}}munderover"):
+        if _is_accent(element[2]):
+            _put_subscript_beside(element)
+    return ET.tostring(tree, encoding="unicode")
+
+
+def _is_accent(over: ET.Element) -> bool:
+    """Whether docutils made it of an accent (a dot, a hat, a line), rather than of the limit of a sum."""
+    return over.get("stretchy") == "false" or over.get("accent") == "true"
+
+
+def _put_subscript_beside(element: ET.Element) -> None:
+    """Docutils puts the subscript of a dotted symbol below it: underset and accent become accent, then subscript."""
+    base, below, accent = element
+    accented = ET.Element(f"{{{_MATHML}}}mover", accent="true")
+    accented.extend([base, accent])
+    element.tag = f"{{{_MATHML}}}msub"
+    element[:] = [accented, below]
+
+
 def _visit_inline(translator: Any, node: nodes.math) -> None:
-    translator.body.append(_mathml(node))
+    translator.body.append(_checked(node))
     raise nodes.SkipNode
 
 
 def _visit_block(translator: Any, node: nodes.math_block) -> None:
-    translator.body.append(f'<div class="math">{_mathml(node, as_block=True)}</div>')
+    translator.body.append(f'<div class="math">{_checked(node, as_block=True)}</div>')
     raise nodes.SkipNode
 
 
-def _mathml(node: nodes.math | nodes.math_block, as_block: bool = False) -> str:
+def _checked(node: nodes.math | nodes.math_block, as_block: bool = False) -> str:
     try:
-        return tex2mathml(node.astext(), as_block=as_block)
+        return to_mathml(node.astext(), as_block)
     except MathError as error:
         _LOGGER.warning("%s", error, location=node)
         return ""
