@@ -24,6 +24,7 @@ autodoc_default_options = {"members": True, "member-order": "bysource"}
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 autoclass_content = "both"
+autodoc_inherit_docstrings = False  # a block without a constructor of its own would have Drake's
 napoleon_google_docstring = napoleon_numpy_docstring = False  # docstrings.py calls it
 default_role = "py:obj"  # docstrings name things in single backticks
 
