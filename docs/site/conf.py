@@ -10,10 +10,10 @@ project = "soft-gripper"
 copyright = "the soft-gripper authors, BSD-3-Clause"
 version = release = installed_version("soft-gripper")
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "docstrings", "mathml"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "docstrings", "mathml"]
 source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "force"
 nb_execution_timeout = 240  # s, of a cell
@@ -24,7 +24,9 @@ autodoc_default_options = {"members": True, "member-order": "bysource"}
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 autoclass_content = "both"
+autodoc_inherit_docstrings = False  # a block without a constructor of its own would have Drake's
 napoleon_google_docstring = napoleon_numpy_docstring = False  # docstrings.py calls it
+highlight_language = "none"  # what is indented is output, a diagram or a command
 default_role = "py:obj"  # docstrings name things in single backticks
 
 html_theme = "furo"

@@ -38,6 +38,8 @@ def _read_sections(app: Sphinx, what: str, name: str, of: object, options: objec
 def _shorten(
     app: Sphinx, what: str, name: str, of: object, options: object, signature: str | None, returned: str | None
 ) -> tuple[str | None, str | None]:
+    if getattr(of, "_is_protocol", False):
+        return "", None  # nothing is made from a protocol itself, so that *args, **kwargs would be shown
     return signature and _short(signature), returned and _short(returned)
 
 

@@ -4,7 +4,8 @@ Pages and notebooks come from the repository, with links that hold on the site; 
 
 Pages live in docs/ and read well on GitHub, so their links are those of the repository. The copy that Sphinx builds
 has links of the site, and with it what is made from the code: API, ports (read from the systems), schema, block
-diagrams. A new page is named in docs/site/index.md. API pages are in no table of contents, since every page would
+diagrams. A new page is named in a table of contents: that of docs/site/index.md, or of the page of a group, such as
+docs/site/howto.md, which folds in the sidebar. API pages are in no table of contents, since every page would
 carry all of them.
 """
 
@@ -17,6 +18,7 @@ from pathlib import Path
 from api_pages import api_pages
 from block_diagrams import save_diagrams
 from links import PICTURES, ROOT, linked_path, links, on_site, site_path
+from overview import blocks, namespaces
 from port_tables import blocks_page, signals_page
 from schema_page import schema_page
 
@@ -31,7 +33,9 @@ def repository_pages() -> dict[str, str]:
 
 
 def made_pages() -> Iterator[tuple[str, str]]:
-    """The pages that are made from the code, by where they go."""
+    """The pages that are made from the code, and the parts of reference.md, by where they go."""
+    yield "reference/namespaces.txt", namespaces()
+    yield "reference/block_list.txt", blocks()
     yield "reference/scenario.md", schema_page()
     yield "reference/blocks.md", blocks_page()
     yield "reference/signals.md", signals_page()

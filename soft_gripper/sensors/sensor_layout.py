@@ -65,6 +65,7 @@ class SensorLayout(MeasurementModel):
         return -self.offsets[:, None] / self.rest_lengths
 
     def predict(self, q: Array) -> Array:
+        """Strains at joint angles, (..., D) rad -> (..., R)."""
         return extension_ratios(self, q) - 1
 
     def inverse(self, measured: Array) -> Array:
@@ -76,6 +77,7 @@ class SensorLayout(MeasurementModel):
         return bends
 
     def signals(self, q: Array) -> dict[str, Array]:
+        """Extension ratios at joint angles, and what the sensors read of them as strain, (..., R) each."""
         ratios = extension_ratios(self, q)
         return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
