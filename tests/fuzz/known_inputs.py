@@ -1,5 +1,7 @@
 """Hostile and mistaken input that is known: files, and commands with what they must say of it."""
 
+from pathlib import Path
+
 from command_line import short
 
 from soft_gripper.models import DIRECTORY
@@ -21,6 +23,7 @@ _LONG = "n" * 300
 FILES: dict[str, str | bytes] = {  # beside them: loop.urdf, a link to itself, pipe.urdf, which is one, and a folder
     "file": "a file, below which nothing can be written, not even by root",
     "finger.urdf": FINGER,
+    "one_finger.yaml": (Path(__file__).parents[1] / "scenarios/defaults.yaml").read_text(),
     "limp.urdf": _LIMP,
     "no_finger.urdf": "<robot name='plain'><link name='base'/></robot>",
     **{f"binary.{ending}": b"\xff\xfe\x00" for ending in ("yaml", "urdf")},
@@ -79,6 +82,8 @@ CASES: dict[tuple[str, ...], Said] = {
     ("recognition", "free_bending"): "pressure.steps",
     ("tune", "free_bending"): "control.set_points = ",
     ("tune", "tip_distance_steps", "--set", "control.hold=-1"): "control.hold = -1",
+    ("tune", "tip_distance_steps", "--evaluations=-5"): "--evaluations = '-5'",
+    ("tune", "one_finger.yaml", "--set", "control.set_points=[0.1]"): "control: fingers = ['finger']",
     ("hardware", "--data", "nowhere", "--out", "results"): "--data = 'nowhere': there is no such folder",
     ("play", "free_bending", "--host", "192.0.2.1", "--out", "folder"): "192.0.2.1",
     ("run", "free_bending", "--meshcat", "--host", "192.0.2.1", "--out", "folder"): "host = '192.0.2.1'",
@@ -118,9 +123,9 @@ CASES |= {(*line, value): f"{line[-1]} = {value!r}" for line, values in _NUMBERS
 _SWEPT = {
     ("--vary", "sensor.nothing=1,2"): "--vary sensor.nothing: ",
     ("--vary", "sensor.sections=1,2", "--vary", "sensor.sections=3"): "appears more than once",
-    ("--vary", "pressure.time_constant=0.01..0.1"): "say how many values",
+    ("--vary", "pressure.time_constant=0.01..0.1"): "give the number of values",
     ("--vary", "sensor.seed=1,2", "--method", "sobol"): "give --sample N",
-    ("--vary", "sensor.seed=1,2", "--method", "grid", "--sample", "4"): "leave --sample out",
+    ("--vary", "sensor.seed=1,2", "--method", "grid", "--sample", "4"): "omit --sample",
 }
 CASES |= {("sweep", "free_bending", "--out", "x", *options): said for options, said in _SWEPT.items()}
 
