@@ -39,12 +39,12 @@ def api_pages() -> Iterator[tuple[str, str]]:
 def _index() -> str:
     parts = [_INDEX]
     for space, names in public_names().items():
-        rows = [(f"[`{name}`]({name}.md)", prose(_summary(name))) for name in names]
+        rows = [(f"[`{name}`]({name}.md)", prose(summary(name))) for name in names]
         parts += [f"## {f'sg.{space}' if space else 'sg'}", table(("name", ""), rows)]
     return "\n\n".join(parts) + "\n"
 
 
-def _summary(name: str) -> str:
+def summary(name: str) -> str:
     """The first sentence of a docstring."""
     value = public(name)
     if not (inspect.isclass(value) or inspect.isfunction(value)):

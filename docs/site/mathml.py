@@ -4,6 +4,7 @@ The font is STIX Two Math, cut to what equations use. Its metadata, which is kep
 """
 
 import xml.etree.ElementTree as ET
+from logging import WARNING, getLogger
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,7 @@ def to_mathml(tex: str, as_block: bool = False) -> str:
 
 def save_font(path: Path) -> None:
     """Writes the font of the equations, WOFF."""
+    getLogger("fontTools").setLevel(WARNING)  # every table is news to it
     font = TTFont(_FONT)
     options = Options(name_IDs=["*"])
     options.layout_features += ["ssty"]  # the forms of subscripts

@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Iterator
 
+from api_pages import summary
 from example_blocks import example_blocks
 from public_names import public, public_names
 from tables import prose, table
@@ -17,10 +18,7 @@ def namespaces() -> str:
 
 def blocks() -> str:
     """A Markdown table of the blocks that are public names, by namespace."""
-    rows = [
-        (f"[`{name}`](api/{name}.md)", prose((inspect.getdoc(public(name)) or "").split("\n\n")[0].replace("\n", " ")))
-        for name in _public_blocks()
-    ]
+    rows = [(f"[`{name}`](api/{name}.md)", prose(summary(name))) for name in _public_blocks()]
     return table(("block", ""), rows)
 
 
