@@ -82,7 +82,7 @@ def make_block(field: str, name: str, make: Callable[..., System], *arguments: A
     """
     block = made(field, name, make, *arguments)
     if not isinstance(block, System):
-        raise InputError("scenario", field, name, f"returned a {type(block).__name__}; return a Drake System")
+        raise InputError("scenario", field, name, f"returned {type(block).__name__}; return a Drake System")
     if hasattr(block, _IN_USE):
         raise InputError("scenario", field, name, "returned the same block twice; make a new one for each finger")
     setattr(block, _IN_USE, True)

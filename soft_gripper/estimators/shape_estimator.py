@@ -109,7 +109,7 @@ def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...])
     name = getattr(function, "__qualname__", type(function).__name__)
     expected = f"return a ShapeEstimate whose q has the shape {shape}"
     if not isinstance(found, ShapeEstimate):
-        raise InputError("ShapeEstimator", "function", name, f"returned a {type(found).__name__}; {expected}, rad")
+        raise InputError("ShapeEstimator", "function", name, f"returned {type(found).__name__}; {expected}, rad")
     if np.shape(found.q) != shape:
         given = f"q has the shape {np.shape(found.q)} where driving has {shape}"
         raise InputError("ShapeEstimator", "function", name, f"{given}; {expected}, rad")

@@ -98,7 +98,7 @@ def test_mistakes_are_named(files, changes, said):
     [
         (RELEASED.replace("tip: [", "top: ["), "run", "at least two markers"),
         (RELEASED.replace("event: release", ""), "run", "give the cause of the motion"),
-        (STEPPED, "run", "does not say the pressure"),
+        (STEPPED, "run", "does not give the pressure"),
         (STEPPED, "run_30kPa", "the valve does not close"),
         (RELEASED.replace("{marker}", "{marker}_of"), "run", "no such column"),
     ],

@@ -111,6 +111,6 @@ def test_no_port_for_meshcat(monkeypatch: pytest.MonkeyPatch) -> None:
         raise RuntimeError("Meshcat failed to open a websocket port.")
 
     monkeypatch.setattr(meshcats, "Meshcat", fail)
-    assert "Meshcat: port = 'any': none is free" in refusal("run", "free_bending", "--html", "r.html", "--out", ".")
+    assert "Meshcat: port = 'any': no free port" in refusal("run", "free_bending", "--html", "r.html", "--out", ".")
     with refused("port", "any"):
         replay.hidden_meshcat()

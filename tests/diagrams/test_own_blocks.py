@@ -161,7 +161,7 @@ def test_nan_for_readings_that_are_missing_is_an_answer(caplog):
 @pytest.mark.parametrize(
     ("function", "said"),
     [
-        (lambda readings, driving, gravity: None, "returned a NoneType"),
+        (lambda readings, driving, gravity: None, "returned NoneType"),
         (lambda readings, driving, gravity: driving, "returned a ndarray"),
         (lambda readings, driving, gravity: sg.estimators.ShapeEstimate(driving[..., 1:]), "(11,)"),
         (lambda readings, driving, gravity: sg.estimators.ShapeEstimate(np.zeros(12)), "(12,)"),

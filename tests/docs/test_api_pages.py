@@ -43,7 +43,7 @@ def test_pages_have_fields_and_ports(pages):
 
 
 def test_signatures_are_those_of_the_project(pages, tmp_path):
-    pytest.importorskip("sphinx")
+    pytest.importorskip("sphinx_design")
     blocks = {
         "ArrayBlock",
         "estimators.FingerShape",

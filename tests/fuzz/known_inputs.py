@@ -76,7 +76,7 @@ CASES: dict[tuple[str, ...], Said] = {
         "folder",
     ): "none.npz: file = 'none.npz': cannot be read",
     ("grasp-trials", "--scenario", "nowhere"): "name = 'nowhere': not shipped",
-    ("grasp-trials", "--scenario", "box_grasp"): "task = None: give a task to be tried",
+    ("grasp-trials", "--scenario", "box_grasp"): "task = None: give a task for the trials",
     ("grasp-trials", "--scenario", "box_grasp", "--scenario", "box_grasp"): "--scenario = 'box_grasp'",
     ("recognition", "nowhere"): "name = 'nowhere': not shipped",
     ("recognition", "free_bending"): "pressure.steps",

@@ -95,7 +95,7 @@ def test_the_plots_are_what_was_recorded(run: Run, panels: list[Axes]) -> None:
         (line,) = [line for line in axes.lines if line.get_label() == label]
         np.testing.assert_allclose(line.get_xydata(), np.column_stack([np.arange(8), unit * recording[signal]]))
     levels = {line.get_label(): line.get_ydata()[0] for line in torque.lines}
-    assert (levels["limit"], levels["counts as grip"]) == pytest.approx((70, 20))
+    assert (levels["limit"], levels["grip threshold"]) == pytest.approx((70, 20))
     assert {axes.get_xlim() for axes in (opening, torque, pressure)} == {(0.0, 7.0)}
 
 

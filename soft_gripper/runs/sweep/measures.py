@@ -113,7 +113,7 @@ def _own_measure(name: str, station: Station, recording: Recording) -> Any:
         raise InputError("sweep", OPTION, name, f"failed: {described(error)}") from error
     value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found
     if not isinstance(value, Real | str):
-        raise InputError("sweep", OPTION, name, f"returned a {type(found).__name__}; return a number or a string")
+        raise InputError("sweep", OPTION, name, f"returned {type(found).__name__}; return a number or a string")
     return value
 
 

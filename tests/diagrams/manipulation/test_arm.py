@@ -168,7 +168,7 @@ def test_an_arm_without_a_gripper_is_refused():
     scenario.models = scenario.models[:1]
     line = complaint(scenario)
     assert "model = 'arm'" in line
-    assert "does not carry the gripper; weld that to it: parent: arm::..." in line
+    assert "does not carry the gripper; weld the gripper to it: parent: arm::..." in line
 
 
 def test_a_home_for_other_joints_is_refused():

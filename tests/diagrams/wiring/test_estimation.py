@@ -148,11 +148,11 @@ def test_what_an_estimator_knows_better_is_its_own(layout):
 @pytest.mark.parametrize(
     ("estimator", "complaint"),
     [
-        (Port(joint_angles=12), "estimator: output ports = 'joint_angles (12)': put out 'estimated_joint_angles' (12)"),
-        (Port(estimated_joint_angles=3), "estimator: output ports = 'estimated_joint_angles (3)': put out"),
-        (Port({"strain": 3}, estimated_joint_angles=12), "estimator: input port 'strain' = 3: the signal of that name"),
+        (Port(joint_angles=12), "estimator: output ports = 'joint_angles (12)': output 'estimated_joint_angles' (12)"),
+        (Port(estimated_joint_angles=3), "estimator: output ports = 'estimated_joint_angles (3)': output"),
+        (Port({"strain": 3}, estimated_joint_angles=12), "estimator: input port 'strain' = 3: the signal with that name"),
         (Port({"weather": 1}, estimated_joint_angles=12), "estimator: input port = 'weather': an estimator may take"),
-        (Port(estimated_joint_angles=12, strain=8), "finger: output ports = 'strain': are names of other signals"),
+        (Port(estimated_joint_angles=12, strain=8), "finger: output ports = 'strain': have the name of another signal"),
     ],
 )
 def test_what_is_no_estimator(estimator, complaint):

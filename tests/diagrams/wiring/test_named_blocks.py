@@ -70,8 +70,8 @@ def leaving(layout, period):
     [
         (broken, "failed: KeyError: 'nothing'"),
         (leaving, r"failed: sys.exit\(0\) was called"),
-        (lambda *_: 3, "made a int; a Drake System is"),
-        (lambda *_: None, "made a NoneType; a Drake System is"),
+        (lambda *_: 3, "returned int; return a Drake System"),
+        (lambda *_: None, "returned NoneType; return a Drake System"),
     ],
 )
 def test_a_function_that_fails_is_named(shipped_finger, make, complaint):

@@ -103,7 +103,7 @@ class Curious(LeafSystem):
     ("sensor", "complaint"),
     [
         (Curious, "sensor: input port = 'temperature': a sensor may take: joint_angles, pressure, X_WB"),
-        (lambda: ConstantVectorSource([0.0]), "sensor: output ports = 'y0, sampled_pressure': a sensor puts out its"),
+        (lambda: ConstantVectorSource([0.0]), "sensor: output ports = 'y0, sampled_pressure': a sensor outputs its"),
     ],
 )
 def test_what_is_no_sensor(sensor, complaint):

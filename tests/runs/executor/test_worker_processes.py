@@ -87,7 +87,7 @@ def test_calls_are_made_in_other_processes_and_errors_arrive(executor):
 def test_a_process_that_dies_takes_no_other_call_with_it(executor, caplog):
     calls = [executor.submit(die_at, i, 3) for i in range(8)]
     assert [call.result() for call in calls if call is not calls[3]] == [0, 1, 2, 4, 5, 6, 7]
-    with pytest.raises(WorkerDiedError, match=r"2 times, at die_at\(3, 3\)"):
+    with pytest.raises(WorkerDiedError, match=r"2 times at die_at\(3, 3\)"):
         calls[3].result()
     assert [record.message.count("die_at(3, 3)") for record in caplog.records] == [1, 1]
 

@@ -69,7 +69,7 @@ def test_more_values_than_anybody_waits_for_are_refused_before_they_are_listed(c
 def test_more_points_than_anybody_waits_for_are_refused_before_they_are_made(arguments):
     with pytest.raises(InputError) as error:
         points(*arguments)
-    assert "of at most 10000" in error.value.expected
+    assert "above the limit of 10000" in error.value.expected
 
 
 def test_as_many_points_as_may_be():
