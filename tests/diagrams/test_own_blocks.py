@@ -162,7 +162,7 @@ def test_nan_for_readings_that_are_missing_is_an_answer(caplog):
     ("function", "said"),
     [
         (lambda readings, driving, gravity: None, "returned NoneType"),
-        (lambda readings, driving, gravity: driving, "returned a ndarray"),
+        (lambda readings, driving, gravity: driving, "returned ndarray"),
         (lambda readings, driving, gravity: sg.estimators.ShapeEstimate(driving[..., 1:]), "(11,)"),
         (lambda readings, driving, gravity: sg.estimators.ShapeEstimate(np.zeros(12)), "(12,)"),
     ],
