@@ -1,11 +1,10 @@
-"""The shape under few contact forces, and these forces: what bends a finger most often is one thing that it touches.
+"""Shape and contact forces of a finger with few contacts: in most grasps, a finger touches one object.
 
-Free bending under driving torque and weight, q_0, is taken out of the measured bends. Where what remains is as small as
-noise and uncertainty make it, nothing is touched. Else the single force is looked for that explains it
-(`fit_single_force`); where that leaves more than noise and there are sections enough, several that press on one side
-(`fit_several_forces`). What the forces leave unexplained goes to the joints as `gaussian` shares it, so that every
-measured bend is met. With fewer than two sections that read anything, the shape is that of `gaussian`, and the force
-is unknown.
+Free bending under driving torque and weight, q_0, is subtracted from the measured bends. If the remainder is within
+noise and uncertainty, there is no contact. Otherwise, the single force that best explains it is found
+(`fit_single_force`); if that leaves more than noise and there are enough sections, several forces on one side
+(`fit_several_forces`). The remaining residual is shared among the joints as in `gaussian`, so that every measured bend
+is matched. With fewer than two working sections, the shape is that of `gaussian`, and the force is unknown.
 
 Force and place of a single contact from a curved shape: Rucker and Webster (2011, doi 10.1109/IROS.2011.6094526) for
 continuum robots; from sparse readings: arXiv 2109.12469.
@@ -88,32 +87,32 @@ def unit_torques(chain: Chain, s: Array) -> UnitTorques:
 
 
 def face_offset(finger: Finger, s: Array, side: Array) -> Array:
-    """How far the face lies from the neutral axis, m: the inner one where `side` is positive, else the outer, (...)."""
+    """Distance of a face from the neutral axis, m, (...): the inner face where `side` is positive, else the outer."""
     section = finger.section(s)
     offset: Array = np.where(side > 0, section.inner_face, section.outer_face)
     return offset
 
 
-NEAREST = 0.1  # of the length from the base, where a contact is looked for
-FRICTION = 0.25  # of the force, standard deviation of what rubs along the finger
-TIP_ZONE = 0.04  # of the length from the tip: a force that seems to press there presses on the tip's edge
-NEAR_TIP = 0.1  # of the length: within it the tip's edge is tried where a force at the side leaves much unexplained,
+NEAREST = 0.1  # of the length from the base: search begins there
+FRICTION = 0.25  # of the force: standard deviation of the friction along the finger
+TIP_ZONE = 0.04  # of the length from the tip: a force estimated there is taken to press on the tip's edge
+NEAR_TIP = 0.1  # of the length: within it, the tip's edge is tried if a force on the side leaves much unexplained
 _UNLIKELY = 9.0  # in variances
 _PLACES = 28, 9, 9  # of each scan
-_FINER = 4  # times, the steps of a scan than those of the scan before
-_DS = 1e-3  # m, for differences
+_FINER = 4  # refinement factor between scans
+_DS = 1e-3  # m, for finite differences
 
 
 class Fit(NamedTuple):
-    """What forces were found to explain bends best."""
+    """The forces that best explain the bends."""
 
     contact: ContactForce  # each (...)
     torque: Array  # (..., N) N m, at the joints
-    misfit: Array  # (...) of the bends, in variances: chi-squared where nothing but noise is left
+    misfit: Array  # (...) of the bends, normalised by the variances: chi-squared if only noise is left
 
 
 class Bends(NamedTuple):
-    """What is to be explained."""
+    """The bends to be explained."""
 
     theta: Array  # (..., S) rad, bends of the sections beyond those of driving torque and weight
     covariance: Array  # (..., S, S) rad^2
@@ -121,7 +120,7 @@ class Bends(NamedTuple):
 
 
 def fit_single_force(layout: MeasurementModel, q: Array, bends: Bends, usual: float) -> Fit:
-    """The single force that explains bends best.
+    """The single force that best explains the bends.
 
     Args:
         layout: the nominal sensors and finger.
@@ -165,7 +164,7 @@ def put(chosen: NDArray[np.bool_], found: Fit, into: Fit) -> Fit:
 
 
 def _best(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, usual: float, s: Array) -> Array:
-    """The place among s, (..., M) m, at which a force leaves least unexplained, (..., 1)."""
+    """The location among s, (..., M) m, at which a force leaves the smallest residual, (..., 1)."""
     a = (unit_torques(chain, s).across * bends.compliance[..., None, :]) @ layout.matrix.T
     weighted = a @ weights
     explained = (weighted * bends.theta[..., None, :]).sum(axis=-1)
@@ -174,7 +173,7 @@ def _best(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, 
 
 
 def _fit_aside(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Array, usual: float, place: Array) -> Fit:
-    """The force across the finger at a place, (..., 1) m."""
+    """The force across the finger at a location, (..., 1) m."""
     finger, A, around = layout.finger, layout.matrix, place + _DS * np.array([-1.0, 0.0, 1.0])
     torques = unit_torques(chain, around)
     before, unit, after = np.moveaxis(torques.across, -2, 0)
@@ -193,7 +192,7 @@ def _fit_aside(layout: MeasurementModel, chain: Chain, bends: Bends, weights: Ar
 
 
 def _fit_tip(layout: MeasurementModel, chain: Chain, bends: Bends, usual: float, across: Array) -> Fit:
-    """The force on the tip's edge, in any direction; `across`, (...) N, is about what it is across the finger."""
+    """The force on the tip's edge, in any direction; `across`, (...) N, is its approximate transverse component."""
     finger, across = layout.finger, across[..., None]
     s = np.broadcast_to([finger.length - _DS, finger.length], (*chain.tip.shape, 2))
     torques = unit_torques(chain, s)
@@ -212,22 +211,22 @@ def _fit_tip(layout: MeasurementModel, chain: Chain, bends: Bends, usual: float,
 
 
 def misfit(left: Array, weights: Array) -> Array:
-    """What is left unexplained of bends, (..., S) rad, in variances, (...)."""
+    """Normalised squared residual of bends, (..., S) rad, (...)."""
     return ((left[..., None, :] @ weights)[..., 0, :] * left).sum(axis=-1)
 
 
 def _variance(by_both: Array, weights: Array, usual: Array) -> Array:
-    """Variances of two unknowns that move the bends by columns (..., S, 2), (..., 2); `usual` are those before."""
+    """Variances, (..., 2), of two unknowns with sensitivities (..., S, 2); `usual` are prior standard deviations."""
     information = np.swapaxes(by_both, -1, -2) @ weights @ by_both + np.diag(usual**-2.0)
     return np.diagonal(np.linalg.inv(information), axis1=-2, axis2=-1)
 
 
-SEVERAL_NEAREST = 0.3  # of the length from the base, where contacts are looked for
+SEVERAL_NEAREST = 0.3  # of the length from the base: search begins there
 _SEVERAL_PLACES = 29
 
 
 def fit_several_forces(layout: MeasurementModel, q: Array, bends: Bends, side: Array, usual: float) -> Fit:
-    """The forces on one side that explain bends best, as their sum and their centre.
+    """The forces on one side that best explain the bends, as their sum and centre.
 
     Args:
         layout: the nominal sensors and finger.
@@ -256,7 +255,7 @@ def fit_several_forces(layout: MeasurementModel, q: Array, bends: Bends, side: A
 
 
 def _responses(layout: MeasurementModel, bends: Bends, torques: Array) -> Array:
-    """How torques, (K, M, N), bend the sections, (K, S, M)."""
+    """Bends of the sections, (K, S, M), due to torques, (K, M, N)."""
     return layout.matrix @ np.swapaxes(torques * bends.compliance[..., None, :], -1, -2)
 
 
@@ -268,9 +267,9 @@ def _fit(responses: Array, bends: Array, usual: float) -> Array:
 
 
 def _covariance(responses: Array, frictions: Array, forces: Array, of_bends: Array, usual: float) -> Array:
-    """The covariance of the forces, (K, M, M) N^2, each of which might as well press on the next place beside it."""
+    """The covariance of the forces, (K, M, M) N^2, each of which may equally press on the adjacent location."""
     pressing = forces > 0
-    near = pressing | ~pressing.any(axis=-1, keepdims=True)  # where none is found there may be one anywhere
+    near = pressing | ~pressing.any(axis=-1, keepdims=True)  # if none is found, there may be one anywhere
     near[:, 1:] |= pressing[:, :-1]
     near[:, :-1] |= pressing[:, 1:]
     friction = FRICTION * forces[:, None, :] * frictions
@@ -285,8 +284,8 @@ def _std_of_sum(covariance: Array, weights: Array) -> Array:
     return np.sqrt(((weights[:, None, :] @ covariance)[:, 0] * weights).sum(axis=-1))
 
 
-_PASSES = 2  # under an elastic law, whose slope is first taken where the most probable shape is
-_CHANCE = 1e-3  # that noise alone leaves more than what counts as noise
+_PASSES = 2  # under an elastic law, whose slope is first evaluated at the most probable shape
+_CHANCE = 1e-3  # probability that noise alone exceeds the noise level
 
 
 @dataclass(frozen=True)
@@ -311,7 +310,7 @@ class ContactShape:
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
 
     def _unexplained(self, q: Array, z: Array, variance: Array, driving: Array, weight: Array) -> Bends:
-        """What driving torque and weight, (..., N) N m, leave of the values that are read, about the shape q."""
+        """The part of the measured values not due to driving torque and weight, (..., N) N m, near the shape q."""
         A, compliance = self.layout.matrix, self._gaussian.compliance(q)
         free = q + compliance * (driving + weight - self.layout.finger.elastic_torque(q))
         of_model = A @ self._gaussian.of_model(q, driving) @ A.T
@@ -323,7 +322,7 @@ class ContactShape:
 
 
 def explain(layout: MeasurementModel, uncertainty: Uncertainty, q: Array, bends: Bends) -> Fit:
-    """The contact that explains best what driving torque and weight do not bend.
+    """The contact that best explains the bends not due to driving torque and weight.
 
     NaN where fewer than two sections are read.
 
@@ -341,7 +340,7 @@ def explain(layout: MeasurementModel, uncertainty: Uncertainty, q: Array, bends:
 
 
 def _explain(layout: MeasurementModel, q: Array, bends: Bends, usual: float) -> Fit:
-    """The same of K samples; `usual` is the size of a usual force, N."""
+    """The same for K samples; `usual` is the magnitude of a usual force, N."""
     sections = (np.diagonal(bends.covariance, axis1=-2, axis2=-1) < UNKNOWN / 2).sum(axis=-1)
     noise = _quantiles(len(layout.matrix))
     remaining = misfit(bends.theta, np.linalg.inv(bends.covariance))
@@ -369,6 +368,6 @@ def _flat(q: Array, bends: Bends) -> tuple[Array, Bends]:
 
 @cache
 def _quantiles(most: int) -> Array:
-    """The misfits that noise does not exceed, by the number of what is free, from 0 to `most`; of none, that of one."""
+    """Misfit thresholds for noise, by degrees of freedom from 0 to `most`; for 0, that of 1."""
     quantiles: Array = chdtri(np.maximum(np.arange(most + 1), 1), _CHANCE)
     return quantiles

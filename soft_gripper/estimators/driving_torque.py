@@ -1,4 +1,4 @@
-"""What drives a finger: the torque at its joints that is known before its sensors are read.
+"""The driving torque of a finger: the torque at its joints that is known before its sensors are read.
 
     driving torque = torque of the pressure + memory torque of creep
 
@@ -21,7 +21,7 @@ from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 
 DRIVING_TORQUE = "driving_torque"
-_SETTLED = 1e-7  # N m, by which a driving torque that is found may still change
+_SETTLED = 1e-7  # N m, convergence tolerance of a driving torque
 
 
 def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array, period: float) -> Array:
@@ -42,7 +42,7 @@ def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array, period:
 def driving_torque(finger: Finger, pressure: Array, z: Array) -> Array:
     """Of a pressure, (...) Pa, and of internal angles of creep, (..., B, N) rad, at the joints, (..., N) N m."""
     torque = finger.pressure_torque(pressure)
-    return torque + memory_torque(finger, z, pressure) if finger.creep else torque  # which are most
+    return torque + memory_torque(finger, z, pressure) if finger.creep else torque
 
 
 def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) -> Array:
@@ -64,7 +64,7 @@ def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) ->
 def recorded_driving(
     function: ShapeFunction, finger: Finger, readings: Array, pressure: Array, gravity: Planar, period: float
 ) -> Array:
-    """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque finds it beside an estimator.
+    """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque computes it next to an estimator.
 
     Shape and memory are found by turns, all samples at once. A sample depends on those before it alone, and every turn
     leaves of an error no more than the shares of the branches, so that this ends.
@@ -86,7 +86,7 @@ def recorded_driving(
 
 
 class DrivingTorque(ArrayBlock):
-    """What drives one finger, sample for sample.
+    """The driving torque of one finger, sample by sample.
 
     ::
 
@@ -123,7 +123,7 @@ class DrivingTorque(ArrayBlock):
         return z
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Goes on by what was estimated a period ago; at time 0 there is nothing."""
+        """Advances with the estimate of the previous sample; at time 0 there is none."""
         if context.get_time() > 0:
             z, q, pressure = self._internal_angles(context), self._angles.Eval(context), self._pressure.Eval(context)[0]
             values.set_value(internal_angles(self._finger, z, q, pressure, self._period).ravel())

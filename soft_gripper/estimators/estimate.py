@@ -1,4 +1,4 @@
-"""What estimators of the shape have in common: what they take, and what they make of it.
+"""The interface of shape estimators: inputs and results.
 
 An estimator of this project is a function of arrays whose leading axes are free, so that a block calls it for one
 sample and an evaluation once for a whole recording, or for many of them.
@@ -16,22 +16,22 @@ from soft_gripper.fingers.kinematics import forward_kinematics
 
 
 class ContactForce(NamedTuple):
-    """All that presses on a finger, as one force across it, each (...)."""
+    """The contact forces on a finger, combined into one force across it, each (...)."""
 
-    force: Array  # N, positive where it presses on the inner side, 0 where nothing presses
-    arc_length: Array  # m, from the base to the centre of pressure, NaN where nothing presses
+    force: Array  # N, positive on the inner side, 0 without contact
+    arc_length: Array  # m, from the base to the centre of pressure, NaN without contact
     force_std: Array  # N, standard deviation
     arc_length_std: Array  # m, standard deviation
 
 
 class ShapeEstimate(NamedTuple):
-    """The bent finger as it is estimated; None for what a method does not estimate."""
+    """The estimated shape; None for quantities that a method does not estimate."""
 
     q: Array  # (..., N) rad, joint angles
     covariance: Array | None = None  # (..., N, N) rad^2, of the joint angles
     contact: ContactForce | None = None
-    curve: ArcCurve | None = None  # where joints and tip do not follow from the joint angles
-    external_torque: Array | None = None  # (..., N) N m, where it is not that of the dynamic balance
+    curve: ArcCurve | None = None  # if joints and tip do not follow from the joint angles
+    external_torque: Array | None = None  # (..., N) N m, if it is not that of the dynamic balance
 
     def at(self, rows: NDArray[np.int_]) -> "ShapeEstimate":
         """The estimates of some samples, by their numbers along the first axis."""

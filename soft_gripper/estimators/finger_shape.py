@@ -1,4 +1,4 @@
-"""FingerShape: estimated joint angles -> all that follows from them.
+"""FingerShape: estimated joint angles -> joint positions, tip pose and arcs.
 
 This is the contract between the estimators of the shape and what uses it. An estimator is a system with the output
 port `estimated_joint_angles` (N) rad; it takes what it needs of the readings (`strain`, or what else its sensors
@@ -32,12 +32,12 @@ def segment_arcs(finger: Finger, q: Array) -> Arcs:
 
 
 def planar_pose(place: Planar, heading: Array) -> Array:
-    """What ports such as `tip_pose` carry, (..., 3) x, z, heading."""
+    """Values of ports such as `tip_pose`, (..., 3): x, z, heading."""
     return np.concatenate([as_points(place), heading[..., None]], axis=-1)
 
 
 def arc_table(arcs: Arcs) -> Array:
-    """What the port `arcs` carries, (..., S, 7): where and how each begins, with its centre for drawing."""
+    """Values of the port `arcs`, (..., S, 7): start, heading and shape of each arc, and its centre for drawing."""
     bends = np.stack([arcs.heading, arcs.kappa, np.broadcast_to(arcs.length, arcs.theta.shape)], axis=-1)
     return np.concatenate([as_points(arcs.start), bends, as_points(arcs.centers)], axis=-1)
 
@@ -66,13 +66,13 @@ class FingerShape(ArrayBlock):
 
 
 def put_out_arcs(block: ArrayBlock, arcs: Callable[..., Arcs], source: str, **axis: Sequence[int]) -> None:
-    """Declares the output `arcs` of a block: those that a function makes of a step, along the named axis."""
+    """Declares the output `arcs` of a block, computed by a function from a step, along the named axis."""
     axes: dict[str, Any] = {**axis, "arc": ARC}
     block.put_out("arcs", lambda step: arc_table(arcs(step)), source, unit=ARC_UNITS, **axes)
 
 
 def put_out_pose(block: ArrayBlock, curve: str, joints: Sequence[int]) -> None:
-    """Declares the outputs that say where a finger lies, of a block that takes X_WB; `curve` is the step that knows."""
+    """Declares the pose outputs of a block with the input X_WB; `curve` is the step that they come from."""
 
     def world(curve: Chain | ArcCurve, X_WB: Array) -> Array:
         return to_world(curve.joints, bending_plane(X_WB))

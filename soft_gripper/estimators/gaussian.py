@@ -1,4 +1,4 @@
-"""The most probable shape, and how uncertain it is: readings, driving torque and weight weighed against each other.
+"""The most probable shape and its uncertainty, from readings, driving torque and weight.
 
 At every joint the elastic torque balances driving torque, weight and load,  k q = u + w + tau . Before the sensors are
 read the joint angles are Gaussian about those of the free finger,
@@ -45,7 +45,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.measurement import MeasurementModel
 
-TIP_SHARE = 0.3  # of the variance at the base, that is due to a force on the tip
+TIP_SHARE = 0.3  # fraction of the variance at the base that is due to a force on the tip
 
 
 def torque_covariance(finger: Finger, load_pressure: float) -> Array:
@@ -101,13 +101,13 @@ class GaussianShape:
         return compliance[..., None] * self._torque_covariance * compliance[..., None, :]
 
     def compliance(self, q: Array) -> Array:
-        """Of the joints, rad/(N m), (N,) or, under an elastic law, (..., N)."""
+        """Compliance of the joints, rad/(N m), (N,) or, under an elastic law, (..., N)."""
         finger = self.layout.finger
         return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
 
     @cached_property
     def _least_bent(self) -> Array:
-        """The smallest joint angles that give the values read, (N, S): a section's joints bend alike."""
+        """From measured values to the smallest joint angles that match, (N, S): joints of a section bend equally."""
         return np.linalg.pinv(self.layout.matrix)
 
     @cached_property
@@ -121,12 +121,12 @@ class GaussianShape:
 
 
 def _outer(vector: Array) -> Array:
-    """All products of its entries, (..., N) -> (..., N, N)."""
+    """Outer product, (..., N) -> (..., N, N)."""
     return vector[..., None] * vector[..., None, :]
 
 
 def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
-    """The gain G, (..., N, S), and the covariance that is left, (..., N, N), when  z = A q + noise  is read.
+    """The gain G, (..., N, S), and the posterior covariance, (..., N, N), after measuring  z = A q + noise .
 
     Args:
         A: (S, N).

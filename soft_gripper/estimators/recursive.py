@@ -1,4 +1,4 @@
-"""The shape from sample to sample, with what is wrong with sensors and finger learnt on the way.
+"""Recursive estimation of the shape, with sensor errors and model errors estimated along the way.
 
 A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of the sensors, whose state x is
 
@@ -45,21 +45,21 @@ from soft_gripper.sensors.measurement import MeasurementModel
 
 _MODES = 5  # of the load
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
-_LOAD_JUMP = 0.2  # of a usual load, standard deviation of how far it may jump in a sample
-_AVERAGE = 0.1  # weight of the newest sample in what is compared with the free finger
-_CAUTION = 30.0  # times the variance of the noise, with which slow states are corrected
+_LOAD_JUMP = 0.2  # of a usual load: standard deviation of a jump within one sample
+_AVERAGE = 0.1  # weight of the newest sample in the average that is compared with the free finger
+_CAUTION = 30.0  # factor on the noise variance when slow states are corrected
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
-_BLIND_SAMPLES = 5  # without a bend's reading, after which a load can no longer be ruled out
+_BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
-_MISSING = 1e6  # variance of a reading that is left out
+_MISSING = 1e6  # variance of an omitted reading
 
 
 class Filter(NamedTuple):
-    """What is known after a sample."""
+    """State of knowledge after a sample."""
 
     mean: Array  # (..., n)
     covariance: Array  # (..., n, n)
-    difference: Array  # (..., R) averaged, of the readings from those of the free finger
+    difference: Array  # (..., R) averaged deviation of the readings from those of the free finger
     loaded: NDArray[np.bool_]  # (...)
     q: Array  # (..., N) rad
 
@@ -77,7 +77,7 @@ class RecursiveShape:
         return self.at(np.arange(len(readings)), readings, driving, gravity)
 
     def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
-        """The same at some of the samples, by their numbers, which increase; all are gone through."""
+        """The same at some of the samples, by increasing indices; all samples are processed."""
         gravity, known = np.broadcast_to(gravity, driving.shape[:-1]), self.begin(driving.shape[1:-1])
         wanted, passed = set(rows.tolist()), []
         for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
@@ -87,7 +87,7 @@ class RecursiveShape:
         return self.estimate(Filter(*(np.array(part) for part in zip(*passed, strict=True))), driving[rows])
 
     def begin(self, shape: tuple[int, ...] = ()) -> Filter:
-        """What is known of a straight finger before the first sample, with leading axes."""
+        """Initial state of knowledge of a straight finger, with leading axes."""
         states, joints = self._states, self.layout.finger.segments
         covariance = np.broadcast_to(np.diag(self._before), (*shape, states, states))
         nothing = np.zeros((*shape, self.layout.readings))
@@ -96,7 +96,7 @@ class RecursiveShape:
         )
 
     def step(self, before: Filter, readings: Array, driving: Array, gravity: Planar | complex) -> Filter:
-        """What is known after one more sample."""
+        """State of knowledge after one more sample."""
         layout, finger = self.layout, self.layout.finger
         mean, covariance = before.mean, before.covariance + np.diag(self._walks)
         weight = gravity_torque(finger, before.q, np.asarray(gravity)[..., None])
@@ -173,7 +173,7 @@ class RecursiveShape:
 
     @cached_property
     def _walks(self) -> Array:
-        """Variances that a period adds, (n,)."""
+        """Variances added per period, (n,)."""
         readings = self.layout.readings
         slow = [_SLOW_BEND, 0.0] + [_SLOW_GAIN] * readings + [self.uncertainty.drift] * readings
         variances = np.concatenate([_LOAD_CHANGE**2 * self._strongest[0], np.square(slow)])
@@ -184,7 +184,7 @@ class RecursiveShape:
         return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
 
     def _joints_by_state(self, q: Array, driving: Array) -> Array:
-        """By how much the joint angles move with the states, (..., N, n)."""
+        """Jacobian of the joint angles with respect to the states, (..., N, n)."""
         compliance, finger = self._compliance(q), self.layout.finger
         moved = np.zeros((*q.shape, self._states))
         moved[..., :_MODES] = compliance[..., None] * self._modes
@@ -193,7 +193,7 @@ class RecursiveShape:
         return moved
 
     def _by_state(self, q: Array, strain: Array, gain: Array, driving: Array) -> Array:
-        """By how much the readings' strains move with the states, (..., R, n)."""
+        """Jacobian of the measured strains with respect to the states, (..., R, n)."""
         layout, readings = self.layout, np.arange(self.layout.readings)
         moved = gain[..., None] * (layout.jacobian @ self._joints_by_state(q, driving))
         moved[..., readings, _MODES + 2 + readings] = strain
@@ -201,7 +201,7 @@ class RecursiveShape:
         return moved
 
     def _after_jump(self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
-        """The covariance, with the load less known where the readings are far from what was expected."""
+        """The covariance, with the load variance increased if the readings deviate strongly from the prediction."""
         spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + noise[..., None] * np.eye(noise.shape[-1])
         jumped = _size(difference - self._by_load(mean, by_state), spread) > _limits(noise.shape[-1])[0]
         return covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
@@ -209,20 +209,20 @@ class RecursiveShape:
     def _is_outlier(
         self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array
     ) -> NDArray[np.bool_]:
-        """Which readings are far from what any change of the load would make of them."""
+        """Readings that no change of the load can explain."""
         variance = ((by_state @ covariance) * by_state).sum(axis=-1) + noise
         outlier: NDArray[np.bool_] = np.abs(difference - self._by_load(mean, by_state)) > _OUTLIER * np.sqrt(variance)
         return outlier
 
     def _by_load(self, mean: Array, by_state: Array) -> Array:
-        """What the load makes of the readings, (..., R)."""
+        """Contribution of the load to the readings, (..., R)."""
         by_load: Array = (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
         return by_load
 
     def _is_loaded(
         self, before: Filter, average: Array, difference: Array, covariance: Array, by_state: Array, noise: Array
     ) -> NDArray[np.bool_]:
-        """Whether more than noise and slow states is needed to explain the readings, of late or all at once."""
+        """Whether noise and slow states cannot explain the readings, recently or suddenly."""
         slow, identity = by_state * self._is_slow, np.eye(noise.shape[-1])
         spread = slow @ covariance @ np.swapaxes(slow, -1, -2)
         noises = noise[..., None] * identity
@@ -232,7 +232,7 @@ class RecursiveShape:
         return loaded | (_size(difference, spread + noises) > at_once)
 
     def _is_blind(self, noise: Array) -> NDArray[np.bool_]:
-        """Whether any value is hardly read, so that a load there cannot be ruled out."""
+        """Whether any value is barely measured, so that a load there cannot be ruled out."""
         blind: NDArray[np.bool_] = np.any(self.layout.sees(noise < _MISSING) < 0.5, axis=-1)
         return blind
 
@@ -263,14 +263,14 @@ class RecursiveShape:
 
 
 def _size(difference: Array, spread: Array) -> Array:
-    """How large a difference is, in variances, (...)."""
+    """Normalised squared difference, (...)."""
     size: Array = (difference * np.linalg.solve(spread, difference[..., None])[..., 0]).sum(axis=-1)
     return size
 
 
 @cache
 def _limits(readings: int) -> Array:
-    """Of differences, in variances: a load begins above the first, ends below the second, is there above the third."""
+    """Thresholds of normalised differences: a load begins above the first, ends below the second, certain above the third."""
     limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
     return limits
 
@@ -313,7 +313,7 @@ class RecursiveEstimator(ShapeEstimator):
         return function.estimate(self._start, np.zeros(layout.finger.segments))
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Keeps what was known a period ago; at time 0 there is nothing."""
+        """Stores the state of knowledge of the previous sample; at time 0 there is none."""
         if context.get_time() > 0:
             values.set_value(_flat(self.read("known", context)))
 
@@ -329,7 +329,7 @@ def _flat(known: Filter) -> Array:
 
 
 def _unflat(numbers: Array, like: Filter) -> Filter:
-    """The filter that was flattened, of parts as large as those of another."""
+    """The inverse of flattening, with the part sizes of another filter state."""
     ends = np.cumsum([np.size(part) for part in like])[:-1]
     parts = (part.reshape(np.shape(own)) for part, own in zip(np.split(numbers, ends), like, strict=True))
     mean, covariance, difference, loaded, q = parts

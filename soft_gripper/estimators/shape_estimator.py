@@ -18,7 +18,7 @@ CONTACT_UNITS = {"force": "N", "arc_length": "m", "force_std": "N", "arc_length_
 
 
 class ShapeEstimator(ArrayBlock):
-    """Estimates the shape of one finger, and what else its function estimates.
+    """Estimates the shape of one finger, and whatever else its function estimates.
 
     ::
 
@@ -92,7 +92,7 @@ class ShapeEstimator(ArrayBlock):
 
 
 def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
-    """What a function makes of a straight finger at rest.
+    """The estimate of a function for a straight finger at rest.
 
     Raises:
         InputError: if that is no shape of this finger, or one sample and two do not give one shape and two.

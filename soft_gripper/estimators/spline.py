@@ -16,8 +16,8 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.gaussian import condition
 from soft_gripper.sensors.measurement import MeasurementModel
 
-_NOISE = 1e-5  # of extension ratios: a bend is met as exactly as it is read
-_BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: nothing is known, and much may change from joint to joint
+_NOISE = 1e-5  # of extension ratios: bends are matched to the accuracy of the readings
+_BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: uninformative start, large changes between joints
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class SplineShape:
     layout: MeasurementModel
 
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
-        """The joint angles; see ShapeFunction. What drives the finger, and gravity, do not matter."""
+        """The joint angles; see ShapeFunction. Driving torque and gravity are ignored."""
         read = self.layout.linear(readings, _NOISE)
         gain, _ = condition(self.layout.matrix, self._walk, read.variance)
         return ShapeEstimate((gain @ read.values[..., None])[..., 0])

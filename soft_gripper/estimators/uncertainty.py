@@ -40,29 +40,29 @@ class Uncertainty:
         InputError: unless all are finite, `reading` and `load_pressure` are above 0 and the others are not below.
     """
 
-    reading: float = quantity(1e-4, above=0)  # of the extension ratios that sensors read
+    reading: float = quantity(1e-4, above=0)  # of the measured extension ratios
     angle: float = quantity(2e-4, "rad", least=0)  # of a joint's angle where the finger differs from the nominal one
-    # Share of the bend that pressure, and the memory of creep, lead to.
+    # Fraction of the bend due to pressure and to the memory of creep.
     bend_per_pressure: float = quantity(0.005, least=0)
-    pressure: float = quantity(0.0, "Pa", least=0)  # of the pressure's measurement
-    gain: float = quantity(0.0, least=0)  # share of the strain, of each sensor; learnt by `recursive`
-    offset: float = quantity(0.0, least=0)  # of the extension ratio, of each sensor; learnt by `recursive`
+    pressure: float = quantity(0.0, "Pa", least=0)  # of the pressure measurement
+    gain: float = quantity(0.0, least=0)  # fraction of the strain, per sensor; estimated by `recursive`
+    offset: float = quantity(0.0, least=0)  # of the extension ratio, per sensor; estimated by `recursive`
     drift: float = quantity(0.0, "1/sqrt(s)", least=0)  # random walk of the offsets; followed by `recursive`
-    load_pressure: float = quantity(1.5e5, "Pa", above=0)  # whose torque at the base is that of a usual load
+    load_pressure: float = quantity(1.5e5, "Pa", above=0)  # torque of a usual load at the base, as a pressure
 
     def __post_init__(self) -> None:
         check_config("uncertainty", self)
 
     @property
     def any_reading(self) -> float:
-        """Of an extension ratio that is read at any time within a minute, to whoever does not learn what is lasting."""
+        """Of an extension ratio read within a minute, for estimators that do not estimate lasting errors."""
         return math.hypot(self.reading, self.offset, self.drift * math.sqrt(MINUTE))
 
 
 def uncertainty_of(
     strain: StrainErrors | None = None, pressure: PressureErrors | None = None, finger: float = 0.0
 ) -> Uncertainty:
-    """What follows from the errors of the sensors, None for ideal ones; see `Uncertainty` for what is known without.
+    """The uncertainty that follows from sensor errors, None for ideal sensors; see `Uncertainty` for the defaults.
 
     `finger` is the standard deviation of the nominal bend per pressure, as a share: of Young's modulus, say.
     """
@@ -87,5 +87,5 @@ def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
         covariance: of these, rad^2, (..., N, N).
     """
     sites = forward_kinematics(q, finger.segment_length).at(np.append(finger.joint_arc_lengths, finger.length))
-    across = sites.torques(sites.normals)  # of 1 N at the joints: by how much these move the points across, m/rad
+    across = sites.torques(sites.normals)  # of 1 N at the joints: transverse motion per joint angle, m/rad
     return np.sqrt(np.maximum(((across @ covariance) * across).sum(axis=-1), 0))

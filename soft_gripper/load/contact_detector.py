@@ -1,4 +1,4 @@
-"""ContactDetector: whether a finger touches something, and since when.
+"""ContactDetector: detects whether, and since when, a finger touches something.
 
 Contact is detected from the section at the base, where the lever is longest.
 """
@@ -13,15 +13,15 @@ from soft_gripper.cached import Cached, weakly
 from soft_gripper.signals import describe
 
 THRESHOLD = 2.5e-3  # N m
-_RELEASE = 0.5  # of the threshold, where contact ends
+_RELEASE = 0.5  # of the threshold, below which contact ends
 
 
 class Touch(NamedTuple):
-    """What one sample says."""
+    """Result of one sample."""
 
     residual: float  # N m
     contact: float  # 0 or 1
-    since: float  # s, NaN before any
+    since: float  # s, NaN before the first contact
 
 
 class ContactDetector(LeafSystem):
@@ -44,12 +44,12 @@ class ContactDetector(LeafSystem):
     """
 
     def __init__(self, joints: int, base_joints: int, period: float, threshold: float = THRESHOLD):
-        """A finger of so many joints, of which `base_joints` lie in the section at the base; `threshold` in N m."""
+        """`joints` of the finger, of which `base_joints` lie in the section at the base; `threshold` in N m."""
         super().__init__()
         self._base_joints, self._threshold = base_joints, threshold
         self._torque = self.DeclareVectorInputPort("external_torque", joints)
         self._tolerance = self.DeclareVectorInputPort("torque_tolerance", joints)
-        self.DeclareDiscreteState([0.0, np.nan, 0.0])  # contact, since, time of the present sample
+        self.DeclareDiscreteState([0.0, np.nan, 0.0])  # contact, since, time of the current sample
         followed = {self.all_input_ports_ticket(), self.xd_ticket()}
         self._touch = Cached(self, "touch", weakly(self._calc_touch), followed)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
@@ -64,7 +64,7 @@ class ContactDetector(LeafSystem):
         describe(self.DeclareVectorOutputPort(name, 1, calc, {self._touch.ticket}), unit)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Keeps what the sample of a period ago said; at time 0 there is none."""
+        """Stores the result of the previous sample; at time 0 there is none."""
         if context.get_time() > 0:
             touch = self._touch.Eval(context)
             values.set_value([touch.contact, touch.since, context.get_time()])

@@ -1,6 +1,6 @@
 """ForceEstimator: shape and driving torque -> external torque at every joint, at rest and in motion.
 
-The external torque on a finger, at rest and in motion (paper, II.D): what its known torques do not explain.
+The external torque on a finger, at rest and in motion (paper, II.D), is the part that its known torques do not explain.
 
 At every joint i, with D'Alembert's weight m (g - a) on every link beyond it,
 
@@ -14,9 +14,9 @@ Differences need samples on both sides: the result belongs to the middle one of 
 smoothed alike, by 2 3 2 over 7; the second difference of three samples becomes that of a parabola through five,
 which has a fifth of its noise.
 
-This is torque at the joints, not contact force: where and in which direction the finger is touched stays unknown.
-Motion within the five samples that is no parabola, such as a jump of the pressure, is misjudged; `tolerance` bounds by
-how much. Out of the bending plane nothing is measured, and nothing is said.
+This is torque at the joints, not contact force: the location and direction of the contact remain unknown. Motion
+within the five samples that is not parabolic, such as a pressure jump, causes an error, which `tolerance` bounds.
+Nothing is measured or estimated outside the bending plane.
 
 Leading axes are free; 5 samples, N joints, P = 2 N points.
 """
@@ -37,24 +37,24 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points, rotated
 
 SAMPLES = 5
-DELAY = SAMPLES // 2  # samples, by which the result is late
+DELAY = SAMPLES // 2  # delay of the result, samples
 _SMOOTHING = np.array([2.0, 3.0, 2.0]) / 7
 # Over three samples, a second difference is a mean of the acceleration; this is the same mean of a value.
 _VALUE = np.convolve(_SMOOTHING, np.array([1.0, 10.0, 1.0]) / 12)
 _ACCELERATION = np.convolve(_SMOOTHING, [1.0, -2.0, 1.0])
-# A real finger is damped at the rate of its moment, a plant in steps of a period at that of half a period later. The
-# rate is taken midway between, and what it changes from there to either counts as tolerance.
+# A real finger is damped at its current rate, a plant with steps of one period at the rate half a period later. The
+# rate is taken midway between, and its change from there to either counts as tolerance.
 _MIDWAY = _ACCELERATION / 4
 _RATE = np.convolve(_SMOOTHING, [-0.5, 0.0, 0.5]) + _MIDWAY
 _FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
 
-# What else may remain without contact, as parts of what is known less well than the rest.
+# Other residuals without contact, as fractions of the terms that are known less accurately.
 _OF_INERTIA = 0.1  # of the torque of inertia
-_OF_DRIVING = 0.15  # of what the driving torque changes over the samples
+_OF_DRIVING = 0.15  # of the change of the driving torque over the samples
 
 
 class Motion(NamedTuple):
-    """Samples of a finger, one after the other."""
+    """Consecutive samples of a finger."""
 
     q: Array  # (..., 5, N) rad, joint angles
     driving: Array  # (..., 5, N) N m, driving torque
@@ -63,23 +63,23 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ExternalTorque:
-    """What remains at every joint, at the middle one of five samples."""
+    """The balance at every joint, at the middle of five samples."""
 
-    torque: Array  # (..., N) N m, positive where it closes the finger
+    torque: Array  # (..., N) N m, positive if it closes the finger
     inertia: Array  # (..., N) N m, of the motion
-    damping_change: Array  # (..., N) N m, by which damping may be taken too early or too late
-    driving_change: Array  # (..., N) N m, of the driving torque over the five samples
+    damping_change: Array  # (..., N) N m, timing error of the damping torque
+    driving_change: Array  # (..., N) N m, change of the driving torque over the five samples
 
     @property
     def tolerance(self) -> Array:
-        """What may remain without contact, N m, (..., N)."""
+        """Largest residual expected without contact, N m, (..., N)."""
         of_motion = np.abs(self.damping_change) + _OF_INERTIA * np.abs(self.inertia)
         return of_motion + _OF_DRIVING * self.driving_change
 
 
 @dataclass(frozen=True)
 class TorqueBalance:
-    """The balance of one finger: every link is two points that move in the bending plane as it does.
+    """The balance of one finger: every link is represented by two points that move with it in the bending plane.
 
     Together they have its mass, its centre and its moment of inertia about the bending axis. Beyond the first joint a
     point P of mass m_P lies at  b + sum_j L_Pj d_j , with b the first half link and d_j = z + i x the direction of
@@ -92,7 +92,7 @@ class TorqueBalance:
     def external_torque(
         self, motion: Motion, gravity: Array, period: float, moving: Array | None = None
     ) -> ExternalTorque:
-        """What acts from outside.
+        """The external torque.
 
         Args:
             motion: samples `period` s apart.
@@ -133,7 +133,7 @@ class TorqueBalance:
 
     @cached_property
     def _levers(self) -> Planar:
-        """How far the direction of each link beyond a joint carries each point, L, m, (P, N)."""
+        """Lever of each point along the direction of each link beyond a joint, L, m, (P, N)."""
         finger = self.finger
         lengths, centers = np.diff(finger.link_ends)[1:], finger.link_centers[1:]
         radii = np.sqrt(finger.link_gyration[0] + finger.link_gyration[2])[1:]
@@ -142,7 +142,7 @@ class TorqueBalance:
 
     @cached_property
     def _masses(self) -> Array:
-        """Of the points, kg, (P,)."""
+        """Masses of the points, kg, (P,)."""
         return np.tile(self.finger.link_masses[1:] / 2, 2)
 
     @cached_property

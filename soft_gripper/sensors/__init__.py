@@ -1,4 +1,4 @@
-"""Joint angles -> readings."""
+"""Sensors: joint angles -> readings."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""BasePoseSensor: where the base of a finger is while an arm moves it.
+"""BasePoseSensor: the pose of a finger base that an arm moves.
 
 A pose is a vector of 12 numbers, not an abstract RigidTransform, so that it is sampled, logged and replayed like any
 other signal. It is a discrete state: Drake makes unrestricted updates before discrete ones, and a pose held in an
@@ -44,7 +44,7 @@ class BasePoseSensor(LeafSystem):
 
 
 class FixedBasePose(LeafSystem):
-    """Puts out a pose that stays.
+    """Outputs a constant pose.
 
     ::
 

@@ -1,4 +1,4 @@
-"""ErrorBlock: an ideal sampled signal -> what a sensor with errors reads, without a sample of delay of its own.
+"""ErrorBlock: an ideal sampled signal -> the reading of a sensor with errors, without adding a sample of delay.
 
 State is updated at the sample, and the output follows from state and present input: the block remembers without
 delaying. Random numbers are drawn at the sample too and kept in state. Drake makes the unrestricted updates of a
@@ -17,21 +17,21 @@ from soft_gripper.cached import Cached, weakly
 
 
 class ErrorModel(Protocol):
-    """The errors of a sensor with R readings, sample after sample."""
+    """Errors of a sensor with R readings, applied sample by sample."""
 
     @property
     def draws(self) -> tuple[int, int]:
-        """How many standard normal numbers a reading needs: for a run, and for every sample."""
+        """Number of standard normal draws per reading: for a run, and for each sample."""
 
     def begin(self, draws: Array) -> Array:
-        """The memory before the first sample, (rows, R), from the draws for the run, (draws, R)."""
+        """Initial memory, (rows, R), from the draws for the run, (draws, R)."""
 
     def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
-        """The memory after a sample, (rows, R), and what is read, (R), from the draws for the sample, (draws, R)."""
+        """Memory after a sample, (rows, R), and the reading, (R), from the draws for the sample, (draws, R)."""
 
 
 class Sample(NamedTuple):
-    """What one sample leads to."""
+    """Result of one sample."""
 
     memory: Array  # (rows, R), after it
     read: Array  # (R)
@@ -72,7 +72,7 @@ class ErrorBlock(LeafSystem):
         values.set_value(self._draws, each.ravel())
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Keeps what the sample of a period ago left, and draws for the one that is taken now.
+        """Stores the memory of the previous sample, and draws random numbers for the current one.
 
         At time 0 the first sample is taken again, with the draws that it has. The source has drawn already when this
         is called, so draws that were not kept in state would change before the ideal signal does.
@@ -93,7 +93,7 @@ class ErrorBlock(LeafSystem):
 
 
 def pass_delay_line(line: Array, present: Array) -> tuple[Array, Array]:
-    """What is on its way after this sample, and what arrives with it.
+    """The delay line after this sample, and the value that leaves it.
 
     Args:
         line: what is on its way, (..., delay, R), from the oldest; NaN before the first sample, which is then what

@@ -1,4 +1,4 @@
-"""The measurement model of a finger: joint angles -> readings, and what readings say of the joint angles.
+"""The measurement model of a finger: joint angles -> readings, and their information about the joint angles.
 
 The sensors measure a quantity, y = h(q) + noise, of which the readings are what a response curve makes. Estimators that
 are linear in the joint angles need no more of it than
@@ -31,17 +31,17 @@ from soft_gripper.files.document import check_document
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
-UNKNOWN = 1e6  # variance of a value of which nothing is read, in the square of its unit
+UNKNOWN = 1e6  # variance of a value that is not measured, in the square of its unit
 
 
 class LinearReadings(NamedTuple):
-    """What readings say of the joint angles, each (..., S)."""
+    """Information in the readings about the joint angles, each (..., S)."""
 
-    values: Array  # z, rad where the readings are of bends or angles; 0 where nothing is read
+    values: Array  # z, rad where the readings are of bends or angles; 0 if not measured
     variance: Array
 
     def uncertain_by(self, share: float) -> "LinearReadings":
-        """The same with a further error of every value, whose standard deviation is a share of it."""
+        """A copy with an additional error of every value, whose standard deviation is a fraction of the value."""
         return LinearReadings(self.values, self.variance + (share * self.values) ** 2)
 
 
@@ -86,11 +86,11 @@ class MeasurementModel(ABC):
     @property
     @abstractmethod
     def matrix(self) -> Array:
-        """A, from joint angles to the values that are read, (S, D)."""
+        """A, from joint angles to the measured values, (S, D)."""
 
     @cached_property
     def sensitivity(self) -> Array:
-        """By how much what each reading measures changes with its value, at the straight finger, (R / S, S)."""
+        """Derivative of each measured quantity with respect to its value, at the straight finger, (R / S, S)."""
         return np.ones((1, len(self.matrix)))
 
     @cached_property
@@ -100,7 +100,7 @@ class MeasurementModel(ABC):
 
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
-        """What the readings are called along each axis, for `describe`."""
+        """Labels of the readings along each axis, for `describe`."""
         return {"sensor": range(self.readings)}
 
     @cached_property
@@ -110,19 +110,19 @@ class MeasurementModel(ABC):
 
     @cached_property
     def jacobian(self) -> Array:
-        """Of h at the straight finger, (R, D)."""
+        """Jacobian of h at the straight finger, (R, D)."""
         return (self.sensitivity[..., None] * self.matrix).reshape(self.readings, -1)
 
     def predict(self, q: Array) -> Array:
-        """The quantity that is measured, h(q): (..., D) -> (..., R)."""
+        """The measured quantity, h(q): (..., D) -> (..., R)."""
         return q @ self.jacobian.T
 
     def inverse(self, measured: Array) -> Array:
-        """The value that each reading gives by itself, (..., R / S, S), from its quantity y, of the same shape."""
+        """The value implied by each reading alone, (..., R / S, S), from its quantity y, of the same shape."""
         return measured / self.sensitivity
 
     def signals(self, q: Array) -> dict[str, Array]:
-        """What the sensors put out, (..., R) each, by the names of the ports; the readings are `quantity`."""
+        """The sensor outputs, (..., R) each, by port name; the readings are `quantity`."""
         return {self.quantity: self.response.reading(1 + self.predict(q))}
 
     def read(self, q: Array) -> Array:
@@ -130,11 +130,11 @@ class MeasurementModel(ABC):
         return self.signals(q)[self.quantity]
 
     def measured(self, readings: Array) -> Array:
-        """The quantity y that readings stand for, (..., R)."""
+        """The quantity y that corresponds to readings, (..., R)."""
         return self.response.ratio(readings) - 1
 
     def linear(self, readings: Array, noise: float) -> LinearReadings:
-        """The values z that readings, (..., R), give; `noise` is the standard deviation of the quantity y.
+        """The values z computed from readings, (..., R); `noise` is the standard deviation of the quantity y.
 
         Where no reading of a value is finite it is 0, with the variance UNKNOWN.
         """
@@ -147,7 +147,7 @@ class MeasurementModel(ABC):
         return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
     def sees(self, read: NDArray[np.bool_]) -> Array:
-        """The share of the information on each value that the `read` readings carry, (..., R) -> (..., S)."""
+        """Fraction of the information on each value that the available readings carry, (..., R) -> (..., S)."""
         weights = self.sensitivity**2
         share: Array = (read.reshape(*read.shape[:-1], *weights.shape) * weights).sum(axis=-2) / weights.sum(axis=0)
         return share
@@ -173,11 +173,11 @@ class MeasurementModel(ABC):
 
     @cached_property
     def joint_sections(self) -> NDArray[np.int_]:
-        """Section that every joint lies in, (N,)."""
+        """Section that contains each joint, (N,)."""
         return np.repeat(np.arange(self.sections), self.joints_per_section)
 
     @cached_property
     def joint_fractions(self) -> Array:
-        """How far along its section every joint lies, 0 to 1, (N,)."""
+        """Relative position of each joint within its section, 0 to 1, (N,)."""
         begin = self.section_ends[self.joint_sections] * self.finger.segment_length
         return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]

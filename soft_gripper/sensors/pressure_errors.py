@@ -1,4 +1,4 @@
-"""What makes a pressure sensor differ from an ideal one: pressure -> disturbed pressure, for a block or a recording."""
+"""Errors of a pressure sensor: pressure -> disturbed pressure, for a block or a recording."""
 
 from dataclasses import dataclass
 
@@ -20,8 +20,8 @@ class PressureErrors:
         InputError: for the first number that is out of range.
     """
 
-    gain_error: float = quantity(0.0, least=0)  # standard deviation, of one draw a run, as a share of the pressure
-    offset: float = quantity(0.0, "Pa", least=0)  # standard deviation, of one draw a run
+    gain_error: float = quantity(0.0, least=0)  # standard deviation, drawn once per run, as a fraction of the pressure
+    offset: float = quantity(0.0, "Pa", least=0)  # standard deviation, drawn once per run
     noise: float = quantity(0.0, "Pa", least=0)  # standard deviation, white, of every sample
     delay: int = quantity(0, least=0)  # samples
 
@@ -31,13 +31,13 @@ class PressureErrors:
         check_config("sensor.pressure_errors", self)
 
     def begin(self, draws: Array) -> Array:
-        """The memory before the first sample, from standard normal draws for the run, (..., 2, 1)."""
+        """Initial memory, from standard normal draws for the run, (..., 2, 1)."""
         gain, offset = draws[..., :1, :], draws[..., 1:, :]
         line = np.full((*draws.shape[:-2], self.delay, draws.shape[-1]), np.nan)
         return np.concatenate([1 + self.gain_error * gain, self.offset * offset, line], axis=-2)
 
     def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
-        """One sample, of pressures (..., 1) Pa: the memory after it, and the disturbed pressures, (..., 1) Pa.
+        """One sample of pressures, (..., 1) Pa: the new memory and the disturbed pressures, (..., 1) Pa.
 
         Args:
             memory: after the sample before, or as a run begins.
@@ -50,7 +50,7 @@ class PressureErrors:
 
 
 def disturb_pressure(errors: PressureErrors, pressure: Array, rng: np.random.Generator) -> Array:
-    """Disturbs a recording of pressures, (T, ..., 1) Pa; for many seeds, repeated along an axis of them."""
+    """Disturbs a recording of pressures, (T, ..., 1) Pa; for many seeds, repeated along a seed axis."""
     samples, *seeds, one = np.shape(pressure)
     run, each = errors.draws
     memory, disturbed = errors.begin(rng.standard_normal((*seeds, run, one))), np.empty(np.shape(pressure))

@@ -1,4 +1,4 @@
-"""How a sensor answers to stretch: a curve through points, and its exact inverse."""
+"""The response of a sensor to stretch: a curve through points, and its exact inverse."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ LINEAR = ((1.0, 0.0), (2.0, 1.0))
 
 @dataclass(frozen=True)
 class ResponseCurve:
-    """Piecewise linear curve through (extension ratio, reading) points, straight on beyond the ends.
+    """Piecewise linear curve through (extension ratio, reading) points, extrapolated linearly beyond the ends.
 
     The default is the linear response: the reading is the engineering strain, extension ratio - 1.
 
@@ -55,7 +55,7 @@ class ResponseCurve:
 
 @dataclass(frozen=True)
 class CalibratedResponse:
-    """A curve for all sensors, of whose extension ratios each shows its own: 1 + gain (ratio - 1) + offset.
+    """One curve for all sensors, applied to an extension ratio specific to each: 1 + gain (ratio - 1) + offset.
 
     Arrays of ratios and readings are (..., R), with R gains and offsets.
     """

@@ -7,7 +7,7 @@ from soft_gripper.signals import describe
 
 
 class SensorBlock(LeafSystem):
-    """Samples the joints of one finger and puts out what its sensors read.
+    """Samples the joints of one finger and outputs its sensor readings.
 
     ::
 
@@ -20,7 +20,7 @@ class SensorBlock(LeafSystem):
     """
 
     def __init__(self, layout: MeasurementModel, period: float):
-        """Sensors that are sampled every `period` s, beginning at initialization."""
+        """Samples the sensors every `period` s, beginning at initialization."""
         super().__init__()
         self._layout = layout
         self._joint_angles = self.DeclareVectorInputPort("joint_angles", layout.finger.segments)

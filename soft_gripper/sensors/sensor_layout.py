@@ -1,4 +1,4 @@
-"""Strain sensors along the sides of a finger: joint angles -> extension ratios, and these -> bends of the sections.
+"""Strain sensors along the sides of a finger: joint angles -> extension ratios -> bends of the sections.
 
 If the n joints of a section bend alike, a path at the offset o from the neutral axis reads of it the extension ratio
 L / (2 a), with a half a segment and L the length of the path over one segment (`segment_path_lengths`),
@@ -24,7 +24,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 
 @dataclass(frozen=True)
 class SensorLayout(MeasurementModel):
-    """Strain sensors along the sides of a finger, `sections` of them one after the other on each path.
+    """Strain sensors along the sides of a finger, `sections` of them in series on each path.
 
     Two-sided (the default), both paths are measured, on the inner and on the outer side. One-sided, only the outer
     path is; the neutral axis, which does not stretch, stands for the other. Readings run path after path and from the
@@ -43,7 +43,7 @@ class SensorLayout(MeasurementModel):
 
     @property
     def path_names(self) -> tuple[str, ...]:
-        """What the measured paths are called, in the order of the readings."""
+        """Names of the measured paths, in the order of the readings."""
         return path_names(self.one_sided)
 
     @property
@@ -69,15 +69,15 @@ class SensorLayout(MeasurementModel):
         return extension_ratios(self, q) - 1
 
     def inverse(self, measured: Array) -> Array:
-        """The bends that extension ratios give if all joints of a section bend alike, (..., paths, S) rad."""
+        """The bends computed from extension ratios if all joints of a section bend equally, (..., paths, S) rad."""
         half, offset = self.finger.segment_length / 2, self.offsets[:, None]
-        offset = np.where(offset == 0, half, offset)  # a path on the neutral axis reads nothing, and has no weight
+        offset = np.where(offset == 0, half, offset)  # a path on the neutral axis measures nothing, and has no weight
         sine = (half**2 * (1 - (1 + measured) ** 2) + 2 * offset**2) / (2 * offset * np.hypot(half, offset))
         bends: Array = 2 * self.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - np.arctan2(offset, half))
         return bends
 
     def signals(self, q: Array) -> dict[str, Array]:
-        """Extension ratios at joint angles, and what the sensors read of them as strain, (..., R) each."""
+        """Extension ratios at joint angles, and the strain readings of the sensors, (..., R) each."""
         ratios = extension_ratios(self, q)
         return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
@@ -92,7 +92,7 @@ class SensorLayout(MeasurementModel):
 
 
 def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
-    """The same sensors, for what works with strain along sections alone and is called `where`.
+    """The same sensors, for a user named `where` that supports only strain sensors along the sections.
 
     Raises:
         InputError: if they are of another kind.
@@ -103,7 +103,7 @@ def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
 
 
 def path_names(one_sided: bool) -> tuple[str, ...]:
-    """What the measured paths are called, in the order of the readings."""
+    """Names of the measured paths, in the order of the readings."""
     return ("outer",) if one_sided else ("inner", "outer")
 
 

@@ -1,4 +1,4 @@
-"""What makes a strain sensor differ from an ideal one, as pure maths: extension ratios -> disturbed extension ratios.
+"""Errors of strain sensors, as pure functions: extension ratios -> disturbed extension ratios.
 
 Everything takes arrays whose leading axes are free and whose last axis counts the R readings of a finger, so that a
 block calls `step` for one sample and `disturb` goes through a whole recording, for many seeds at once.
@@ -33,24 +33,24 @@ from soft_gripper.signals import describe
 
 PLAYS = 10
 RADII = 0.2 / 2.0 ** np.arange(PLAYS)[:, None]  # strain, (PLAYS, 1): strokes of up to 0.8 have a full loop
-FULL_SCALE = 0.1  # strain up to which a sensor at rest is stretched when the hysteresis leaves no error
+FULL_SCALE = 0.1  # strain of a sensor stretched from rest at which the hysteresis error is zero
 _FOLLOWED = float(np.maximum(1 - RADII / FULL_SCALE, 0).sum())  # sum of the operators, over the strain, there
 
 
 def moved_plays(plays: Array, strain: Array) -> Array:
-    """The play operators, (..., PLAYS, R), after the strain has become `strain`, (..., R)."""
+    """The play operators, (..., PLAYS, R), updated to the strain `strain`, (..., R)."""
     strain = strain[..., None, :]
     return np.clip(plays, strain - RADII, strain + RADII)
 
 
 def lagging_strain(plays: Array, strain: Array, width: float) -> Array:
-    """The strain with hysteresis, (..., R), for a width of the loop as a share of the stroke."""
+    """The strain with hysteresis, (..., R), for a loop width given as a fraction of the stroke."""
     return (1 - width * _FOLLOWED) * strain + width * plays.sum(axis=-2)
 
 
 MINUTE = 60.0  # s, after which `drift` is reached
-RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal numbers that a sensor needs for a run, and besides for every sample
-HYSTERESIS_LIMIT = 0.1  # beyond it small reversals would leave the play operators no slope
+RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal draws that a sensor needs per run, and in addition per sample
+HYSTERESIS_LIMIT = 0.1  # above this limit, the play operators would have zero slope at small reversals
 
 
 @dataclass(frozen=True)
@@ -64,22 +64,22 @@ class StrainErrors:
         InputError: for the first number that is out of range.
     """
 
-    creep: float = quantity(0.0, least=0, most=1)  # share of the strain that comes late
-    creep_time: float = quantity(10.0, "s", above=0)  # time constant with which it comes
-    hysteresis: float = quantity(0.0, least=0, most=HYSTERESIS_LIMIT)  # width of the loop of a cycle over its stroke
-    gain_error: float = quantity(0.0, least=0)  # standard deviation, of one draw a run, as a share of the strain
-    offset: float = quantity(0.0, least=0)  # standard deviation, of one draw a run, extension ratio
-    # Standard deviation of what a steady drift has reached after a minute, extension ratio.
+    creep: float = quantity(0.0, least=0, most=1)  # delayed fraction of the strain
+    creep_time: float = quantity(10.0, "s", above=0)  # time constant of the delayed fraction
+    hysteresis: float = quantity(0.0, least=0, most=HYSTERESIS_LIMIT)  # loop width of a cycle, relative to its stroke
+    gain_error: float = quantity(0.0, least=0)  # standard deviation, drawn once per run, as a fraction of the strain
+    offset: float = quantity(0.0, least=0)  # standard deviation, drawn once per run, extension ratio
+    # Standard deviation of the drift after one minute at a constant rate, extension ratio.
     drift: float = quantity(0.0, least=0)
     # Standard deviation of a first-order Gauss-Markov process, extension ratio.
     low_frequency_noise: float = quantity(0.0, least=0)
     correlation_time: float = quantity(10.0, "s", above=0)  # of that process
     noise: float = quantity(0.0, least=0)  # standard deviation, white, of every sample, extension ratio
-    # Extension ratios that are read.
+    # Measuring range, extension ratio.
     saturation: tuple[float, float] = quantity((-math.inf, math.inf), sizes=(0.0, math.inf), span=True)
     quantization: float | None = quantity(None, above=0)  # step of the extension ratio
     delay: int = quantity(0, least=0)  # samples
-    dropout: float = quantity(0.0, least=0, most=1)  # probability that a sample is lost, and reads NaN
+    dropout: float = quantity(0.0, least=0, most=1)  # probability that a sample is lost and reads NaN
     dead: tuple[int, ...] = ()  # readings that are always NaN
 
     def __post_init__(self) -> None:
@@ -91,30 +91,30 @@ class StrainErrors:
 
 
 class Memory(NamedTuple):
-    """What a sensor carries from sample to sample."""
+    """Memory of a sensor between samples."""
 
-    gain: Array  # (..., R), constant through a run
-    offset: Array  # (..., R) extension ratio, constant through a run
-    drift_rate: Array  # (..., R) 1/s, constant through a run
+    gain: Array  # (..., R), constant during a run
+    offset: Array  # (..., R) extension ratio, constant during a run
+    drift_rate: Array  # (..., R) 1/s, constant during a run
     drift: Array  # (..., R) extension ratio
     low_frequency: Array  # (..., R) extension ratio
-    creep: Array  # (..., R), the strain that creep has reached
-    plays: Array  # (..., PLAYS, R), the strains at which the play operators stand
-    line: Array  # (..., delay, R) extension ratios on their way, from the oldest
+    creep: Array  # (..., R), the creep strain
+    plays: Array  # (..., PLAYS, R), the strains of the play operators
+    line: Array  # (..., delay, R) extension ratios in the delay line, oldest first
 
 
 _SINGLE = Memory._fields.index("plays")  # parts of a memory that are a single row
 
 
 class Draws(NamedTuple):
-    """Standard normal numbers for a recording."""
+    """Standard normal draws for a recording."""
 
     run: Array  # (..., RUN_DRAWS, R)
     samples: Array  # (T, ..., SAMPLE_DRAWS, R)
 
 
 def begin(errors: StrainErrors, draws: Array) -> Memory:
-    """The memory before the first sample, of sensors at rest, from standard normal draws (..., RUN_DRAWS, R)."""
+    """Initial memory of sensors at rest, from standard normal draws (..., RUN_DRAWS, R)."""
     gain, offset, drift, low_frequency = np.moveaxis(draws, -2, 0)
     rest = np.zeros_like(gain)
     return Memory(
@@ -195,13 +195,13 @@ def stacked(memory: Memory) -> Array:
 
 
 def unstacked(rows: Array) -> Memory:
-    """The memory that was `stacked`."""
+    """The inverse of `stacked`."""
     plays, line = np.split(rows[..., _SINGLE:, :], [PLAYS], axis=-2)
     return Memory._make([*np.moveaxis(rows[..., :_SINGLE, :], -2, 0), plays, line])
 
 
 def _read_out(errors: StrainErrors, ratio: Array) -> Array:
-    """What an analog-digital converter makes of it."""
+    """The effect of an analog-to-digital converter."""
     limited = np.clip(ratio, *errors.saturation)
     quantum = errors.quantization
     return limited if quantum is None else quantum * np.round(limited / quantum)
@@ -219,7 +219,7 @@ def _without_lost(errors: StrainErrors, ratio: Array, draws: Array) -> Array:
 
 @dataclass(frozen=True)
 class _ReadingErrors:
-    """Errors of the extension ratio, between readings before and after."""
+    """Applies errors of the extension ratio to readings."""
 
     errors: StrainErrors
     response: ResponseCurve | CalibratedResponse
@@ -249,7 +249,7 @@ class ReadingErrorBlock(ErrorBlock):
     """
 
     def __init__(self, layout: MeasurementModel, errors: StrainErrors, period: float):
-        """Sensors that are sampled every `period` s."""
+        """Samples the sensors every `period` s."""
         model = _ReadingErrors(errors, layout.response, period)
         super().__init__(model, layout.readings, period, f"ideal_{layout.quantity}", layout.quantity)
         describe(self.GetOutputPort(layout.quantity), layout.unit, **layout.axes)

@@ -24,19 +24,19 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 
 
 class Sections(NamedTuple):
-    """What wires say of the sections, each (..., S)."""
+    """Estimates of the sections from the wires, each (..., S)."""
 
     theta: Array  # rad
-    length: Array  # m, in the middle between the wires
+    length: Array  # m, midway between the wires
 
 
 @dataclass(frozen=True)
 class WireCalibration:
-    """The numbers of a certain arm, each (S,)."""
+    """Calibration of one arm, each (S,)."""
 
     spacing: float  # m, Delta_R
     bend_offsets: Array  # o, rad
-    crossing: Array  # c; that of the first section has no meaning
+    crossing: Array  # c; meaningless for the first section
     length_offsets: Array  # a, m
     bow: Array  # b, m/rad^2
 
@@ -50,7 +50,7 @@ class WireCalibration:
 
 
 def as_strain(finger: Finger, theta: Array, sections: int) -> tuple[SensorLayout, Array]:
-    """Two-sided sensors on a finger that does not lengthen, and their strain when it is bent by theta, (..., S) rad.
+    """Two-sided sensors on an inextensible finger, and their strain at the bends theta, (..., S) rad.
 
     `sections`, which divides S, is the number of sensors per side: fewer than S see sums of bends.
     """
