@@ -29,10 +29,10 @@ from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomia
 
 from soft_gripper.arrays import Array
 
-POSE_TOLERANCE = 1e-6  # m and rad, by which a solution may miss
+POSE_TOLERANCE = 1e-6  # m and rad, tolerance of a solution
 NEAR_SEED = 1.0  # rad, distance from the seed within which no other branch is searched for
 NEAR_STARTS = 30  # initial postures of the solver in search of a nearer branch
-MAX_STARTS = 150  # the same while it has no solution
+MAX_STARTS = 150  # the same without a solution so far
 
 
 def tool_pose(plant: MultibodyPlant, tool: Frame, q: Array) -> RigidTransform:
@@ -78,7 +78,7 @@ def _starts(plant: MultibodyPlant, seed: Array) -> Array:
 
 
 def _solve(plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, seed: Array, start: Array) -> Array:
-    """What SNOPT ends at, a solution or not, (n).
+    """Result of SNOPT, whether a solution or not, (n).
 
     The pose is six equations: the tool's origin, a point on its z axis and one on its x axis lie on the origin,
     on the positive z axis and in the xz half plane of the goal. They stay regular at the solution, unlike a bound
@@ -122,17 +122,17 @@ def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:
     return max(float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle())
 
 
-TURN_SPACING = 0.1  # rad, that the tool turns at most between waypoints
+TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
 MIN_STEPS = 6  # of a straight path
 BRANCH_JUMP = 0.2  # rad or m, of a joint between waypoints: more is another branch, or the tool could leave the line
 LIMIT_GRID = np.linspace(0.0, 1.0, 301)  # parts of the duration at which the limits are checked
-DURATION_MARGIN = 1.001  # of the duration, for what lies between the points of the grid
+DURATION_MARGIN = 1.001  # safety factor on the duration, for times between the grid points
 LIMIT_TOLERANCE = 1e-9  # of any unit: how far a position may exceed its limit, and an effort must stay below it
 MIN_DURATION = 0.1  # s, of a motion between equal postures
 
 
 class UnreachableError(ValueError):
-    """The arm cannot take the tool there; the message gives the place."""
+    """The arm cannot reach a pose; the message gives the position."""
 
 
 class LimitError(ValueError):
@@ -141,7 +141,7 @@ class LimitError(ValueError):
 
 @dataclass(frozen=True)
 class ArmLimits:
-    """What the joints may do, arrays (n). Positions and velocities may be unlimited."""
+    """Limits of the joints, arrays (n). Positions and velocities may be unlimited."""
 
     lower: Array  # rad or m
     upper: Array
@@ -241,7 +241,7 @@ def _minimum_jerk(duration: float) -> PiecewisePolynomial:
 
 
 def _efforts(plant: MultibodyPlant, q: Array, v: Array, vdot: Array) -> tuple[Array, Array, Array]:
-    """What the joints take at rest, and what grows with the rate (damping) and its square (inertia), all (K, n).
+    """Static effort, and coefficients of the rate (damping) and of its square (inertia), all (K, n).
 
     q, v and vdot belong to a motion of 1 s. One that is r times as fast takes rest + linear r + quadratic r^2.
     """
@@ -284,11 +284,11 @@ def _check_inside(plant: MultibodyPlant, what: str, values: Array, lower: Array,
 
 
 GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
-_FAR = 1e3  # rad, m and per second, instead of no limit
+_FAR = 1e3  # rad, m and per second, in place of an infinite limit
 
 
 class ToolFollower(LeafSystem):
-    """Lets the joints of an arm take its tool to a pose, within their limits of position, velocity and acceleration.
+    """Moves the tool of an arm to a pose, within their limits of position, velocity and acceleration.
 
     ::
 

@@ -1,4 +1,4 @@
-"""The grip: steps of a set point, opening and force held through the pressure, and the lower of two commands."""
+"""Grip control: set-point steps, mean torque and force of a grip, and selection of the lower of two commands."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ class LowSelector(LeafSystem):
 
 
 class GripTorque(LeafSystem):
-    """The mean torque that opens the fingers of a gripper at their base joints; a swing of the palm across cancels out.
+    """The mean opening torque at the base joints of a gripper's fingers; lateral accelerations of the palm cancel.
 
     ::
 
@@ -70,7 +70,7 @@ class GripForce(LeafSystem):
 
 
 class SampledSteps(LeafSystem):
-    """A source that changes with the samples only, so that Python blocks after it are called no more often.
+    """A source that changes only at samples, so that downstream Python blocks are not called more often.
 
     ::
 

@@ -27,12 +27,12 @@ class PidGains:
     ki: float = quantity(0.0, "[u]/([y] s)")
     kd: float = quantity(0.0, "[u] s/[y]")  # on the measurement
     derivative_filter: float = quantity(0.05, "s", least=0)  # time constant of the low-pass filter of the derivative
-    tracking_time: float = quantity(0.1, "s", above=0)  # in which back-calculation unwinds the integral at a limit
+    tracking_time: float = quantity(0.1, "s", above=0)  # time constant of back-calculation at a limit
 
 
 @dataclass(frozen=True)
 class _Output:
-    """When a controller puts something out, and what."""
+    """Timing and initial value of a controller's output."""
 
     period: float = field(metadata=valid("s", above=0))
     limits: tuple[float, float] = field(metadata=valid(span=True, sizes=(0.0, inf)))

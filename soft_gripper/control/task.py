@@ -1,4 +1,4 @@
-"""TaskMachine: takes arm and fingers through the phases of a task."""
+"""TaskMachine: leads arm and fingers through the phases of a task."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -13,13 +13,13 @@ from soft_gripper.signals import describe
 
 QUIET_BAND = 5e-4  # m, the default band of the opening ...
 QUIET_TIME = 0.2  # s, ... and the time within it, for fingers at rest
-OPENED_BAND = 2e-3  # m, around the commanded opening: a gripper at rest within it is opened
-GRIP_GAP = 0.1  # s, for which a grip may be absent
-CLOSING_ALLOWANCE = 8e-3  # m, by which the gripper may close further than when it grasped
+OPENED_BAND = 2e-3  # m, around the commanded opening: a gripper at rest within this band counts as opened
+GRIP_GAP = 0.1  # s, tolerated interruption of a grip
+CLOSING_ALLOWANCE = 8e-3  # m, by which the gripper may close further after grasping
 
 
 class Outcome(IntEnum):
-    """How a task stands. After a failure the fingers open and the arm goes home."""
+    """Outcome of a task so far. After a failure the fingers open and the arm goes home."""
 
     RUNNING = 0
     DONE = 1
@@ -34,7 +34,7 @@ class Outcome(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
-NOT_REACHED = {  # what has failed if the end of a phase does not come in time
+NOT_REACHED = {  # failure if a phase does not end in time
     "opened": Outcome.NOT_OPENED,
     "grasped": Outcome.NOTHING_GRASPED,
     "released": Outcome.NOT_RELEASED,
@@ -43,16 +43,16 @@ NOT_REACHED = {  # what has failed if the end of a phase does not come in time
 
 @dataclass(frozen=True)
 class Phase:
-    """The arm moves; then the machine waits for the end of the phase."""
+    """A motion of the arm, followed by a wait for the end of the phase."""
 
     name: str
-    motion: Trajectory  # (n) positions of the arm's joints against the time since the phase began, s
+    motion: Trajectory  # (n) joint positions of the arm over the time since the start of the phase, s
     opening: float  # m, set point of the gripper; NaN: the task does not command it
-    follower: int  # number of the phase that follows; the number of phases: none
+    follower: int  # index of the next phase; the number of phases: none
     until: str | None = None  # "opened", "grasped", "released"; None: `rest` is over
     rest: float = 0.0  # s, after the motion
     holds: bool = False  # the object is in the fingers
-    rescue: int | None = None  # number of the phase that follows a failure; None: nothing can fail
+    rescue: int | None = None  # index of the phase after a failure; None: cannot fail
 
     @property
     def duration(self) -> float:
@@ -65,28 +65,28 @@ class GripObservation(NamedTuple):
 
     time: float  # s
     opening: float  # m
-    torque: float  # N m, that opens the fingers
+    torque: float  # N m, opening torque on the fingers
 
 
 class Progress(NamedTuple):
-    """The progress of a task: everything kept from sample to sample."""
+    """Progress of a task: its whole state between samples."""
 
     phase: int = 0  # the number of phases: the task is over
     outcome: int = Outcome.RUNNING
     began: float = 0.0  # s, the phase
-    around: float = np.inf  # m, the opening that the gripper has stayed near to ...
+    around: float = np.inf  # m, the opening near which the gripper has stayed ...
     since: float = 0.0  # s, ... since then
-    gripped: float = 0.0  # s, when there was a grip last
-    grasped: float = -np.inf  # m, opening at the end of the last phase that grasped
+    gripped: float = 0.0  # s, time of the last grip
+    grasped: float = -np.inf  # m, opening at the end of the last grasping phase
 
 
 @dataclass(frozen=True)
 class Rules:
-    """When a phase ends, and which follows."""
+    """Rules for the end of a phase and for its successor."""
 
     phases: tuple[Phase, ...]
-    threshold: float  # N m, torque of a grip
-    timeout: float  # s, after the motion: how long to wait for an end
+    threshold: float  # N m, torque that counts as a grip
+    timeout: float  # s, maximum wait after the motion
     quiet_band: float = QUIET_BAND  # m
 
     def step(self, progress: Progress, observed: GripObservation) -> Progress:
@@ -113,7 +113,7 @@ class Rules:
         return phase.opening
 
     def _noted(self, progress: Progress, observed: GripObservation) -> Progress:
-        """Notes unrest and grip; values that are not finite count as unrest, and as no grip."""
+        """Updates rest and grip; values that are not finite count as motion and as no grip."""
         if not abs(observed.opening - progress.around) <= self.quiet_band:
             progress = progress._replace(around=observed.opening, since=observed.time)
         held = observed.torque > self.threshold and observed.opening > progress.grasped - CLOSING_ALLOWANCE
@@ -131,7 +131,7 @@ class Rules:
         return Outcome.NOTHING_GRASPED if empty else Outcome.RUNNING
 
     def _follower(self, phase: Phase, progress: Progress, observed: GripObservation) -> int | None:
-        """The phase that begins now, if any."""
+        """The phase that starts now, if any."""
         waited = observed.time - progress.began - phase.duration
         if waited < 0:
             return None
@@ -143,7 +143,7 @@ class Rules:
         return phase.follower if given_up or self._reached(phase, progress, observed) else None
 
     def _reached(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
-        """Whether the fingers are at rest: as open as commanded, with something between them, or with nothing."""
+        """Whether the fingers are at rest: at the commanded opening, closed on an object, or closed on nothing."""
         if not self._is_quiet(progress, observed):
             return False
         if phase.until == "opened":
@@ -201,16 +201,16 @@ class TaskMachine(LeafSystem):
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """Of the task, rescues too."""
+        """The phases of the task, including rescues."""
         return self._rules.phases
 
     def progress(self, context: Context) -> Progress:
-        """How far the task has come, from the context of this block."""
+        """Progress of the task, from the context of this block."""
         phase, outcome, *others = context.get_discrete_state(_PROGRESS).value()
         return Progress(int(phase), int(outcome), *others)
 
     def is_over(self, context: Context) -> bool:
-        """Whether no phase is left, from the context of this block."""
+        """Whether the task is finished, from the context of this block."""
         return self.progress(context).phase == len(self.phases)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
@@ -231,7 +231,7 @@ def _value(port: InputPort, context: Context) -> float:
 
 
 def _desired_state(phase: Phase, since: float) -> Array:
-    """Positions and velocities of the joints `since` s after the phase began; they rest when its motion is over."""
+    """Positions and velocities of the joints `since` s after the phase began; they stay at rest after the motion."""
     if since >= phase.duration:
         positions = phase.motion.value(phase.duration)[:, 0]
         return np.concatenate([positions, np.zeros_like(positions)])

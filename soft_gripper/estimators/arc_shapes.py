@@ -40,13 +40,13 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
-_ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the right pieces of the law are found
-_STEPS = 0.5 ** np.arange(4)  # parts of a step, of which the best is taken: whole steps alone may cycle
+_ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the correct pieces of the law are found
+_STEPS = 0.5 ** np.arange(4)  # step fractions, of which the best is used: full steps alone may cycle
 
 
 @dataclass(frozen=True)
 class BendSharing:
-    """The shares of the joints of one finger, as far as its nominal sensors and stiffness say."""
+    """The shares of the joints of one finger in the bends of its sections, from its nominal model."""
 
     layout: SensorLayout
 
@@ -80,13 +80,13 @@ class BendSharing:
 
     @cached_property
     def _of_bend(self) -> Array:
-        """Joint angles by the bends of the sections if nothing but the load bends them, (N, S)."""
+        """Joint angles per bend of the sections if only the load bends them, (N, S)."""
         compliant = self.interpolation / self.layout.finger.stiffness[:, None]
         return compliant @ np.linalg.inv(self.layout.matrix @ compliant)
 
     @cached_property
     def _of_torque(self) -> Array:
-        """Joint angles by known torques, rad/(N m), with no bend of any section, (N, N)."""
+        """Joint angles per known torque, rad/(N m), with zero bend of every section, (N, N)."""
         free = np.diag(1 / self.layout.finger.stiffness)
         return free - self._of_bend @ self.layout.matrix @ free
 

@@ -1,4 +1,4 @@
-"""A finger's cross-section as it is built, and what follows: bending stiffness, neutral axis, chamber law.
+"""The cross-section of a finger as built, and derived quantities: bending stiffness, neutral axis, chamber law.
 
 Seen along the finger, with the inner side, which touches, to the right:
 
@@ -24,13 +24,13 @@ from functools import cached_property
 from soft_gripper.arrays import Array
 from soft_gripper.quantity import Misfit, quantity, valid
 
-SIZES = (1e-9, 1e12)  # of a number of a finger that is not 0; beyond, what follows from it leaves the range
-Quantity = Array | float  # at one place along the finger, or at several
+SIZES = (1e-9, 1e12)  # range of nonzero parameters of a finger; beyond it, derived quantities would overflow
+Quantity = Array | float  # at one or several positions along the finger
 
 
 @dataclass(frozen=True)
 class CrossSection:
-    """What the finger is made of at one place along its length, or at several, if the fields are arrays (SI units).
+    """Construction of the finger at one position along its length, or at several if the fields are arrays (SI units).
 
     Without a chamber the section is solid; without a layer it is silicone alone.
     """
@@ -54,12 +54,12 @@ class CrossSection:
 
     @cached_property
     def area(self) -> Quantity:
-        """What is solid, m^2."""
+        """Solid area, m^2."""
         return self.width * self.thickness - self.chamber_area
 
     @cached_property
     def _parts(self) -> list[tuple[Quantity, ...]]:
-        """Modulus, width, thickness, centre of what is added up: block, chamber, layer."""
+        """Modulus, width, thickness and centre of the summed parts: block, chamber, layer."""
         layer = (self.layer_modulus - self.youngs_modulus, self.width, self.layer_thickness, self.layer_center)
         block = (self.youngs_modulus, self.width, self.thickness, 0.0)
         return [block, (-self.youngs_modulus, *self._chamber), layer]
@@ -75,7 +75,7 @@ class CrossSection:
 
     @cached_property
     def neutral_axis(self) -> Quantity:
-        """What keeps its length when the finger bends: m, along x from the middle of the outer section."""
+        """Neutral axis, whose length does not change in bending: m, along x from the middle of the outer section."""
         stretched = sum(E * w * t for E, w, t, _ in self._parts)
         return sum(E * w * t * x for E, w, t, x in self._parts) / stretched
 
@@ -125,7 +125,7 @@ class CrossSection:
         }
 
     def misfits(self) -> Iterator[Misfit]:
-        """What of a section cannot be moulded: field, value, and what would be right."""
+        """Dimensions that cannot be moulded: field, value, and the valid range."""
         if (self.chamber_width == 0) != (self.chamber_thickness == 0):
             yield "chamber_width", self.chamber_width, "a chamber has a width and a thickness, a solid section neither"
         if (self.layer_thickness == 0) != (self.layer_modulus == 0):

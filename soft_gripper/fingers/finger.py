@@ -1,4 +1,4 @@
-"""A soft finger as physical parameters, and the chain of rigid segments that stands for it."""
+"""A soft finger as physical parameters, and the chain of rigid segments that models it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
@@ -47,9 +47,9 @@ class Finger:
     segments: int = quantity(12, least=1, most=_MOST_SEGMENTS)
     relaxation_time: float = quantity(0.015, "s", least=0, sizes=SIZES)  # Kelvin-Voigt: damping over stiffness
     contact: ContactMaterial = field(default_factory=ContactMaterial)
-    elastic_law: ElasticLaw | None = None  # in the place of E I times curvature
-    creep: tuple[CreepBranch, ...] = ()  # stiffness is the instantaneous one, which fades by these
-    pressure_law: PressureLaw | None = None  # None: as much as the pressure
+    elastic_law: ElasticLaw | None = None  # instead of E I times curvature
+    creep: tuple[CreepBranch, ...] = ()  # decay of the stiffness, whose instantaneous value is given
+    pressure_law: PressureLaw | None = None  # None: the pressure itself
     # Shear correction factor kappa (Timoshenko); 0: rigid in shear.
     shear_factor: float = quantity(0.0, least=0, sizes=SIZES)
     tip_load: TipLoad | None = None
@@ -69,7 +69,7 @@ class Finger:
         if sum(shares) >= 1:
             yield "creep.share", shares, "must be less than 1 in all, or nothing would be left of the stiffness"
         if np.any(self.joint_law.slopes <= sum(shares) * self.stiffness[:, None]):
-            expected = "more creeps away than the elastic law has at its flattest: give smaller shares"
+            expected = "the creep exceeds the smallest slope of the elastic law: give smaller shares"
             yield "creep.share", shares, expected
 
     @property
@@ -82,7 +82,7 @@ class Finger:
         return (np.arange(self.segments) + 0.5) * self.segment_length
 
     def section(self, s: Array | float) -> CrossSection:
-        """The cross-section at arc lengths `s` (m), what it is built of linear from base to tip."""
+        """The cross-section at arc lengths `s` (m), with parameters interpolated linearly from base to tip."""
         along = np.asarray(s) / self.length
         ends = ((getattr(self.base, part.name), getattr(self.tip, part.name)) for part in fields(CrossSection))
         return CrossSection(*(base + (tip - base) * along for base, tip in ends))
@@ -121,7 +121,7 @@ class Finger:
         return np.asarray(self.shear_factor * section.youngs_modulus / 3 * section.area) / self.segment_length
 
     def elastic_torque(self, q: Array) -> Array:
-        """Torque that joint angles (..., N) rad call up against them, N m, (..., N)."""
+        """Elastic restoring torque at joint angles (..., N) rad, N m, (..., N)."""
         return self.stiffness * q if self.elastic_law is None else self.joint_law(q)
 
     def angle(self, torque: Array) -> Array:
@@ -156,7 +156,7 @@ class Finger:
         return np.asarray(effective)[..., None] * self.pressure_gain
 
     def softening(self, pressure: Array | float) -> Array:
-        """How many times as far as without a pressure law the finger bends under a pressure, (...) Pa -> (...)."""
+        """Ratio of the bend to that without a pressure law, at pressures (...) Pa, (...)."""
         return np.ones(np.shape(pressure)) if self.pressure_law is None else self.pressure_law.softening(pressure)
 
     @cached_property
@@ -180,7 +180,7 @@ class Finger:
 
     @property
     def link_centers(self) -> Planar:
-        """Where the mass of every link has its centre, m from where the link begins, z + i x, shape (N + 1,)."""
+        """Centre of mass of every link, m from its proximal end, z + i x, shape (N + 1,)."""
         x, z = self.links.center
         centers: Planar = z + 1j * x
         return centers
@@ -192,7 +192,7 @@ class Finger:
 
     @cached_property
     def mass_moments(self) -> Planar:
-        """First moment of mass, kg m, by which the direction of link j + 1 weighs on joint i, [j, i], (N, N)."""
+        """First moment of mass, kg m, of the direction of link j + 1 about joint i, [j, i], (N, N)."""
         lengths, masses = np.diff(self.link_ends)[1:], self.link_masses[1:]
         beyond = np.cumsum(masses[::-1])[::-1] - masses
         moments = lengths * beyond + masses * self.link_centers[1:]
@@ -224,7 +224,7 @@ class Finger:
         middle = self.link_ends[:-1] + z
         rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + x**2)
         moved = (self.link_ends[:-1, None] >= joints).astype(float)
-        across = np.hstack([moved * (middle[:, None] - joints), moved])  # how far each joint moves each link
+        across = np.hstack([moved * (middle[:, None] - joints), moved])  # motion of each link per joint angle
         turned = np.hstack([moved, 0 * moved])
         return across.T @ (mass[:, None] * across) + turned.T @ (rotational[:, None] * turned)
 

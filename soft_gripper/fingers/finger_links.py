@@ -42,12 +42,12 @@ def shear_joint_name(finger: str, index: int) -> str:
 
 
 def _before(finger: Finger, index: int) -> str:
-    """What a bending joint turns from: the link before it, or what that shears to."""
+    """Parent link of a bending joint: the previous link, or its sliding link."""
     return f"{finger.name}_shear_link_{index}" if finger.shear_factor else link_name(finger.name, index)
 
 
 def finger_to_urdf(mounted: FingerElement) -> list[ET.Element]:
-    """The URDF elements that stand for a finger, in the order base to tip.
+    """The URDF elements of a finger, from base to tip.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
     `{finger}_tip` marks the end.
@@ -109,7 +109,7 @@ def _inertial(mass: float, center: Sequence[float], moments: tuple[float, ...], 
 
 
 def _ball(load: TipLoad, length: float) -> ET.Element:
-    """A visual ball of steel, on the last link, as heavy as the load."""
+    """A visual steel ball with the mass of the load, on the last link."""
     radius = (load.mass / (4 / 3 * np.pi * _STEEL)) ** (1 / 3)
     return _element(
         "visual",
@@ -168,7 +168,7 @@ def _mount(mounted: FingerElement) -> ET.Element:
 
 
 def _joint_height(finger: Finger, index: int) -> float:
-    """Where joint `index` sits along the link before it, m."""
+    """Position of joint `index` along the previous link, m."""
     return finger.segment_length / (2 if index == 0 else 1)
 
 
@@ -216,7 +216,7 @@ def _spring(
 
 
 def _shear(finger: Finger, index: int) -> list[ET.Element]:
-    """What lets the finger shear before a joint: a link of next to no mass that slides along x on the link before.
+    """Shear before a joint: a nearly massless link that slides along x on the previous link.
 
     Its spring lies along x too, so that it is linear, and begins a length of the finger away, where nothing gets to.
     Without any mass cenic refuses the link.
@@ -243,7 +243,7 @@ def _shear(finger: Finger, index: int) -> list[ET.Element]:
 
 
 def _actuator(finger: Finger, index: int) -> ET.Element:
-    """Takes the torque of the pressure; cenic integrates actuation twice as fast as applied forces."""
+    """Actuator for the torque of the pressure; cenic integrates actuation twice as fast as applied forces."""
     name = joint_name(finger.name, index)
     interface = "hardware_interface/EffortJointInterface"
     return _element(
@@ -272,7 +272,7 @@ def _tip_frame(finger: Finger) -> ET.Element:
 
 
 def _self_collision_filter(finger: Finger) -> ET.Element:
-    """The links of one finger overlap on the inner side of a bend; that is not contact."""
+    """Links of one finger overlap on the inner side of a bend, which is not contact."""
     group = f"{finger.name}_links"
     members = [_element(DRAKE + "member", link=link_name(finger.name, i)) for i in range(finger.segments + 1)]
     ignored = _element(DRAKE + "ignored_collision_filter_group", name=group)

@@ -1,4 +1,4 @@
-"""What a finger may have besides its cross-sections: a skin, laws, creep, a load at its tip."""
+"""Optional parts of a finger: skin, elastic and pressure laws, creep, a load at the tip."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
@@ -26,9 +26,9 @@ def _not_curves(law: Any) -> Iterator[Misfit]:
 
 @dataclass(frozen=True)
 class ContactMaterial:
-    """How the finger's skin meets what it touches (Drake's hydroelastic contact parameters)."""
+    """Contact properties of the finger's skin (Drake's hydroelastic parameters)."""
 
-    friction: float = quantity(0.9, least=0, sizes=SIZES)  # Coulomb, static and dynamic alike
+    friction: float = quantity(0.9, least=0, sizes=SIZES)  # Coulomb, equal static and dynamic
     hydroelastic_modulus: float = quantity(2e5, "Pa", above=0, sizes=SIZES)
     dissipation: float = quantity(3.0, "s/m", least=0, sizes=SIZES)  # Hunt and Crossley
 
@@ -47,19 +47,19 @@ class ElasticLaw:
 
 @dataclass(frozen=True)
 class CreepBranch:
-    """A Maxwell branch of a Prony series: a part of the stiffness that fades while the finger is held bent.
+    """A Maxwell branch of a Prony series: a fraction of the stiffness that decays while the finger is held bent.
 
     Young's modulus is the instantaneous one. A step of the angle calls up
     k (1 - sum over branches of  share (1 - exp(-t / time))) q .
     """
 
     share: float = field(metadata=valid(above=0, sizes=SIZES))  # of the instantaneous stiffness
-    time: float = field(metadata=valid("s", above=0, sizes=SIZES))  # in which it fades to 1 / e
+    time: float = field(metadata=valid("s", above=0, sizes=SIZES))  # time constant of the decay
 
 
 @dataclass(frozen=True)
 class PressureLaw:
-    """The pressure that bends as much by the chamber law, against the pressure in the chamber, as points.
+    """The effective pressure, with which the chamber law gives the actual bend, over the chamber pressure, as points.
 
     Linear between the points, and straight on beyond them. So a chamber that widens under pressure bends further.
     """
@@ -78,14 +78,14 @@ class PressureLaw:
         return PiecewiseLinear(np.array(self.pressure), np.array(self.effective))
 
     def softening(self, pressure: Array | float) -> Array:
-        """How many times as far as by the chamber law alone the finger bends, at pressures (...) Pa: P(p) / p."""
+        """Ratio of the bend to that of the chamber law alone, at pressures (...) Pa: P(p) / p."""
         some = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
         return self.curve(some) / some
 
 
 @dataclass(frozen=True)
 class TipLoad:
-    """A point mass that is fixed to the last link, in the bending plane."""
+    """A point mass fixed to the last link, in the bending plane."""
 
     mass: float = field(metadata=valid("kg", above=0, sizes=SIZES))
     x: float = field(metadata=valid("m", sizes=SIZES))  # in the frame {finger}_tip, toward the inner side
@@ -93,7 +93,7 @@ class TipLoad:
 
 
 class LinkInertias(NamedTuple):
-    """The masses of L rigid links, each seen from where it begins."""
+    """Mass properties of L rigid links, each relative to its proximal end."""
 
     mass: Array  # (L,) kg
     center: Array  # (2, L) m, along x and z

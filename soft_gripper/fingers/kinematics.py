@@ -17,11 +17,11 @@ from soft_gripper.fingers.finger import Finger
 
 
 class Sites(NamedTuple):
-    """Points that are fixed to links of a bent chain."""
+    """Points fixed to links of a bent chain."""
 
     points: Planar  # (..., M) m in B
     directions: Planar  # (..., M) unit vectors along their links, toward the tip
-    jacobian: Planar  # (..., M, N) m/rad, by how much each joint angle moves them
+    jacobian: Planar  # (..., M, N) m/rad, motion per joint angle
 
     @property
     def normals(self) -> Planar:
@@ -35,7 +35,7 @@ class Sites(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """Where a bent chain lies in frame B."""
+    """The configuration of a bent chain in frame B."""
 
     joints: Planar  # (..., N) m
     segment_ends: Planar  # (..., N + 1) m, from the base to the tip; each is the middle of a link
@@ -66,7 +66,7 @@ class Chain(NamedTuple):
         return np.searchsorted(self._joint_arc_lengths, s)
 
     def at(self, s: Array, offset: Array | float = 0.0) -> Sites:
-        """The points at arc lengths (..., M) m of a chain whose segments are alike.
+        """The points at arc lengths (..., M) m of a chain with equal segments.
 
         `offset` (..., M) m is their distance from the axis, positive on the inner side.
         """
@@ -120,7 +120,7 @@ def rotated(vectors: Planar, angle: Array | float) -> Planar:
 
 
 def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | None = None) -> Chain:
-    """Points of the chain whose joints sit in the middles of its segments, which are alike or (..., N) m long.
+    """Points of the chain, whose joints are in the middles of its segments, of one length or of (..., N) m.
 
     `shear` (..., N) m is how far the chain slides before every joint, along x of the link before it; None: nowhere.
     """

@@ -1,4 +1,4 @@
-"""GripperOpening: the poses of the fingertips of a gripper -> how far they are apart.
+"""GripperOpening: the poses of the fingertips of a gripper -> the gripper opening.
 
 ObjectWidth: how wide the object is that the fingers of a gripper hold, from their estimated shapes.
 
@@ -34,7 +34,7 @@ def spread(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class Gripper:
-    """Where the bases of two or more fingers stand on one palm; frame G is that of the first finger's base.
+    """Base poses of two or more fingers on one palm; frame G is that of the first finger's base.
 
     Raises:
         ValueError: if there are fewer than two fingers.
@@ -48,7 +48,7 @@ class Gripper:
 
     @staticmethod
     def of_bases(X_WB: Sequence[RigidTransform]) -> "Gripper":
-        """A gripper from where the bases of its fingers stand at one time."""
+        """A gripper from the base poses of its fingers at one time."""
         return Gripper(tuple(X_WB[0].inverse() @ X for X in X_WB))
 
     @cached_property
@@ -89,7 +89,7 @@ class Gripper:
 
 
 class GripperOpening(LeafSystem):
-    """Measures how far the tips of two or more fingers on one palm are apart.
+    """Measures the opening between the tips of two or more fingers on one palm.
 
     ::
 
@@ -114,7 +114,7 @@ class GripperOpening(LeafSystem):
 
 
 _POINTS = 4  # on the inner surface, for every segment
-_ROUNDS = 4  # over all fingers, in which the narrowest place is looked for
+_ROUNDS = 4  # over all fingers, in search of the narrowest point
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class InnerSurface:
 
     @cached_property
     def levers(self) -> Planar:
-        """How far the direction of each link, and its inner normal, carry each point, m, (N + 1, M)."""
+        """Levers of each point along the direction and the inner normal of each link, m, (N + 1, M)."""
         finger, ends = self.finger, self.finger.link_ends
         s = np.linspace(0.0, finger.length, _POINTS * finger.segments + 1)
         along = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
@@ -159,7 +159,7 @@ def narrowest(curves: Sequence[Array]) -> float:
 
 
 class ObjectWidth(ArrayBlock):
-    """Measures what the fingers of one palm hold between them.
+    """Measures the width of the object held between the fingers of one palm.
 
     ::
 

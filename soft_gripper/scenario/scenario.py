@@ -1,4 +1,4 @@
-"""The whole schema of a scenario file, on one page. SI units; every field is explained, and its range given, beside it.
+"""The whole schema of a scenario file, on one page. SI units; every field has its explanation and range next to it.
 
 A field that may be left out, and then means that there is no such thing, is None. `misfits` are rules across the fields
 of a class; those across the parts of a scenario are in `checks.py`.
@@ -28,17 +28,17 @@ ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
 
 @dataclass
 class MeshConfig:
-    """What a model that is a bare mesh file lacks; its inertia follows from its shape."""
+    """Properties of a model that is a bare mesh file; its inertia follows from its shape."""
 
-    scale: float = quantity(1.0, "m", above=0)  # in a unit of the file: 0.001 if it is in millimetres
-    mass: float = quantity(0.05, "kg", above=0)  # spread evenly over the volume
-    friction: float = quantity(0.8, least=0)  # Coulomb, static and dynamic alike
+    scale: float = quantity(1.0, "m", above=0)  # length unit of the file: 0.001 for millimetres
+    mass: float = quantity(0.05, "kg", above=0)  # uniform density over the volume
+    friction: float = quantity(0.8, least=0)  # Coulomb, equal static and dynamic
     color: list[float] = quantity([0.45, 0.62, 0.36, 1.0], least=0, most=1, length=4)  # red, green, blue, opacity
 
 
 @dataclass
 class FingerChanges:
-    """Values in the units of a <finger>, or relative changes, "+10 %"; of a cross-section, for base and tip alike."""
+    """Values in the units of a <finger>, or changes, "+10 %"; those of a cross-section apply to base and tip."""
 
     length: str | None = quantity(None, "m")
     width: str | None = quantity(None, "m")
@@ -54,7 +54,7 @@ class FingerChanges:
     sensor_spacing: str | None = quantity(None, "m")
 
     def __post_init__(self) -> None:
-        """Numbers are meant as their text."""
+        """Converts numbers to text."""
         for name, value in vars(self).items():
             if isinstance(value, int | float) and not isinstance(value, bool):
                 setattr(self, name, str(value))
@@ -62,28 +62,28 @@ class FingerChanges:
 
 @dataclass
 class FingerConfig(FingerChanges):
-    """What of a simulated finger differs from its file."""
+    """Changes of a simulated finger relative to its file."""
 
     shear_factor: str | None = None
-    friction: str | None = None  # Coulomb, static and dynamic alike
+    friction: str | None = None  # Coulomb, equal static and dynamic
     hydroelastic_modulus: str | None = quantity(None, "Pa")
     dissipation: str | None = quantity(None, "s/m")
 
 
 @dataclass(eq=False)
 class ModelConfig(ByValue):
-    """A model and where it stands."""
+    """A model and its pose."""
 
-    name: str = quantity("", is_name=True)  # a model with a single finger gives the finger its name
+    name: str = quantity("", is_name=True)  # a model with a single finger passes its name on to the finger
     file: str = quantity(
         "", filled=True
     )  # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
-    parent: str = "world"  # frame that it is welded to: "world" or "model::frame"
+    parent: str = "world"  # frame to which it is welded: "world" or "model::frame"
     child: str | None = None  # frame of the model that is welded; None: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
-    free: bool = False  # not welded: X_PC in the world is where its first link begins
-    without: list[str] = field(default_factory=list)  # links of a URDF that are left out, with all that hangs on them
-    segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as the file says
+    free: bool = False  # not welded: X_PC is the initial pose of its first link in the world
+    without: list[str] = field(default_factory=list)  # links of a URDF to omit, with everything attached to them
+    segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
 
@@ -94,14 +94,14 @@ class ModelConfig(ByValue):
 
 @dataclass
 class PressureConfig:
-    """The pressure supply, and the pressure in steps where nothing else commands it."""
+    """The pressure supply, and the pressure steps used if nothing else commands the pressure."""
 
     steps: dict[str, list[float]] = quantity({"all": [0.0]}, "Pa", filled=True)  # by finger or "all"
-    settle: float = quantity(1.0, "s", least=0)  # before the samples of a step begin
+    settle: float = quantity(1.0, "s", least=0)  # before the averaged samples of a step
     hold_samples: int = quantity(100, least=1)  # sensor samples averaged in each step
-    minimum: float = quantity(-50e3, "Pa", least=-ATMOSPHERE)  # of the supply; negative: vacuum, if the walls bear it
+    minimum: float = quantity(-50e3, "Pa", least=-ATMOSPHERE)  # of the supply; negative: vacuum
     maximum: float = quantity(210e3, "Pa")  # of the supply
-    time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and chamber; 0: none
+    time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and chamber; 0: no lag
 
     def misfits(self) -> Iterator[Misfit]:
         if self.minimum > self.maximum:
@@ -115,22 +115,20 @@ class PressureConfig:
 
 @dataclass
 class ControlConfig:
-    """Closed loop: the opening of the gripper, held through the pressure of all its fingers.
+    """Closed loop: the gripper opening, controlled through the pressure of all fingers.
 
     The opening is twice the mean distance of the fingertips from their centroid: of two, their distance.
     """
 
-    # One after the other; None: a task or an input gives them, or open loop.
+    # In sequence; None: set by a task or an input, or open loop.
     set_points: list[float] | None = quantity(None, "m", above=0, filled=True)
     hold: float = quantity(4.0, "s", above=0)  # at every set point
-    gains: PidGains = field(default_factory=PidGains)  # from the opening, m, to the pressure, Pa
-    torque_limit: float | None = quantity(
-        None, "N m", above=0
-    )  # at the base of the fingers, that a grip does not exceed
-    torque_gains: PidGains = field(default_factory=PidGains)  # from that torque to the pressure, Pa
-    # Estimated contact force of the fingers (mean), in the place of a torque_limit.
+    gains: PidGains = field(default_factory=PidGains)  # from the opening error, m, to the pressure, Pa
+    torque_limit: float | None = quantity(None, "N m", above=0)  # at the base of the fingers: limit of the grip
+    torque_gains: PidGains = field(default_factory=PidGains)  # from the torque error to the pressure, Pa
+    # Limit of the estimated mean contact force of the fingers, instead of a torque_limit.
     force_limit: float | None = quantity(None, "N", above=0)
-    force_gains: PidGains = field(default_factory=PidGains)  # from that force to the pressure, Pa
+    force_gains: PidGains = field(default_factory=PidGains)  # from the force error to the pressure, Pa
 
     def misfits(self) -> Iterator[Misfit]:
         points = self.set_points or []
@@ -152,31 +150,31 @@ class ControlConfig:
 
 @dataclass
 class ArmConfig:
-    """The arm among the models: the gripper is welded to one of its frames. Every joint has an implicit PD."""
+    """The arm among the models: the gripper is welded to one of its frames. Joints have implicit PD controllers."""
 
     model: str = ""  # its name
-    home: list[float] = quantity([], "rad or m")  # posture in which it begins; joints from the base on
-    frequency: float = quantity(10.0, "Hz", above=0)  # natural frequency of a joint under its PD
-    damping_ratio: float = quantity(1.0, above=0)  # of the same
-    # Of any joint at most; velocity and effort are limited by its file.
+    home: list[float] = quantity([], "rad or m")  # initial posture; joints in order from the base
+    frequency: float = quantity(10.0, "Hz", above=0)  # natural frequency of a joint under PD control
+    damping_ratio: float = quantity(1.0, above=0)  # of a joint under PD control
+    # Limit for every joint; velocity and effort are limited by the file of the arm.
     acceleration: float = quantity(10.0, "rad/s^2 or m/s^2", above=0)
 
 
 @dataclass
 class PhaseConfig:
-    """A part of a task. The arm moves, or stays if neither `to` nor `posture` is given; then `until` is awaited."""
+    """A part of a task. The arm moves, or stays if neither `to` nor `posture` is given; then it waits for `until`."""
 
     name: str = quantity("", is_name=True)
     to: str | None = quantity(None, known=("object", "goal", "home"))  # where the gripper goes
-    height: float = quantity(0.0, "m")  # above where it grasps or puts down
-    posture: list[float] | None = quantity(None, "rad or m")  # or: where the arm's joints go
-    straight: bool = False  # the gripper goes in a straight line; else the joints do
-    speed: float = quantity(1.0, above=0, most=1)  # part of the arm's velocity limits
-    opening: float | None = quantity(None, "m", above=0)  # set point of the gripper from here on; None: as before
-    # What ends it after the motion; None: `rest` is over.
+    height: float = quantity(0.0, "m")  # above the grasp or place pose
+    posture: list[float] | None = quantity(None, "rad or m")  # alternative to `to`: target posture of the arm
+    straight: bool = False  # straight line of the gripper; otherwise straight in joint space
+    speed: float = quantity(1.0, above=0, most=1)  # fraction of the arm's velocity limits
+    opening: float | None = quantity(None, "m", above=0)  # set point of the gripper from this phase on; None: unchanged
+    # Event that ends the phase after the motion; None: the end of `rest`.
     until: str | None = quantity(None, known=("opened", "grasped", "released"))
-    rest: float = quantity(0.0, "s", least=0)  # after the motion, where nothing is awaited
-    holds: bool = False  # the object is in the fingers: its loss is watched for
+    rest: float = quantity(0.0, "s", least=0)  # after the motion, without `until`
+    holds: bool = False  # the object is held: its loss is a failure
 
     def misfits(self) -> Iterator[Misfit]:
         if self.to is not None and self.posture is not None:
@@ -185,7 +183,7 @@ class PhaseConfig:
 
 @dataclass
 class PoseErrorConfig:
-    """The pose of an object as a camera reports it, minus the true one. Its height above a known table is known."""
+    """The pose reported by a camera minus the true pose. The height above a known table has no error."""
 
     x: float = quantity(0.0, "m")  # in the world
     y: float = quantity(0.0, "m")  # in the world
@@ -194,34 +192,34 @@ class PoseErrorConfig:
 
 @dataclass
 class TrialsConfig:
-    """What random trials of a task vary about its scenario, evenly distributed, either way or from least to most."""
+    """Random variations in trials of a task, uniformly distributed, symmetric or from least to most."""
 
-    offset: float = quantity(0.03, "m", least=0)  # of where the object begins, along x and along y
+    offset: float = quantity(0.03, "m", least=0)  # of the initial position of the object, along x and y
     yaw: float = quantity(math.radians(45), "rad", least=0)  # of the object about its own z axis
     mass: list[float] = quantity([0.02, 0.06], "kg", least=1e-9, span=True)
     friction: list[float] = quantity([0.5, 0.9], least=0, span=True)
-    size: float = quantity(0.1, least=0, below=1)  # share of the object's
-    # Of the reported pose along x and along y: that of a common depth camera.
+    size: float = quantity(0.1, least=0, below=1)  # fraction of the object size
+    # Of the reported position along x and y: typical of a depth camera.
     offset_error: float = quantity(3e-3, "m", least=0)
     yaw_error: float = quantity(math.radians(3), "rad", least=0)  # of the reported pose about the vertical
 
 
 @dataclass(eq=False)
 class TaskConfig(ByValue):
-    """What the arm does, phase after phase; where a phase gives an opening, the gripper too, in closed loop."""
+    """The phases of the arm's motion; phases with an opening also command the gripper, in closed loop."""
 
-    object: str | None = None  # name of the free model that is handled; only where it is reported to begin is known
+    object: str | None = None  # name of the free model to handle; only its reported initial pose is known
     X_OG: Transform = field(default_factory=Transform)  # grasp: the gripper's welded frame in the object's first link
-    X_WGoal: Transform = field(default_factory=Transform)  # where the object is put down, its first link in the world
+    X_WGoal: Transform = field(default_factory=Transform)  # goal pose of the object's first link in the world
     phases: list[PhaseConfig] = quantity([], filled=True)
     grip_threshold: float = quantity(0.02, "N m", above=0)  # torque at the base of the fingers that counts as a grip
-    # Within which the estimated opening of a gripper at rest stays; more for noisy sensors.
+    # Range within which the estimated opening of a gripper at rest stays; larger for noisy sensors.
     quiet_band: float = quantity(5e-4, "m", above=0)
-    timeout: float = quantity(4.0, "s", above=0)  # that a phase waits at most for what is to end it
-    time_limit: float = quantity(60.0, "s", above=0)  # for all of it
-    # Normal force of a finger that the object bears; what trials are judged by.
+    timeout: float = quantity(4.0, "s", above=0)  # maximum wait of a phase for the event that ends it
+    time_limit: float = quantity(60.0, "s", above=0)  # for the whole task
+    # Normal force of a finger that the object withstands; used to judge trials.
     force_limit: float | None = quantity(None, "N", above=0)
-    pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the reported pose, which motions go by
+    pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the pose that motions are planned for
     trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper grasp-trials`
 
     @property
@@ -241,7 +239,7 @@ class TaskConfig(ByValue):
 
 @dataclass
 class DeadSensorConfig:
-    """A strain sensor that reads nothing."""
+    """A dead strain sensor."""
 
     path: str = quantity("outer", known=("inner", "outer"))
     section: int = quantity(0, least=0)  # from the base
@@ -249,7 +247,7 @@ class DeadSensorConfig:
 
 @cache
 def presets() -> dict[str, dict[str, Any]]:
-    """The errors of known kinds of sensors."""
+    """Errors of known kinds of sensors."""
     found: dict[str, dict[str, Any]] = yaml_load_file(str(PRESETS))
     return found
 
@@ -262,23 +260,23 @@ class StrainErrorsConfig:
     standard deviations are those of independent draws for every sensor.
     """
 
-    preset: str | None = quantity(None, known=lambda: tuple(presets()))  # a kind of sensor, see sensor_presets.yaml
-    creep: float | None = like(StrainErrors, "creep")  # share of the strain that comes late
-    creep_time: float | None = like(StrainErrors, "creep_time")  # time constant with which it comes
-    hysteresis: float | None = like(StrainErrors, "hysteresis")  # width of the loop of a cycle over its stroke
-    # Standard deviation, of one draw a run, as a share of the strain.
+    preset: str | None = quantity(None, known=lambda: tuple(presets()))  # kind of sensor, see sensor_presets.yaml
+    creep: float | None = like(StrainErrors, "creep")  # delayed fraction of the strain
+    creep_time: float | None = like(StrainErrors, "creep_time")  # time constant of the delayed fraction
+    hysteresis: float | None = like(StrainErrors, "hysteresis")  # loop width of a cycle, relative to its stroke
+    # Standard deviation, drawn once per run, as a fraction of the strain.
     gain_error: float | None = like(StrainErrors, "gain_error")
-    offset: float | None = like(StrainErrors, "offset")  # standard deviation, of one draw a run, extension ratio
-    # Standard deviation of what a steady drift reaches in a minute, extension ratio.
+    offset: float | None = like(StrainErrors, "offset")  # standard deviation, drawn once per run, extension ratio
+    # Standard deviation of the drift after one minute at a constant rate, extension ratio.
     drift: float | None = like(StrainErrors, "drift")
     # Standard deviation of a Gauss-Markov process, extension ratio.
     low_frequency_noise: float | None = like(StrainErrors, "low_frequency_noise")
     correlation_time: float | None = like(StrainErrors, "correlation_time")  # of that process
     noise: float | None = like(StrainErrors, "noise")  # standard deviation, white, of every sample, extension ratio
-    saturation: list[float] | None = like(StrainErrors, "saturation")  # extension ratios that are read
+    saturation: list[float] | None = like(StrainErrors, "saturation")  # measuring range, extension ratio
     quantization: float | None = like(StrainErrors, "quantization")  # step of the extension ratio
     delay: int | None = like(StrainErrors, "delay")  # samples
-    dropout: float | None = like(StrainErrors, "dropout")  # probability that a sample of a sensor is lost: it reads NaN
+    dropout: float | None = like(StrainErrors, "dropout")  # probability that a sample is lost and reads NaN
     dead: list[DeadSensorConfig] = field(default_factory=list)  # sensors that always read NaN
 
 
@@ -287,31 +285,31 @@ class SensorConfig:
     """The sensors of every finger."""
 
     type: str = "strain"  # or "module:function", "module:Class" of your own, see diagrams/wiring/named_blocks.py
-    sections: int = quantity(4, least=1)  # sensors one after the other along each path
-    borders: list[float] | None = None  # where sections meet, as shares of the length; None: they are equally long
-    period: float = quantity(0.01, "s", above=0)  # between samples, and between the samples of every log
-    one_sided: bool = False  # only the outer path is measured, the inner side does not stretch
+    sections: int = quantity(4, least=1)  # sensors in series along each path
+    borders: list[float] | None = None  # section boundaries, as fractions of the length; None: equal sections
+    period: float = quantity(0.01, "s", above=0)  # between samples, of the sensors and of every log
+    one_sided: bool = False  # only the outer path is measured; the inner side is inextensible
     response: list[list[float]] | None = None  # [extension ratio, reading] points; None: the reading is the strain
-    errors: StrainErrorsConfig | None = None  # of the strain sensors; None: they are ideal
-    pressure_errors: PressureErrors | None = None  # of the pressure sensor; None: it is ideal
+    errors: StrainErrorsConfig | None = None  # of the strain sensors; None: ideal sensors
+    pressure_errors: PressureErrors | None = None  # of the pressure sensor; None: an ideal sensor
     seed: int = quantity(0, least=0)  # of all random numbers of the sensors
 
 
 @dataclass
 class EstimatorConfig:
-    """What is estimated from the readings of every finger."""
+    """The estimators of every finger."""
 
-    type: str = "arcs"  # of the shape: see docs/estimators.md; or "module:function" of your own
-    alongside: list[str] = field(default_factory=list)  # other types, whose shapes are recorded too and used by nothing
-    # For estimators that weigh what they know; None: as it follows from the errors of the sensors.
+    type: str = "arcs"  # of the shape, see docs/estimators.md; or your own "module:function"
+    alongside: list[str] = field(default_factory=list)  # further types, recorded and scored without affecting the run
+    # For probabilistic estimators; None: derived from the errors of the sensors.
     uncertainty: Uncertainty | None = None
-    compensate_gravity: bool = True  # take the finger's own weight out of the force estimate
-    # Torque that means contact; None: contact is not looked for.
+    compensate_gravity: bool = True  # remove the finger's own weight from the force estimate
+    # Torque above which contact is detected; None: no contact detection.
     contact_threshold: float | None = quantity(None, "N m", above=0)
 
     def misfits(self) -> Iterator[Misfit]:
         if self.contact_threshold is not None and not self.compensate_gravity:
-            expected = "leave it true: a finger whose weight is left in the torque always seems to touch something"
+            expected = "leave it true: with the weight of the finger in the torque, contact would always be detected"
             yield "compensate_gravity", False, expected
         for i, kind in enumerate(self.alongside):
             if kind == self.type or self.alongside.count(kind) > 1:
@@ -323,8 +321,8 @@ class NominalConfig(FingerChanges):
     """The nominal model of every finger and its sensors, where it differs from what is simulated."""
 
     file: str | None = None  # URDF whose <finger> of the same name, or only one, is assumed; changes come on top
-    creep: bool = True  # whether the estimators know that the finger creeps, if it does
-    response: list[list[float]] | None = None  # of the sensors; None: as they are
+    creep: bool = True  # include the creep of the finger, if it has any
+    response: list[list[float]] | None = None  # of the sensors; None: as simulated
     calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to the nominal model so far
 
 
@@ -334,7 +332,7 @@ def default_plant_config() -> MultibodyPlantConfig:
 
 
 def default_simulator_config() -> SimulatorConfig:
-    """For a continuous plant; beside a discrete one nothing is left to integrate."""
+    """For a continuous plant; with a discrete plant, nothing is left to integrate."""
     return SimulatorConfig(integration_scheme="cenic", max_step_size=0.02, accuracy=1e-3)
 
 
@@ -350,14 +348,14 @@ _PLANT = {
 _SOLVER = {
     "integration_scheme": Rule(known=GetIntegrationSchemes),
     "max_step_size": Rule("s", above=0),
-    "accuracy": Rule(least=1e-9),  # below, error control takes steps without end
+    "accuracy": Rule(least=1e-9),  # below this, error control takes endlessly many steps
     "target_realtime_rate": Rule(least=0),
 }
 
 
 @dataclass(eq=False)
 class Scenario(ByValue):
-    """What is simulated, how it is driven, sensed and estimated, and by which solver."""
+    """A whole scenario: models, drive, sensors, estimators and solver."""
 
     description: str = ""
     models: list[ModelConfig] = quantity([], filled=True)
@@ -384,14 +382,14 @@ class Scenario(ByValue):
 
     @property
     def step_duration(self) -> float:
-        """Time from one step to the next, s."""
+        """Time between steps, s."""
         if self.control.set_points is not None:
             return self.control.hold
         return self.pressure.settle + self.pressure.hold_samples * self.sensor.period
 
     @property
     def duration(self) -> float:
-        """Of the run, s; a task may be over before."""
+        """Duration of the run, s; a task may end earlier."""
         if self.task is not None:
             return self.task.time_limit
         return self.steps * self.step_duration

@@ -1,4 +1,4 @@
-"""Contact as the plant knows it: patches where shapes touch, what presses on each finger, what several fingers hold.
+"""Ground truth of contact: patches where shapes touch, forces on each finger, and the object that several fingers hold.
 
 The patches of several samples lie one after the other: P of them in T samples.
 
@@ -38,7 +38,7 @@ class Patch(NamedTuple):
     shapes: tuple[int, int]
     place: Array  # (3,) m, of the patch, in the world
     normal: Array  # (3,) in the world, either way, of any length
-    force: Array  # (3,) N in the world, friction included, that the first shape receives; the second its opposite
+    force: Array  # (3,) N in the world, including friction, on the first shape; the second receives the opposite
     torque: Array  # (3,) N m in the world, about the place
 
 
@@ -63,7 +63,7 @@ def patches(results: ContactResults, shapes: Container[int]) -> Iterator[Patch]:
 
 
 def _area(surface: ContactSurface) -> Array:
-    """Sum of the normals of a surface's faces, each as long as the face is large."""
+    """Area-weighted sum of the face normals of a surface."""
     faces = range(surface.num_faces())
     normals = np.concatenate([*map(surface.face_normal, faces)]).reshape(-1, 3)
     area: Array = np.array([*map(surface.area, faces)]) @ normals
@@ -80,7 +80,7 @@ COLUMNS = 28  # of a table of patches, see `patch_table`
 
 @dataclass(frozen=True)
 class TouchedLinks:
-    """The links of a finger as contact results know them, from the base to the tip."""
+    """The links of a finger as they appear in contact results, from the base to the tip."""
 
     bodies: Sequence[BodyIndex]
     shapes: Sequence[Collection[int]]  # collision shapes of each, values of their GeometryIds
@@ -88,19 +88,19 @@ class TouchedLinks:
 
     @classmethod
     def of(cls, finger: PlantFinger) -> "TouchedLinks":
-        """Those of a finger in a finalized plant."""
+        """The links of a finger in a finalized plant."""
         ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
         shapes = [[shape.get_value() for shape in of_link] for of_link in ids]
         return cls([link.index() for link in finger.links], shapes, finger.finger.link_ends[:-1].tolist())
 
     @cached_property
     def link_of(self) -> dict[int, int]:
-        """The numbers of the links, by their shapes."""
+        """Link indices by shape."""
         return {shape: link for link, shapes in enumerate(self.shapes) for shape in shapes}
 
 
 class OwnLink(NamedTuple):
-    """The link that a shape belongs to."""
+    """The link to which a shape belongs."""
 
     finger: int
     link: int  # 0 at the base
@@ -118,7 +118,7 @@ def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
 
 
 def patch_table(found: Iterable[Patch], links: Mapping[int, OwnLink], X_WB: Sequence[RigidTransform]) -> Array:
-    """What touches fingers from outside, as it is, in numbers, (P, 28): to be made sense of by `finger_contacts`.
+    """Raw external contacts of fingers as an array, (P, 28), which `finger_contacts` interprets.
 
     Args:
         found: patches of a plant.
@@ -141,10 +141,10 @@ class FingerContacts(NamedTuple):
     """All P patches in which fingers touch something else, in T samples."""
 
     samples: int  # T
-    sample: NDArray[np.int_]  # (P,) that the patch belongs to
+    sample: NDArray[np.int_]  # (P,) of the patch
     finger: NDArray[np.int_]  # (P,) number of the finger
     link: NDArray[np.int_]  # (P,) number of the link, 0 at the base
-    arc_length: Array  # (P,) m from the base: where the centre of pressure lies along the axis of the link
+    arc_length: Array  # (P,) m from the base: location of the centre of pressure along the axis of the link
     center: Array  # (P, 3) m, of the pressure, in the world
     normal: Array  # (P, 3) unit vectors in the world, either way
     total: Array  # (P,) N, magnitude of the force, friction included
@@ -173,7 +173,7 @@ class FingerContacts(NamedTuple):
 
     @property
     def mean_center(self) -> Array:
-        """Centre of all that presses, (T, 3) m in the world; NaN without contact."""
+        """Centre of all contact forces, (T, 3) m in the world; NaN without contact."""
         total = self.sums(self.pressing)
         return np.stack([_ratio(self.sums(self.pressing * part), total) for part in self.center.T], axis=-1)
 
@@ -189,7 +189,7 @@ class FingerContacts(NamedTuple):
 
 
 def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> FingerContacts:
-    """What presses on fingers from outside.
+    """External contacts of fingers.
 
     A force that presses on the inner side pushes a link along the -x axis of its frame. The pressure of a surface acts
     along its mean normal n, in its centre: at  n x torque / (force n)  from the place of the patch.
@@ -215,7 +215,7 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> Fin
 
 
 def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
-    """What `TrueContact` puts out of one finger of so many links, (T, ...) each; see there."""
+    """The outputs of `TrueContact` for one finger with that many links, (T, ...) each."""
     values = (
         *(contact.link_sums(contact.total, links), contact.link_sums(contact.opening, links)),
         *(contact.sums(contact.opening), contact.sums(contact.total)),
@@ -225,7 +225,7 @@ def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
 
 
 def contact_width(contacts: Sequence[FingerContacts]) -> Array:
-    """Width between what all fingers touch, (T,) m; NaN unless there are two fingers or more, and all touch something.
+    """Width between the contacts of all fingers, (T,) m; NaN unless two or more fingers all touch something.
 
     Twice the mean over the fingers of how far their centres of force lie from the centroid of these, along the normal
     at each: of two fingers on parallel faces, the distance of the faces; of more around a cylinder, its diameter.
@@ -239,21 +239,21 @@ def contact_width(contacts: Sequence[FingerContacts]) -> Array:
 
 
 def _ratio(value: Array, by: Array) -> Array:
-    """Their ratio; NaN where nothing divides."""
+    """Ratio; NaN where the divisor is zero."""
     return value / np.where(by == 0, np.nan, by)
 
 
-TOUCH = 1e-3  # N; a link touches something where it is pressed harder
-STRAIGHT = 0.1  # 1/m; a joint bent less, to a radius above 10 m, is straight
+TOUCH = 1e-3  # N, force above which a link counts as touched
+STRAIGHT = 0.1  # 1/m; a joint with less curvature (radius above 10 m) counts as straight
 
 
 def touches(force: Array) -> NDArray[np.bool_]:
-    """Which links touch something, by the forces on them, (...) N."""
+    """Which links touch something, from the forces on them, (...) N."""
     return force > TOUCH
 
 
 def contact_length(finger: Finger, touching: NDArray[np.bool_]) -> Array:
-    """Length of finger that touches something, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
+    """Contact length of a finger, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
     length: Array = touching @ np.diff(finger.link_ends)
     return length
 
@@ -266,7 +266,7 @@ def changes_sign(finger: Finger, q: Array) -> NDArray[np.bool_]:
 
 
 class TrueContact(ArrayBlock):
-    """Sums up the plant's contact results for the fingers.
+    """Summarizes the contact results of the plant for each finger.
 
     ::
 
@@ -321,7 +321,7 @@ def _of_samples(tables: Sequence[Array]) -> FingerContacts:
 
 
 def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:
-    """The axes of a signal with so many entries."""
+    """The axes of a signal with that many entries."""
     if size == 1:
         return {}
     return {"link": range(size)} if signal.startswith("link_") else {"xyz": XYZ}

@@ -1,4 +1,4 @@
-"""Where the plant has a finger, and how far the estimated pose is from that. All places are in B, (..., 3) x, y, z.
+"""True poses of fingers in the plant, and the errors of estimated poses. All positions are in B, (..., 3) x, y, z.
 
 The pressure and the true torque are sampled with the strain, and the true torque is delayed like the estimated one,
 so that values of the same instant are compared.
@@ -29,7 +29,7 @@ class PlantPoints:
         """`fingers` are in one finalized plant."""
         self._plant = fingers[0].plant.Clone()
         self._context = self._plant.CreateDefaultContext()
-        # Where free bodies are is all one in B; and before the first sample their quaternions are zero.
+        # Positions in B do not depend on free bodies, whose quaternions are zero before the first sample.
         bodies = map(self._plant.get_body, self._plant.GetFloatingBaseBodies())
         starts = (body.floating_positions_start() for body in bodies)
         self._free = [entry for start in starts for entry in range(start, start + 7)]
@@ -38,7 +38,7 @@ class PlantPoints:
         self._pairs = [tuple(self._plant.get_frame(frame.index()) for frame in pair) for pair in pairs]
 
     def __call__(self, state: Array) -> Array:
-        """Places of every finger's joints and tip, one finger after the other, (..., nq + nv) -> (..., P, 3) m in B."""
+        """Positions of the joints and tip of each finger, finger by finger, (..., nq + nv) -> (..., P, 3) m in B."""
         rows = np.reshape(state, (-1, np.shape(state)[-1]))[:, : self._plant.num_positions()].copy()
         rows[:, self._free] = self._where_free
         places = np.array([self._places(row) for row in rows])
@@ -50,7 +50,7 @@ class PlantPoints:
 
 
 class TruePoses(ArrayBlock):
-    """Looks up in the plant where the joints and tips of fingers are.
+    """Outputs the joint and tip positions of fingers from the plant.
 
     ::
 
@@ -98,7 +98,7 @@ def fingertip_error(true_tip: Array, tip: Array) -> Array:
 
 
 def corners(joints: Array, tip: Array) -> Array:
-    """Where links begin and end, from the base over the joints to the tip, (..., N + 2, 3) m."""
+    """Ends of the links, from the base through the joints to the tip, (..., N + 2, 3) m."""
     base = np.zeros((*tip.shape[:-1], 1, 3))
     return np.concatenate([base, joints, tip[..., None, :]], axis=-2)
 
@@ -124,7 +124,7 @@ class PoseError(ArrayBlock):
     """
 
     def __init__(self, segments: int):
-        """Of a finger with so many joints, N."""
+        """`joints` is the number of joints, N."""
         super().__init__()
         self.take(TRUE_JOINTS, segments * 3)
         self.take(TRUE_TIP, 3)
@@ -144,7 +144,7 @@ def _tip_error(true: Array, pose: Array) -> Array:
 
 
 class Difference(ArrayBlock):
-    """Says by how much an estimate is off.
+    """Outputs the error of an estimate.
 
     ::
 
@@ -154,7 +154,7 @@ class Difference(ArrayBlock):
     """
 
     def __init__(self, size: int, unit: str, **axes: Sequence[Any]):
-        """Of vectors with so many entries; unit and axes as for `describe`."""
+        """`size` is the number of entries; unit and axes as for `describe`."""
         super().__init__()
         self.take("estimate", size)
         self.take("truth", size)
