@@ -270,7 +270,7 @@ def _size(difference: Array, spread: Array) -> Array:
 
 @cache
 def _limits(readings: int) -> Array:
-    """Thresholds of normalised differences: a load begins above the first, ends below the second, sure above the third."""
+    """Thresholds of normalised differences: where a load begins, where it ends, and where it is present at once."""
     limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
     return limits
 
