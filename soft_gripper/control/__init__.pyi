@@ -1,4 +1,4 @@
-"""What follows a set point."""
+"""Control of the grip, of the arm, and of tasks."""
 
 from .arm_motion import ArmLimits as ArmLimits
 from .arm_motion import movable_joints as movable_joints

@@ -1,4 +1,4 @@
-"""What a finger is, and the chain of links, springs and pressures that stands for it."""
+"""The finger: its parameters, and the chain of links, springs and pressures that models it."""
 
 from .creep import CreepTorque as CreepTorque
 from .cross_section import CrossSection as CrossSection

@@ -1,4 +1,4 @@
-"""Shape and driving torque -> load, contact and width."""
+"""Load: shape and driving torque -> external torque, contact and object width."""
 
 from .contact_detector import ContactDetector as ContactDetector
 from .force_estimator import ForceEstimator as ForceEstimator

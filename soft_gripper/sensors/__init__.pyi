@@ -1,4 +1,4 @@
-"""Joint angles -> readings."""
+"""Sensors: joint angles -> readings."""
 
 from .base_pose import BasePoseSensor as BasePoseSensor
 from .base_pose import FixedBasePose as FixedBasePose

@@ -1,4 +1,4 @@
-"""What only a simulation knows, for estimates to be scored against."""
+"""Ground truth from the simulation, against which estimates are scored."""
 
 from .contact import TrueContact as TrueContact
 from .poses import PoseError as PoseError

@@ -15,7 +15,7 @@ def test_a_comment_behind_the_field():
     period = text_of(SensorConfig, "period")
     assert (period.type, period.default) == ("float", "0.01")
     assert period.values == "s, above 0"
-    assert period.comment == "between samples, and between the samples of every log"
+    assert period.comment == "between samples, of the sensors and of every log"
 
 
 def test_a_comment_above_the_field():

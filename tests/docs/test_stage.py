@@ -35,7 +35,7 @@ def test_the_sidebar_is_short_while_its_groups_are_folded():
 
 def test_the_reference_says_what_namespaces_and_blocks_are_for():
     sections = re.findall(r"^### (\S+)\n\n(.+)\n\n(.+)$", namespaces(), re.MULTILINE)
-    assert ("sg.truth", "What only a simulation knows, for estimates to be scored against.") in [
+    assert ("sg.truth", "Ground truth from the simulation, against which estimates are scored.") in [
         s[:2] for s in sections
     ]
     assert all(names.count("](api/") for _, _, names in sections)
