@@ -42,7 +42,7 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
                 f"nominal model:\n{nominal}" if nominal != "as simulated" else "nominal model:\nas simulated"
             )
         for axes, count in zip(panels[0], counts, strict=True):
-            axes.set_title(f"{count} sensor{'s' * (count > 1)} a side")
+            axes.set_title(f"{count} sensor{'s' * (count > 1)} per side")
         for axes in panels[-1]:
             axes.set_xlabel("errors of the sensors")
         figure.colorbar(image, ax=panels, label="mean pose error, worst scenario [mm]", format="{x:g}", shrink=0.7)
