@@ -1,4 +1,4 @@
-"""The files of docs/examples: short, running as they stand, and shown in notebook 06."""
+"""The files of examples/own_diagram: short, running as they stand, and shown in notebook 06."""
 
 import runpy
 import sys
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = {path.stem: path for path in sorted((ROOT / "docs" / "examples").glob("*.py"))}
+EXAMPLES = {path.stem: path for path in sorted((ROOT / "examples" / "own_diagram").glob("*.py"))}
 NOTEBOOK = nbformat.read(ROOT / "notebooks" / "06_your_own_diagram.ipynb", as_version=4)
 
 

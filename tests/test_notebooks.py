@@ -13,7 +13,7 @@ from nbclient import NotebookClient
 from nbformat import NotebookNode
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
-EXAMPLES = sorted((Path(__file__).parents[1] / "docs" / "examples").glob("*.py"))
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples" / "own_diagram").glob("*.py"))
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
 
 
@@ -54,7 +54,7 @@ def test_imports_narrowly(notebook: NotebookNode) -> None:
 
 
 def test_defines_nothing(notebook: NotebookNode) -> None:
-    """But blocks of a user's own, just as they stand in the files of docs/examples."""
+    """But blocks of a user's own, just as they stand in the files of examples/own_diagram."""
     shown = [ast.dump(tree) for path in EXAMPLES for tree in ast.walk(ast.parse(path.read_text()))]
     found = [node for tree in parsed(notebook) for node in ast.walk(tree) if isinstance(node, DEFINITIONS)]
     assert not [ast.unparse(node) for node in found if ast.dump(node) not in shown]

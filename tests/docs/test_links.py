@@ -37,7 +37,7 @@ def test_links_lead_somewhere(page):
         ("notebooks/03_force.ipynb", "notebooks/03_force.ipynb"),
         ("CHANGELOG.md", "changelog.md"),
         ("models/recordings", "files/models/recordings.md"),
-        ("docs/examples/own_sensor.py", "files/docs/examples/own_sensor.py.md"),
+        ("examples/own_diagram/own_sensor.py", "files/examples/own_diagram/own_sensor.py.md"),
     ],
 )
 def test_everything_has_a_place_on_the_site(path, place):
