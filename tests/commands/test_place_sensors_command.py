@@ -112,7 +112,7 @@ def test_ctrl_c_leaves_nothing_half_done(tmp_path):
         os.killpg(process.pid, signal.SIGINT)
         printed, complaint = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert "nothing is written before the last placement" in printed
+    assert "nothing is written until the last placement" in printed
     assert "Traceback" not in complaint
     assert not list((tmp_path / "out").iterdir())
 

@@ -250,7 +250,7 @@ ALONE = "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]"
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        (("--set", ALONE, "--grip", "opening"), "needs two fingers or more that stand fixed to each other"),
+        (("--set", ALONE, "--grip", "opening"), "control: fingers = ['f']"),
         (("--host", "192.0.2.1"), "192.0.2.1"),
     ],
 )

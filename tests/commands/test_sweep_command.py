@@ -75,7 +75,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path):
         printed, complaint = process.communicate(timeout=30)
     assert process.returncode == 130
     ended = file.read_bytes().count(b"\n") - 1
-    assert f"{ended} of 8 runs ended; they are in" in printed
+    assert f"{ended} of 8 runs ended; their results are in" in printed
     assert "Traceback" not in complaint
 
 

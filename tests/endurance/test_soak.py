@@ -18,8 +18,8 @@ from soft_gripper.scenario.scenario_file import read_override
 
 pytestmark = pytest.mark.slow
 
-SOAK = float(os.environ.get("SOAK", "20"))
-SETTLED = 50  # runs
+SOAK = float(os.environ.get("SOAK", "5"))
+SETTLED = 25  # runs
 FIXED = dict(map(read_override, short("pressure.settle=0.1")[1::2]))
 MODULUS = "models.0.fingers.all.youngs_modulus"
 FREES = tuple(map(int, version("drake").split(".")[:2])) >= (1, 58)  # diagrams with blocks in Python

@@ -15,9 +15,12 @@ from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.runs import executor as worker_processes
 from soft_gripper.runs.executor import WorkerProcesses, name_of, open_executor
 
+TESTS = Path(__file__).parents[2]
+PATHS = [str(TESTS), str(TESTS / "helpers")]
+
 PARENT = """
 import sys, time
-sys.path.insert(0, {tests!r})
+sys.path += {paths!r}
 from runs.executor.test_worker_processes import write_and_sleep
 from soft_gripper.runs.executor import WorkerProcesses
 if __name__ == "__main__":
@@ -133,8 +136,7 @@ def interrupted(folder: Path) -> None:
 def test_processes_end_when_their_parent_has_gone(tmp_path, number):
     (tmp_path / "begun").mkdir()
     script = tmp_path / "parent.py"
-    tests = str(Path(__file__).parents[2])
-    script.write_text(PARENT.format(tests=tests, folder=str(tmp_path / "begun")))
+    script.write_text(PARENT.format(paths=PATHS, folder=str(tmp_path / "begun")))
     with subprocess.Popen([sys.executable, script]) as parent:
         while len(files := list((tmp_path / "begun").iterdir())) < 2:
             assert parent.poll() is None
@@ -162,7 +164,7 @@ def test_calls_have_short_names():
 
 UNGUARDED = """
 import sys
-sys.path.insert(0, {tests!r})
+sys.path += {paths!r}
 from runs.executor.test_worker_processes import pid
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import run_study
@@ -176,7 +178,7 @@ with open_executor(1) as executor:
 def test_a_script_without_a_guard_is_told_so(tmp_path):
     """And the calls that are left are not tried."""
     script = tmp_path / "own_script.py"
-    script.write_text(UNGUARDED.format(tests=str(Path(__file__).parents[2])))
+    script.write_text(UNGUARDED.format(paths=PATHS))
     ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
     assert ended.returncode == 1
     said = ended.stderr.strip().splitlines()[-1]
