@@ -1,8 +1,8 @@
 """This checkout against another one: `python compare.py OTHER [SCENARIO ...]`.
 
-OTHER is a folder where `make .venv/ready` was done. Runs of both go in turns, each in a process of its own. A run is
-timed in parts; of every part counts the mean of its two shortest times, so that what else the machine does is left out
-as far as that is possible.
+OTHER is a folder in which `make .venv/ready` was run. The checkouts take turns, each run in a process of its own and
+timed by the checkout's own timed_run.py. Of every part of a run the mean of its two shortest times counts, which leaves
+out as much as possible of what else the machine does.
 """
 
 import json
@@ -34,7 +34,8 @@ def run_in_turns(other: Path, scenario: str) -> Runs:
     runs: Runs = {}
     for _ in range(ROUNDS):
         for checkout, folder in (("other", other), ("here", HERE.parent)):
-            command = [folder.resolve() / ".venv" / "bin" / "python", HERE / "timed_run.py", scenario]
+            folder = folder.resolve()
+            command = [folder / ".venv/bin/python", folder / "benchmarks/timed_run.py", scenario]
             found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
             for diagram, times in found.items():
                 runs.setdefault((checkout, diagram), []).append(times)

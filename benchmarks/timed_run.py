@@ -1,7 +1,4 @@
-"""CPU times of the parts of a run, printed as JSON: `python timed_run.py SCENARIO`; see compare.py.
-
-It uses nothing that an older checkout does not have.
-"""
+"""CPU times of the parts of a run, printed as JSON: `python timed_run.py SCENARIO`; see compare.py."""
 
 import os
 
