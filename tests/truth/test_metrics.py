@@ -2,12 +2,13 @@
 
 import copy
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
@@ -97,6 +98,21 @@ def hinged_finger(plant):
     (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
     plant.GetJointByName("sideways").set_default_angle(ANGLE)
     return PlantFinger(expanded.fingers[0], plant, model)
+
+
+def test_points_are_where_the_plant_puts_its_bodies(shipped_finger, finger_plant):
+    """Whatever the joints on the way are: bending, sliding, one across the plane, with a base that rests or moves."""
+    sheared, hinged = replace(shipped_finger, shear_factor=0.8), MultibodyPlant(0.0)
+    plant = finger_plant(sheared)
+    fingers = [PlantFinger(sheared, plant, plant.GetModelInstanceByName("robot")), hinged_finger(hinged)]
+    hinged.Finalize()
+    for finger in fingers:
+        context = finger.plant.CreateDefaultContext()
+        state = np.random.default_rng(1).uniform(-0.4, 0.4, (5, finger.plant.num_multibody_states()))
+        for row, points in zip(state, PlantPoints([finger])(state), strict=True):
+            finger.plant.SetPositionsAndVelocities(context, row)
+            poses = [frame.CalcPose(context, finger.base.body_frame()) for frame in finger.frames]
+            np.testing.assert_allclose(points, [pose.translation() for pose in poses], atol=1e-15)
 
 
 def test_what_bends_out_of_the_plane_is_an_error_of_the_pose():
