@@ -52,6 +52,7 @@ def test_two_grippers_bend_by_their_own_pressures(run):
         assert np.abs(recording[f"{hand}.right_finger.external_torque"][-1]).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_all_outputs_of_the_own_sensor_are_logged(run):
     recording = run("own_sensor")["recording"]
     assert recording["left_finger.temperature"].attrs["units"] == "degC"
@@ -61,6 +62,7 @@ def test_all_outputs_of_the_own_sensor_are_logged(run):
     assert drift == pytest.approx(2e-4 * (temperature - 20))
 
 
+@pytest.mark.slow
 def test_the_own_estimator_is_that_of_the_run(run):
     recording = run("own_estimator")["recording"]
     bend = recording["left_finger.estimated_joint_angles"].values[-1]

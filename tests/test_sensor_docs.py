@@ -13,6 +13,7 @@ from soft_gripper.sensors.pressure_errors import PressureErrors
 TEXT = (Path(__file__).parents[1] / "docs/sensors.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_figure_is_drawn_as_shown(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")

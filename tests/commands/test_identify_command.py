@@ -67,6 +67,7 @@ def test_same_files_from_one_process_and_from_two(files):
     assert "out/fitted.urdf" in outcome.out
 
 
+@pytest.mark.slow
 def test_says_what_cannot_be_told_apart(files):
     outcome = identify("run.csv", free=("youngs_modulus", "density"))
     assert outcome.code == 0, outcome.err
@@ -124,6 +125,7 @@ def test_fit_that_does_not_converge(monkeypatch):
     assert list(Path("out").iterdir()) == []
 
 
+@pytest.mark.slow
 def test_valve_that_closes(files):
     """A step of pressure through files, with the pressure from the name."""
     finger = finger_of(HOLLOW, files)

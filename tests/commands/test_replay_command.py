@@ -8,6 +8,7 @@ from hardware_files import DESCRIPTION, published, swinging, write_csv
 from refusals import refusal
 
 
+@pytest.mark.slow
 def test_files_and_table(tmp_path):
     data = published("two_segment_arm").parent
     files = ["--as", "two_segment_arm", "--data", data, "--estimator", "arcs", "--out", tmp_path]

@@ -45,6 +45,7 @@ def test_output_onto_a_full_disk(stream: type[io.StringIO], monkeypatch, capsys)
     assert capsys.readouterr().err == "soft-gripper: output: No space left on device\n"
 
 
+@pytest.mark.slow
 def test_a_reader_that_is_gone(tmp_path: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)

@@ -31,6 +31,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_table_and_figure(whole):
     assert {path.name for path in whole.iterdir()} == {
         "sweep.csv",
@@ -79,6 +80,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path):
     assert "Traceback" not in complaint
 
 
+@pytest.mark.slow
 def test_a_scenario_of_ones_own_and_failures_as_rows(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("mine.yaml").write_text(dump_scenario(load_scenario("free_bending")))

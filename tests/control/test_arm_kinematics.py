@@ -119,6 +119,7 @@ def test_the_same_question_has_the_same_answer(ur5e):
     np.testing.assert_array_equal(solve_posture(*ur5e, X_WTool, HOME), solve_posture(*ur5e, X_WTool, HOME))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [[0, 0, 1.3], [1.1, 0, 0.2], [0.02, 0, 0.6]], ids=["above", "beside", "inside"])
 def test_out_of_reach(ur5e, place):
     assert solve_posture(*ur5e, RigidTransform(place), HOME) is None

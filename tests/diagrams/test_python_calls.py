@@ -92,6 +92,7 @@ def test_calls_scale_with_the_sensors(baseline):
 ERRORS = "sensor.errors.preset=realistic", "sensor.pressure_errors.noise=50"
 
 
+@pytest.mark.slow
 def test_errors_of_sensors_work_once_a_sample():
     """Strain and pressure of two fingers; what follows them is called no more often than with ideal sensors."""
     runs = {
@@ -131,11 +132,13 @@ CALLBACKS = {  # calls in a second, with two fingers
 }
 
 
+@pytest.mark.slow
 def test_blocks_of_a_task_work_once_a_sample():
     _, calls = handling("pick_and_place_box", 0.01)
     assert {name: calls[f"soft_gripper.{name}"] for name in CALLBACKS} == CALLBACKS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
 @pytest.mark.parametrize(
     "name",
@@ -147,6 +150,7 @@ def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
     assert calls["soft_gripper.truth.contact._collect"] == 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.002, 0.01])
 def test_what_is_remembered_is_computed_once_a_sample(time_step):
     """Whatever the step of the plant; how much work a sample is depends on whether something is touched."""

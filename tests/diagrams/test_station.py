@@ -171,6 +171,7 @@ def test_an_arm_without_a_task_stays_at_home():
     assert not {"task", "grip_control"} & set(blocks(station))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "is_moving"), [("free_bending", False), ("pick_and_place_box", True)])
 def test_the_pose_of_a_base_is_sampled_where_it_moves(name, is_moving):
     diagram = make_station(load_scenario(name)).diagram
@@ -240,6 +241,7 @@ def test_ports_of_the_drives(free_bending, box_grasp):
     assert ports(shared) == (commands, [*pressures, "actuation"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("overrides", [[NO_CONTACT], [CONTACT]], ids=["", "contact"])
 @pytest.mark.parametrize("name", scenario_names())
 def test_every_signal_is_logged_and_has_a_unit_and_labels(name, overrides):

@@ -42,6 +42,7 @@ def test_pages_have_fields_and_ports(pages):
     assert "| `strain` | out |" in pages["api/sensors.SensorBlock.md"]
 
 
+@pytest.mark.slow
 def test_signatures_are_those_of_the_project(pages, tmp_path):
     pytest.importorskip("sphinx_design")
     blocks = {

@@ -3,6 +3,7 @@
 import posixpath
 import re
 
+import pytest
 from links import site_path
 from overview import blocks, namespaces
 from stage import repository_pages, shown_files
@@ -33,6 +34,7 @@ def test_the_sidebar_is_short_while_its_groups_are_folded():
     assert all(len(entries) <= MOST_IN_THE_SIDEBAR for entries in shown)
 
 
+@pytest.mark.slow
 def test_the_reference_says_what_namespaces_and_blocks_are_for():
     sections = re.findall(r"^### (\S+)\n\n(.+)\n\n(.+)$", namespaces(), re.MULTILINE)
     assert ("sg.truth", "Ground truth from the simulation, against which estimates are scored.") in [

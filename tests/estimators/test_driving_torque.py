@@ -136,6 +136,7 @@ def pressed(finger, samples=120):
     return np.array(angles), pressure
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SHAPE_FUNCTIONS)
 def test_a_recording_at_once_is_the_block_sample_for_sample(creeping, kind):
     """In a diagram with its estimator, of which a few samples read nothing."""

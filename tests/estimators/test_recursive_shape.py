@@ -83,6 +83,7 @@ def last_known(shape: RecursiveShape, readings: Array, driving: Array):
     return known
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.92, 1.1])
 def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
     """The assumed finger bends less, or more, than the true one."""
@@ -104,6 +105,7 @@ def test_it_beats_what_is_estimated_from_one_sample(free, layout):
     assert errors[0] < 0.6 * errors[1]
 
 
+@pytest.mark.slow
 def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
     found = shape(readings, grasp.driving, DOWN)
@@ -140,6 +142,7 @@ def test_a_drifting_sensor_is_followed(layout, shipped_finger):
     assert growth(RecursiveShape(layout, UNCERTAIN)) < growth(GaussianShape(layout, UNCERTAIN)) / 3
 
 
+@pytest.mark.slow
 def test_dropouts_cost_little(grasp, layout):
     """One reading in ten is lost."""
     shape = RecursiveShape(layout, UNCERTAIN)

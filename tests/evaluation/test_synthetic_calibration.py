@@ -67,6 +67,7 @@ def test_a_recording_that_was_calibrated_says_the_same(recorded, tmp_path):
     assert again == first
 
 
+@pytest.mark.slow
 def test_every_recording_counts(recorded, tmp_path):
     """Sensors that read 0.001 more in the second of two: offsets half of that larger."""
     files = [recorded("run"), recorded("shifted", shift=1e-3)]

@@ -110,6 +110,7 @@ def test_any_number_of_segments_bends_alike(gripper):
     assert fine < 1e-4
 
 
+@pytest.mark.slow
 def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path, shipped_finger):
     text = (DIRECTORY / "grippers" / "finger.urdf").read_text()
     for tip, base in (('"0.019"', '"0.02"'), ('"9.5e-3"', '"10e-3"'), ('"-0.95e-3"', '"-1e-3"')):
@@ -141,6 +142,7 @@ def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_fing
         np.testing.assert_allclose(np.transpose(law), np.outer(PRESSURES, chamber), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_estimators_know_the_law(gripper):
     recording, ends = run(gripper("finger.urdf", STIFFENING), "plant_config.time_step=0.005")
     for finger in FINGERS:

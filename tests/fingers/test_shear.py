@@ -89,6 +89,7 @@ def test_links_keep_their_masses(tapered_finger, finger_plant):
     assert plant.num_actuators() == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_pressure_bends_a_finger_that_shears_as_before(tmp_path, time_step):
     """Free bending shears nothing: a pressure is a moment alone."""

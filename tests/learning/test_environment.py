@@ -41,6 +41,7 @@ def test_gymnasium_finds_nothing_wrong(name):
         check_env(env.unwrapped, skip_render_check=True)
 
 
+@pytest.mark.slow
 def test_its_own_form_of_the_name_needs_no_import_of_ours():
     script = 'import gymnasium; print(gymnasium.make("soft_gripper.learning:SoftReach-v0").reset(seed=1)[0].shape)'
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)

@@ -126,6 +126,7 @@ def first(flags):
     return int(np.argmax(flags))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["box_grasp", "irregular_grasp"])
 @pytest.mark.parametrize("pressure", [50e3, 120e3])
 def test_the_touch_of_an_object_is_detected_within_50_ms_and_not_before(name, pressure):

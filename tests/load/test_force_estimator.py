@@ -176,6 +176,7 @@ def settled(signals, pressures, orientation, *overrides):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("orientation", ORIENTATIONS)
 def test_reports_nothing_where_nothing_is_touched(orientation):
     signals = ("external_torque", "true_external_torque")

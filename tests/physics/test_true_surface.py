@@ -89,6 +89,7 @@ def test_the_waist_itself_is_touched(probe, waist):
         assert below_hull(surface.centroid()) > 0.007
 
 
+@pytest.mark.slow
 def test_both_fingers_reach_below_the_hull():
     scenario = load_scenario("irregular_grasp", ["pressure.steps.all=[150e3]"])
     station = make_station(scenario)

@@ -153,6 +153,7 @@ def test_the_largest_pressure_is_found_at_the_end_of_its_step(
     assert largest_pressure(scenario) == pytest.approx(expected)
 
 
+@pytest.mark.slow
 def test_the_figure_of_scenes_shows_each_at_its_start_and_at_its_largest_pressure() -> None:
     runs = {}
     for name, steps in (("obstructed_inside", [0.0, 50e3, 20e3]), ("obstructed_outside", [0.0, -40e3, 0.0])):

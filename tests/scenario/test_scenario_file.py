@@ -202,6 +202,7 @@ def test_defaults_run():
     assert recording["time"][-1] == pytest.approx(scenario.duration)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "overrides",
     [
@@ -239,6 +240,7 @@ def test_one_of_everything_runs_in_closed_loop():
     assert np.abs(left).max() > 0
 
 
+@pytest.mark.slow
 def test_one_of_everything_runs_as_a_task():
     """There is nothing between the fingers: the second phase fails and is given up."""
     scenario = load_scenario(EVERYTHING)
@@ -250,6 +252,7 @@ def test_one_of_everything_runs_as_a_task():
     assert recording["grip.set_point"].values[-1] == scenario.task.phases[0].opening
 
 
+@pytest.mark.slow
 def test_a_task_ends_with_its_time():
     scenario = load_scenario(EVERYTHING, ["task.time_limit=0.3"])
     assert simulate(scenario)["time"][-1] == pytest.approx(0.3)

@@ -117,6 +117,7 @@ def test_what_a_task_that_leaves_the_gripper_alone_may_not_ask(override, field, 
         load_scenario(TASK, [f"task.phases={phases}", override])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("override", "parts"),
     [

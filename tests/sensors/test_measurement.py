@@ -53,6 +53,7 @@ def test_free_bending_is_estimated(kind, name, shipped_finger):
     np.testing.assert_allclose(shape.q, q, atol=5e-3)
 
 
+@pytest.mark.slow
 def test_a_scenario_names_them(kind):
     """Three estimators side by side; the readings with unit, axis and errors of their own."""
     quantity, unit = KINDS[kind.partition(":")[2]]

@@ -172,6 +172,7 @@ def test_a_block_presses_on_a_slope_right_below_its_middle(model, tilt):
     np.testing.assert_allclose(center, expected, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("offset", [0.0, 0.012])
 def test_a_box_between_two_balls(model, offset):

@@ -214,6 +214,7 @@ def test_half_the_speed_takes_twice_as_long(tmp_path):
 FAR = 20.0  # m; the slides end at 9 m
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("config", "complaint"),
     [

@@ -111,6 +111,7 @@ class WatchedMeshcat(Meshcat):
         super().SetCameraPose(camera_in_world, target_in_world)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scenario",
     [

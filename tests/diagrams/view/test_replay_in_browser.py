@@ -14,6 +14,8 @@ from soft_gripper.diagrams.view.meshcat_view import write_replay
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.scenario.scenario_file import load_scenario
 
+pytestmark = pytest.mark.slow
+
 END = 0.8  # s
 CONTROLS, LEGEND = 30, -80  # rows of a screenshot above the scene, and below it
 Look = Callable[[float], Pixels]
@@ -72,7 +74,6 @@ def scene(pixels: Pixels) -> Pixels:
     return pixels[CONTROLS:LEGEND]
 
 
-@pytest.mark.slow
 def test_the_page_draws(driver: Any, look: Look) -> None:
     canvas = driver.find_element("css selector", "#meshcat-pane canvas")
     assert canvas.size["width"] > 500

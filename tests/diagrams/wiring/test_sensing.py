@@ -146,6 +146,7 @@ def test_contact_is_that_of_the_finger_that_touches(touching, x):
         assert np.isnan(recording[f"grip.{name}"].values).all()
 
 
+@pytest.mark.slow
 def test_width_of_what_both_fingers_hold():
     overrides = ["estimator.contact_threshold=2.5e-3", "pressure.steps.all=[0, 60.0e3]"]
     recording = simulate(load_scenario("box_grasp", overrides))

@@ -54,6 +54,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_refused_or_gives_finite_contacts(file: Path) -> None:
     arrays = load_contacts(file).__dict__
     kinds, refused = 0, []

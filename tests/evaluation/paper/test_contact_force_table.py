@@ -39,6 +39,7 @@ def test_a_row_for_every_finger_layout_and_step() -> None:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sections", "borders"), LAYOUTS)
 def test_estimates_are_those_of_the_block(sections: int, borders: tuple[float, ...] | None) -> None:
     sensors = [f"sensor.sections={sections}", *([f"sensor.borders={list(borders)}"] if borders else [])]

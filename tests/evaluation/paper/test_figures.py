@@ -127,6 +127,7 @@ def test_a_growing_vacuum_runs_to_the_right() -> None:
     assert pressure.get_xlim() == pytest.approx((-8.0, 208.0))
 
 
+@pytest.mark.slow
 def test_files_are_the_same_for_the_same_rows(figure: Figure, tmp_path: Path) -> None:
     save_figure(figure, tmp_path / "one")
     save_figure(free_bending_figure(rows_of("free_bending")), tmp_path / "two")
@@ -138,6 +139,7 @@ def test_files_are_the_same_for_the_same_rows(figure: Figure, tmp_path: Path) ->
     assert b"<svg" in (tmp_path / "one.svg").read_bytes()
 
 
+@pytest.mark.slow
 def test_other_rows_make_another_file(figure: Figure, tmp_path: Path) -> None:
     save_figure(figure, tmp_path / "one")
     save_figure(free_bending_figure(rows_of("free_bending", scale=2.0)), tmp_path / "two")

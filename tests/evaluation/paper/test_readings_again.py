@@ -87,6 +87,7 @@ def test_a_finger_that_creeps_is_remembered_as_in_its_run(tmp_path: Path, estima
     assert np.abs(driving - finger.finger.pressure_torque(again.pressure)).max() > 5e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sections", [1, 2, 6])
 def test_other_sensors_read_what_a_run_with_them_does(sections: int) -> None:
     """The finger does not depend on its sensors."""
@@ -101,6 +102,7 @@ def test_other_sensors_read_what_a_run_with_them_does(sections: int) -> None:
         np.testing.assert_allclose(torque, expected, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["unequal sections", "one side", "with the weight", "nominal", "other response"])
 def test_shapes_are_those_of_the_estimators_of_the_run(name: str) -> None:
     """Of all of this project, beside each other, with an uncertainty that is not the usual one."""

@@ -54,6 +54,7 @@ def compare(rows: Sequence[Any], others: Sequence[Any]) -> None:
                 assert value == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "overrides"), RUNS.values(), ids=RUNS)
 def test_recorded_tables_are_those_read_again_for_as_many_sections(name: str, overrides: list[str]) -> None:
     station, recording = run_of(name, *overrides)

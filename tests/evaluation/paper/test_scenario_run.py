@@ -66,6 +66,7 @@ def test_tables_of_a_run(folder, file, row, number, columns):
     assert {getattr(row, "sections", 1) for row in rows} <= {1, 2, 3, 4}
 
 
+@pytest.mark.slow
 def test_a_second_run_leaves_the_same_beside_what_it_did_not_write(short, folder, tmp_path):
     (tmp_path / "again").mkdir()
     (tmp_path / "again" / "notes.txt").touch()
@@ -95,6 +96,7 @@ def test_a_run_that_fails_in_the_middle_leaves_what_was_there(short, tmp_path, b
     assert [path.name for path in folder.parent.iterdir()] == ["short"] * before
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_at_its_tables_leaves_nothing(short, tmp_path, monkeypatch):
     def fail(*_):
         raise MemoryError

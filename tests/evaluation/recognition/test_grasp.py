@@ -85,6 +85,7 @@ def test_a_grasp_that_begins_inside_a_finger_is_refused(monkeypatch):
         run_grasp("probing_grasp", 1, "test", 0, "box")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", [(), ("sensor.errors={hysteresis: 0.05, quantization: 0.001}",)])
 def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step(changes):
     """With ideal sensors, and with errors in which nothing is random."""
@@ -103,6 +104,7 @@ def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step(changes):
     assert np.abs(fewer.angles - found.angles).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_every_grasp_has_sensors_of_its_own(monkeypatch):
     """One object, so that grasps differ by their sensors alone."""
     noisy = load_scenario("probing_grasp", ["sensor.errors.preset=realistic"])
@@ -113,6 +115,7 @@ def test_every_grasp_has_sensors_of_its_own(monkeypatch):
     assert 1e-4 < np.abs(other - one).max() < 0.1
 
 
+@pytest.mark.slow
 def test_the_block_in_a_station_recognizes_as_the_model_does_from_the_recording(scenario):
     """Components at random: two probabilities that have nothing to do with shapes, but with every feature."""
     pressures = np.array(scenario.pressure.steps["all"])

@@ -67,6 +67,7 @@ def test_a_run_whose_results_were_harmed_is_unfinished(tmp_path, harm):
     assert unfinished(tmp_path) == list(RUNS)
 
 
+@pytest.mark.slow
 def test_one_scenario_that_fails_stops_no_other(short, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("bad.yaml").write_text(dump_scenario(load_scenario(short, ["models.0.segments=5"])))
@@ -169,6 +170,7 @@ def save(stem: Path) -> None:
     stem.with_suffix(".svg").touch()
 
 
+@pytest.mark.slow
 def test_fig_4_shows_the_end_of_the_finger_that_is_obstructed_inside(summarized):
     """The last of the scenario's fingers is pressed hardest."""
     ((layout, recording, time),) = summarized.shapes
@@ -179,6 +181,7 @@ def test_fig_4_shows_the_end_of_the_finger_that_is_obstructed_inside(summarized)
     assert layout.finger.name == fingers("obstructed_inside")[-1][1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "scenarios", "errors"),
     [
@@ -199,12 +202,14 @@ def test_figs_5_to_7_show_the_errors_that_they_are_named_after(summarized, name,
             assert list(line.get_ydata()) == pytest.approx(expected)
 
 
+@pytest.mark.slow
 def test_contact_forces_are_drawn_of_the_finger_that_touches_something(summarized):
     for axes in summarized.figures["contact_force"].axes[:4]:
         (line,) = (line for line in axes.lines if str(line.get_label()).startswith("4"))
         assert list(line.get_ydata()) == pytest.approx([10 / 7, 20 / 7], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_summary_leaves_all_rows_and_a_report(summarized):
     poses, forces, figures, _, out = summarized
     read = read_csv(out / "metrics.csv", PoseRow)

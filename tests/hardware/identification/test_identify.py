@@ -17,6 +17,7 @@ def test_weight_and_modulus_cannot_be_told_apart(beam, pool):
     assert found.confidence.unresolved == [("youngs_modulus", "density")]
 
 
+@pytest.mark.slow
 def test_chamber_and_gain_cannot_be_told_apart(hollow, pool):
     found = identify(hollow, ["chamber_width", "pressure_law"], [recorded(hollow, step(3e4))], [], pool)
     assert found.confidence.unresolved == [("chamber_width", "pressure_law")]

@@ -107,6 +107,7 @@ def test_a_beam_of_known_modulus_moves_as_the_independent_one(beams, name):
     assert [found.decrement, found.simulated_decrement] == pytest.approx([decrement] * 2, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "relaxation_time"), [("gravity", 2e-3), ("gravity", 4e-3), ("load_52g", 4e-3)])
 def test_a_beam_that_does_not_creep_swings_as_a_damped_mode(tmp_path, name, relaxation_time):
     """By the closed form; not with the heaviest load, which has not settled when the recording ends."""
@@ -134,6 +135,7 @@ def test_errors_of_a_modulus_that_is_wrong_are_those_of_two_beams(beams):
     assert found.tip_error_percent == pytest.approx(100 * middle / 0.1, rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kilopascal", SEGMENT_PRESSURES)
 def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilopascal):
     motion = motion_of(segments, f"{kilopascal}kPa", "pneumatic_segment")

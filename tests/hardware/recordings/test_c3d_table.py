@@ -54,6 +54,7 @@ def test_what_is_no_c3d_is_refused(tmp_path, describe):
         read_recording(tmp_path / "a.c3d", describe())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 103, 279, 1, 2, 3])
 def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tmp_path, describe, monkeypatch, seed):
     """With the version that was tried, seeds 0 and 279 end the process of ezc3d, and 103 keeps it busy."""

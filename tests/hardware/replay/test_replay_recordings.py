@@ -28,6 +28,7 @@ def test_each_is_fitted_to_the_others(replayed):
     assert replayed[1].fitted_on == ("run_0", "run_2", "run_3")
 
 
+@pytest.mark.slow
 def test_two_arcs_find_an_arm_of_two_arcs(replayed):
     table = {(row.estimator, row.sections): row for row in replay_table(replayed, ROWS) if _is_tip(row)}
     assert table["arcs", 2].mean_mm < 1.5
@@ -39,6 +40,7 @@ def _is_tip(row):
     return row.body == "tip" and row.recording == ALL
 
 
+@pytest.mark.slow
 def test_the_blocks_do_what_the_functions_do(arms, replayed, arm_finger):
     arm, recording = replayed[1].fitted.arm, arms[1]
     theta, length = arm.wires.sections(recording.inner, recording.outer)
@@ -47,6 +49,7 @@ def test_the_blocks_do_what_the_functions_do(arms, replayed, arm_finger):
     np.testing.assert_allclose(logged, as_points(bodies)[: len(logged)], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_what_an_arm_is_uncertain_by_follows_from_its_recordings(arms, replayed):
     """The noise of the wires was made; a usual load bends three times as far as the drive leaves unexplained.
 
@@ -59,6 +62,7 @@ def test_what_an_arm_is_uncertain_by_follows_from_its_recordings(arms, replayed)
     assert bend == pytest.approx(3 * found.uncertainty.angle)
 
 
+@pytest.mark.slow
 def test_the_table_is_of_the_errors(replayed):
     table = replay_table(replayed, ROWS)
     assert len(table) == 3 * 2 * 5
@@ -69,6 +73,7 @@ def test_the_table_is_of_the_errors(replayed):
     assert row.median_mm <= row.percentile_95_mm <= row.max_mm
 
 
+@pytest.mark.slow
 def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, replayed):
     moved = replace(arms[0], positions=arms[0].positions + 0.03, headings=arms[0].headings + 0.1)
     again = replay_recordings([moved], arms[1:], ROWS, arm_finger, DOWN)[0]
@@ -97,6 +102,7 @@ def test_estimators_by_name():
         estimator_rows(["arks"], 2)
 
 
+@pytest.mark.slow
 def test_the_figure_has_a_column_a_recording(replayed):
     assert len(replay_figure(replayed, ROWS).axes) == 3 * 4
 

@@ -80,6 +80,7 @@ OFF = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", OFF)
 def test_each_number_of_the_geometry_is_found_where_the_others_are_known(tmp_path, arm_finger, monkeypatch, kind):
     """With its sign, at its place, in its unit."""

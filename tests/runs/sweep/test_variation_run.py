@@ -33,6 +33,7 @@ def test_measures_are_those_of_the_tables():
     assert found["peak_contact_force_n"] == max(force.max() for force in forces) > 0
 
 
+@pytest.mark.slow
 def test_tasks_and_closed_loops_have_measures_of_their_own():
     steps = run_variation("tip_distance_steps", {"control.set_points": [0.06], "control.hold": 1.0})
     assert 0 < steps["mean_settling_s"] < 1

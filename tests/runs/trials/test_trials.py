@@ -41,6 +41,7 @@ def records(folder: Path, table: str = "trials.csv") -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(executor, tmp_path):
     counts = []
 
@@ -138,6 +139,7 @@ def test_a_description_that_is_not_text_is_not_resumed(executor, tmp_path):
     assert error.value.value == "trials.yaml"
 
 
+@pytest.mark.slow
 def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
@@ -152,6 +154,7 @@ def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tm
     assert records(tmp_path) == records(tmp_path, "trials_details.csv") == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", ["trials.csv", "trials_details.csv"])
 def test_a_number_that_was_changed_in_either_table_is_not_believed(table, executor, tmp_path):
     """One digit of the first trial is another; only that trial is run again."""
@@ -166,6 +169,7 @@ def test_a_number_that_was_changed_in_either_table_is_not_believed(table, execut
     assert executor.calls == [(NAMES[0], 1, 0)]
 
 
+@pytest.mark.slow
 def test_trials_of_another_seed_are_not_resumed(executor, tmp_path):
     run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
     with pytest.raises(InputError) as error:
