@@ -16,7 +16,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.gaussian import condition
 from soft_gripper.sensors.measurement import MeasurementModel
 
-_NOISE = 1e-5  # of extension ratios: bends are matched to the accuracy of the readings
+_NOISE = 1e-5  # of the quantity, in its unit: so small that what is measured is matched
 _BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: uninformative start, large changes between joints
 
 
