@@ -455,8 +455,9 @@ FRAMES = (
     " X_WB in W. A {object}.pose is its first link in W, a quaternion w x y z and a position; a contact_wrench acts on"
     " it about its origin, in W. An external torque is positive if it closes the finger and belongs to two samples"
     " before, or to the current sample if the estimator itself gives it (constant_curvature); external_torque_error is"
-    " the difference from the true torque two samples before. true_external_torque belongs to the current sample. A true_contact_force acts across the finger, positive"
-    " on the inner side; true_contact_arc_length is its location, from the base."
+    " the difference from the true torque two samples before. true_external_torque belongs to the current sample."
+    " A true_contact_force acts across the finger, positive on the inner side; true_contact_arc_length is its location,"
+    " from the base."
 )
 
 
