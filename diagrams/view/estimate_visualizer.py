@@ -68,7 +68,7 @@ class DrawnFinger:
         return min(widths) / 2 - PROUD, max(widths) / 2 + PROUD
 
 
-_STEPS = 2.0**20  # per metre and per radian: rounded numbers, which compress well in a replay
+_STEPS = 2.0**20  # per metre and per radian: rounded numbers, which compress well in an animation
 
 
 def put(meshcat: Meshcat, path: str, position: Array, heading: float, time: float) -> None:

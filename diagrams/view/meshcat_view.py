@@ -290,8 +290,8 @@ def _light_from_camera(meshcat: Meshcat, direction: Array) -> None:
 
 
 _PAGE = """<!DOCTYPE html>
-<html><head><meta charset="utf-8"><title>soft-gripper replay</title></head><body>
-<noscript>The replay needs JavaScript.</noscript>
+<html><head><meta charset="utf-8"><title>soft-gripper</title></head><body>
+<noscript>The animation needs JavaScript.</noscript>
 <script>
 // Meshcat's own page is kept compressed inside this one, which it replaces.
 (async () => {
@@ -305,7 +305,7 @@ _PAGE = """<!DOCTYPE html>
 """
 
 
-def write_replay(meshcat: Meshcat, path: Path) -> None:
+def write_animation(meshcat: Meshcat, path: Path) -> None:
     """Writes the scene and the recorded animation of a Meshcat to a file."""
     packed = gzip.compress(meshcat.StaticHtml().encode(), mtime=0)
     with atomic_file(path) as partial:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from soft_gripper.commands.tables import print_replay
 from soft_gripper.commands.viewing import viewed
-from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_replay
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
@@ -88,7 +88,7 @@ def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> 
     meshcat = hidden_meshcat()
     show_replays(meshcat, [one.signals for one in replayed], drawn_rows(rows))
     if options.html is not None:
-        write_replay(meshcat, options.html)
+        write_animation(meshcat, options.html)
         options.console.wrote(options.html)
     if options.meshcat:
         with viewed(meshcat, options.host):

@@ -136,7 +136,7 @@ CASES |= {
     (*_SHOW, "--graphviz", "file/blocks.svg"): "file = 'file/blocks.svg'",
     (*_SHOW, "--graphviz", "blocks.bmp"): "--graphviz: FILE = 'blocks.bmp'",
     ("expand", "finger.urdf", "-o", "file/plain.urdf"): "file = 'file/plain.urdf'",
-    (*_RUN, "--html", "file/replay.html"): "file = 'file/replay.html'",
+    (*_RUN, "--html", "file/animation.html"): "file = 'file/animation.html'",
     (*_RUN, "--video", "film.avi"): ("--video: FILE = 'film.avi'", ".mp4, .gif, .webp, .png"),
     **{(*_RUN, "--html", folder): "it is a folder; name a file" for folder in (".", "folder", "folder/", "/")},
     **{(*_RUN, "--video", folder): "--video: FILE = " for folder in (".", "folder", "folder/", "/")},
