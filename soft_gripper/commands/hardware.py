@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     recordings = published_recordings(options.data)
     out = lock_folder(options.out)
     arm = replay_published(list(recordings[ARM].values()))
-    print_replay(arm.replayed, arm.table)
+    print_replay(arm)
     write_csv(out / f"{ARM}.csv", arm.table)
     with opened as executor:
         beam, segment = (

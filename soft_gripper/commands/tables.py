@@ -13,7 +13,7 @@ from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.hardware.identification.fit import MotionScore
 from soft_gripper.hardware.identification.identification import Identified
-from soft_gripper.hardware.replay.recordings import ALL, Replayed, ReplayRow
+from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
 from soft_gripper.placement.placements import as_borders
 from soft_gripper.placement.samples import Assumptions
@@ -136,16 +136,16 @@ def _score_cells(row: MotionScore) -> list[str | float]:
     return [row.recording, row.role, *errors, turn, creep, rise]
 
 
-def print_replay(replayed: Sequence[Replayed], table: Sequence[ReplayRow]) -> None:
+def print_replay(replay: ArmReplay) -> None:
     """Prints which recordings each fit used, and a line for each estimator."""
     print("\nEach recording is estimated with a model fitted to others; its motion capture is used only for scoring:")
-    for one in replayed:
+    for one in replay.replayed:
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
         of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.delay:.0f} ms"
         print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
-    names = [name for name in dict.fromkeys(row.recording for row in table) if name != ALL]
-    for body in reversed(dict.fromkeys(row.body for row in table)):
-        rows = [row for row in table if row.body == body]
+    names = [name for name in dict.fromkeys(row.recording for row in replay.table) if name != ALL]
+    for body in reversed(dict.fromkeys(row.body for row in replay.table)):
+        rows = [row for row in replay.table if row.body == body]
         columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
         columns |= {f"mean of {name}": ".2f" for name in names}
         cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]

@@ -14,7 +14,7 @@ from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.robustness.plants import FINE, FingerAtRest
 from soft_gripper.evaluation.robustness.table import NominalCase, plant_table, robustness_table
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.hardware.replay.recordings import estimator_rows
+from soft_gripper.hardware.replay.held_out import estimator_rows
 from soft_gripper.placement.place_sensors import place_sensors
 from soft_gripper.placement.samples import Assumptions, held_fingers
 from soft_gripper.runs.estimator_functions import estimator_function

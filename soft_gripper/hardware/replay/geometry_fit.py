@@ -30,7 +30,7 @@ from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
-from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.sensors.wire_lengths import WireCalibration
 
 _EVERY = 6  # one in so many samples is fitted

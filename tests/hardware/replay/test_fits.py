@@ -7,7 +7,7 @@ import pytest
 
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import gravity_torque
-from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, fit_geometry, measured
 from soft_gripper.sensors.wire_lengths import WireCalibration
 

@@ -11,9 +11,9 @@ from synthetic_hardware import ARM, ARM_NOMINAL, TRIALS, arm_bodies, arm_state, 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.hardware.recordings import find_recordings
 from soft_gripper.hardware.replay import geometry_fit
-from soft_gripper.hardware.replay.arm_replay import PERIOD, arm_recording
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, arm_recording
 from soft_gripper.hardware.replay.geometry_fit import fit_drive, fit_geometry
-from soft_gripper.hardware.replay.recordings import fit_arm, readings
+from soft_gripper.hardware.replay.held_out import fit_arm, readings
 
 DOWN = np.array([0.0, 0.0, 9.81])
 KEYS = ("estimator", "sections", "recording", "body")

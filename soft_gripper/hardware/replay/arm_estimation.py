@@ -250,7 +250,7 @@ class ArmEstimation(Diagram):
         wires.build_into(self)
 
 
-def replay(
+def estimate_recording(
     arm: NominalArm, readings: Readings, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
 ) -> Recording:
     """Feeds recorded readings to estimators.
