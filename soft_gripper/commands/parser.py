@@ -353,7 +353,7 @@ COMMANDS = (
     ),
     Command(
         "recognition",
-        "learn from random grasps to recognize the shape held, and test it",
+        "learn from random grasps to recognize the object held, and test it",
         ("--train 60 --test 50 --seed 1",),
         (
             *CONSOLE,

@@ -240,8 +240,8 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     robot.append(ET.Element("link", name=_ROOT))
     robot.extend(finger_to_urdf(FingerElement(finger, _ROOT)))
     for link in robot.findall("link"):
-        for shape in [child for child in link if child.tag in _UNSEEN]:
-            link.remove(shape)
+        for geometry in [child for child in link if child.tag in _UNSEEN]:
+            link.remove(geometry)
     plant = builder.AddNamedSystem("plant", MultibodyPlant(time_step))
     (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT))
