@@ -15,7 +15,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.drake_reading import drake_reads
+from soft_gripper.scenario.drake_parsing import drake_reads
 from soft_gripper.scenario.model_files import load_model
 from soft_gripper.scenario.scenario import ArmConfig, ModelConfig
 

@@ -12,7 +12,7 @@ import soft_gripper as sg
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
-from soft_gripper.sensors.wire_lengths import WireCalibration
+from soft_gripper.sensors.wire_lengths import WireGeometry
 
 _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
@@ -80,7 +80,7 @@ def _arm_estimation() -> ArmEstimation:
         finger=finger,
         gains=np.zeros((finger.segments, 2)),
         rest=np.zeros(finger.segments),
-        wires=WireCalibration(finger.sensor_spacing, zeros, zeros, zeros, zeros),
+        wires=WireGeometry(finger.sensor_spacing, zeros, zeros, zeros, zeros),
         parts=RigidParts(0j, 0.0, zeros.astype(complex), zeros.astype(complex), zeros),
         uncertainty=Uncertainty(),
         gravity=np.array([0.0, 0.0, -9.81]),

@@ -19,7 +19,13 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.hardware.replay.arm_estimation import PERIOD, ArmRecording, NominalArm, Readings, estimate_recording
+from soft_gripper.hardware.replay.arm_estimation import (
+    PERIOD,
+    ArmRecording,
+    NominalArm,
+    ReplayInputs,
+    estimate_recording,
+)
 from soft_gripper.hardware.replay.geometry_fit import fit_drive, fit_geometry, measured
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
@@ -117,7 +123,7 @@ def replay_recordings(
             "fitted_on": ", ".join(fitted_on),
             "wires_late_by_s": f"{of_recording.delay:g}",
         }
-        signals = estimate_recording(of_recording.arm, readings(recording, of_recording.delay), rows, about)
+        signals = estimate_recording(of_recording.arm, replay_inputs(recording, of_recording.delay), rows, about)
         replayed.append(Replayed(recording.name, fitted_on, of_recording, signals))
     return ArmReplay(replayed, rows)
 
@@ -132,11 +138,11 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     return Fitted(arm, geometry.delay)
 
 
-def readings(recording: ArmRecording, delay: float) -> Readings:
+def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
     """The inputs of the diagram from a recording; body positions are those a `delay` (s) earlier."""
     bodies, _ = measured(recording, delay)
     wires = np.stack([recording.inner, recording.outer], axis=1)
-    return Readings(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
+    return ReplayInputs(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
 
 
 def _noise(recordings: Sequence[ArmRecording]) -> float:
