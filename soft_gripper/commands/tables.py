@@ -13,6 +13,7 @@ from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.hardware.identification.fit import MotionScore
 from soft_gripper.hardware.identification.identification import Identified
+from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
 from soft_gripper.placement.placements import as_borders
@@ -88,6 +89,13 @@ def print_claims(claims: Sequence[Claim]) -> None:
 def _red(text: str) -> str:
     """Colours text red on a terminal; a file or a pipe gets plain text."""
     return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
+
+
+def print_defects(recordings: Iterable[HardwareRecording]) -> None:
+    """Prints, as notes, which data are missing or omitted in recordings."""
+    for recording in recordings:
+        for defect in recording.defects:
+            print(f"note: {recording.name}: {defect}", file=sys.stderr)
 
 
 _CORRELATED = 0.9
@@ -169,8 +177,8 @@ def print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
     if with_contacts := not math.isnan(rows[0].force_error_n):
         columns |= {"force [N]": ".3f", "place [mm]": ".1f", "missed [%]": ".1f"}
     cells = [astuple(rows[i])[: 6 if with_contacts else 3] for i in shown]
-    notes = ["equal sections" if i == equal else "" for i in shown]
-    print_table(columns | {"": ""}, [(*row, note) for row, note in zip(cells, notes, strict=True)])
+    marks = ["equal sections" if i == equal else "" for i in shown]
+    print_table(columns | {"": ""}, [(*row, mark) for row, mark in zip(cells, marks, strict=True)])
 
 
 def print_left_out(rows: Sequence[LeftOutRow]) -> None:

@@ -67,7 +67,7 @@ def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
 def _samples(file: Path, recording: Recording, scenario: Scenario, layout: SensorLayout) -> FreeBending:
     name = layout.finger.name
     pressure = read_signal(file, recording, f"{name}.sampled_pressure")
-    strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, gaps=True)
+    strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, allow_nan=True)
     X_WB = read_signal(file, recording, f"{name}.X_WB", 3, 4)
     ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
     _check_readings(file, name, ratios)
