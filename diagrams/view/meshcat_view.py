@@ -36,7 +36,7 @@ from soft_gripper.errors import InputError, first_line
 from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 LOOPBACK = "127.0.0.1"

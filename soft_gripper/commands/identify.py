@@ -7,7 +7,7 @@ from pathlib import Path
 from soft_gripper.commands.tables import print_defects, print_identified
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import check_file, keep_inputs
-from soft_gripper.hardware.identification.identification import (
+from soft_gripper.hardware.identification.identified_finger import (
     identify,
     identify_figure,
     read_finger,

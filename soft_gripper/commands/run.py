@@ -28,8 +28,8 @@ from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.runs.trials.trial import judged
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 def run(options: argparse.Namespace) -> int:

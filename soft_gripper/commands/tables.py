@@ -12,7 +12,7 @@ import numpy as np
 from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.hardware.identification.fit import MotionScore
-from soft_gripper.hardware.identification.identification import Identified
+from soft_gripper.hardware.identification.identified_finger import Identified
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
@@ -22,7 +22,7 @@ from soft_gripper.placement.tables import LeftOutRow, PlacementRow
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow, StepRow
 from soft_gripper.runs.trials.trial import Judged
-from soft_gripper.scenario.scenario import TaskConfig
+from soft_gripper.scenario.schema import TaskConfig
 
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:

@@ -14,7 +14,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.files.document import require
 from soft_gripper.hardware.identification.fit import MotionScore
-from soft_gripper.hardware.identification.identification import (
+from soft_gripper.hardware.identification.identified_finger import (
     MEASURED,
     Identified,
     displacement,

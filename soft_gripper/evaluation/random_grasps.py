@@ -28,8 +28,8 @@ from soft_gripper.runs.study import describe, run_study
 from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.mesh_object import read_scene
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario import ModelConfig, Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 

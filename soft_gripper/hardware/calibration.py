@@ -15,7 +15,7 @@ from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 ASSUMED = "the mean gain of the sensors of a finger is 1, and its own weight is the only load"

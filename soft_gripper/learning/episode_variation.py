@@ -25,7 +25,7 @@ from soft_gripper.diagrams.simulation import seed_random_sources
 from soft_gripper.errors import InputError
 from soft_gripper.learning.config import VariationConfig
 from soft_gripper.learning.station import LearningStation
-from soft_gripper.scenario.scenario import FingerConfig, Scenario
+from soft_gripper.scenario.schema import FingerConfig, Scenario
 
 
 def scaled_shape(shape: Shape, factor: float) -> Shape:

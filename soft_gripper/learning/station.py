@@ -41,7 +41,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.learning.config import ActionConfig, EnvironmentConfig, ObservedConfig
 from soft_gripper.pictures.rendering import DIRECTION, framing_camera, make_renderer
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import describe
 from soft_gripper.truth.contact import patches
 

@@ -39,7 +39,7 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:

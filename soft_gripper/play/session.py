@@ -24,8 +24,8 @@ from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed,
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.play.control_panel import Button, ControlPanel
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 class Recorder:

@@ -14,7 +14,7 @@ from trimesh.visual.material import SimpleMaterial
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.fingers.finger_links import DRAKE
-from soft_gripper.scenario.scenario import MeshConfig
+from soft_gripper.scenario.schema import MeshConfig
 
 _LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
 _CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be raised when the same mesh gives another OBJ file

@@ -20,8 +20,8 @@ from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure
 from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.runs.scores.poses import pose_table
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 FREE = "free_bending"
 CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")

@@ -36,8 +36,8 @@ from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
 from soft_gripper.runs.study import run_study
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 GRIP, TASK = "tip_distance_steps", "pick_and_place_box"

@@ -30,8 +30,8 @@ from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.readings import with_sections
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import StrainErrors

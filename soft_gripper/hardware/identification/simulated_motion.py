@@ -30,7 +30,7 @@ from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.hardware.recordings import HardwareRecording
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 
 _TIP = "tip"
 _ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can cause

@@ -12,8 +12,8 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import parse_scenario
+from soft_gripper.scenario.schema import Scenario
 
 _LARGEST = 1e9  # largest absolute value of any signal, in SI units
 

@@ -17,8 +17,8 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, BAND, CONTACT, CURVE
 from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW, upright_view, write_animation
 from soft_gripper.play.session import open_scenario
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 @pytest.fixture(scope="module")
