@@ -13,7 +13,7 @@ from importlib import import_module
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.parser import PROGRAM, Command, ExitCode, parsed
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
-from soft_gripper.files.output import unlock_folders
+from soft_gripper.files.output import release_folders
 from soft_gripper.library_messages import printed_as_notes
 
 
@@ -47,7 +47,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
             raise
         return _complain(f"Drake cannot go on: {first_line(error)}")
     finally:
-        unlock_folders()
+        release_folders()
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:

@@ -9,7 +9,7 @@ from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.files.output import unlock_folders
+from soft_gripper.files.output import release_folders
 from soft_gripper.runs.sweep import run as sweep
 from soft_gripper.runs.sweep.run import ABOUT, TABLE, cell, run_sweep
 
@@ -111,7 +111,7 @@ def test_two_sweeps_do_not_write_into_one_folder(executor, tmp_path):
         swept(tmp_path, executor)
     os.close(lock)
     swept(tmp_path, executor)
-    unlock_folders()
+    release_folders()
 
 
 @pytest.mark.parametrize(
