@@ -20,7 +20,7 @@ from processes import family
 
 from soft_gripper import load_scenario, make_station, run_station
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
-from soft_gripper.runs import Range, Values, open_executor, points, run_sweep
+from soft_gripper.runs import Range, Values, open_executor, run_sweep, sweep_points
 
 FIGURE = Path(__file__).parent.parent / "docs" / "many_runs"
 FIXED = {
@@ -84,17 +84,17 @@ def sweep(kind: str, runs: int, jobs: int) -> Swept:
     axis = (
         Values("sensor.seed", tuple(range(runs))) if again else Range("models.0.fingers.all.youngs_modulus", 2e5, 3e5)
     )
-    variations = points([axis]) if again else points([axis], "latin", runs)
+    points = sweep_points([axis]) if again else sweep_points([axis], "latin", runs)
     resident = []
     with TemporaryDirectory() as folder, open_executor(jobs) as executor:
-        run_sweep("free_bending", variations[: 2 * jobs], Path(folder) / "first", executor, fixed=FIXED)
+        run_sweep("free_bending", points[: 2 * jobs], Path(folder) / "first", executor, fixed=FIXED)
         began = time.perf_counter()
 
         def report(_: bool) -> None:
             here, *workers = sorted(family(os.getpid()), key=lambda one: one.pid != os.getpid())
             resident.append([here.resident(), max(worker.resident() for worker in workers)])
 
-        run_sweep("free_bending", variations, Path(folder) / "all", executor, fixed=FIXED, report=report)
+        run_sweep("free_bending", points, Path(folder) / "all", executor, fixed=FIXED, report=report)
         return Swept(time.perf_counter() - began, np.array(resident))
 
 

@@ -17,8 +17,8 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import make_simulator, solver_config
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive, add_pressure_steps, pressure_steps
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 PART = 0.25  # s
 OF_A_TASK = 8.0  # s, in which every task of the scenarios handles its object

@@ -18,7 +18,7 @@ from soft_gripper.control.arm_motion import GravityCompensation
 from soft_gripper.diagrams.scene import add_model, arm_joints, find_frame, own_frame
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import ArmConfig, ModelConfig
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from soft_gripper.diagrams.wiring.drive import Drive, add_pressure_steps, check_
 from soft_gripper.diagrams.wiring.external import add_external_joints, add_external_opening, add_external_pressures
 from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
-from soft_gripper.scenario.scenario import ArmConfig
+from soft_gripper.scenario.schema import ArmConfig
 
 
 def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive: Drive) -> InputPort | None:

@@ -38,8 +38,8 @@ from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files.document import require
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import check_regular
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import Signal, signal_of
 
 

@@ -31,8 +31,8 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario import Scenario, default_simulator_config
 from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.schema import Scenario, default_simulator_config
 
 MOST = 4  # cached stations, 8 to 20 MB each
 _NAMES_OTHERS = (

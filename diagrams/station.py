@@ -15,7 +15,7 @@ from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.checks import check_finger_names, checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import MakeSensor
 
 

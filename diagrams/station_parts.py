@@ -13,7 +13,7 @@ from soft_gripper.diagrams.scene import check_starts_apart
 from soft_gripper.diagrams.task import check_paths
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 @dataclass

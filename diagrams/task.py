@@ -35,7 +35,7 @@ from soft_gripper.diagrams.arm import Arm, carried_models
 from soft_gripper.diagrams.scene import first_body, own_frame
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, TaskConfig
 
 TOUCH_DEPTH = 1e-3  # m, penetration that counts as a touch
 

@@ -22,7 +22,7 @@ def of_drake(message: str) -> str:
     return _OWN_FOLDER.sub(r"\1", message)
 
 
-class _Notes(logging.Handler):
+class _NotePrinter(logging.Handler):
     """Prints each message once, in one line."""
 
     def __init__(self) -> None:
@@ -42,9 +42,9 @@ class _Notes(logging.Handler):
 
 
 @contextmanager
-def notes() -> Iterator[None]:
+def printed_as_notes() -> Iterator[None]:
     """Prints what libraries log, and Python's warnings, as notes; most of the warnings are of numbers out of range."""
-    root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _Notes()
+    root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _NotePrinter()
 
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
         handler.note(f"numbers out of range: {message}" if issubclass(category, RuntimeWarning) else str(message))

@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
-from soft_gripper.scenario.scenario import StrainErrorsConfig, presets
+from soft_gripper.scenario.schema import StrainErrorsConfig, presets
 from soft_gripper.sensors.pressure_errors import PressureErrors
 
 TEXT = (Path(__file__).parents[1] / "docs/sensors.md").read_text(encoding="utf-8")

@@ -11,8 +11,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import load_model
-from soft_gripper.scenario.scenario import ModelConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import ModelConfig
 
 FIXED = None  # has no mass that matters
 # File, mass [kg], size [mm] (of a cylinder its diameter and length), and friction of a model of a scenario.

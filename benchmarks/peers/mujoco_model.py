@@ -9,7 +9,7 @@ from peers.task import Setting, Task
 from soft_gripper.fingers import Finger
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.fingers.urdf import ExpandedUrdf
-from soft_gripper.scenario.scenario import ModelConfig
+from soft_gripper.scenario.schema import ModelConfig
 
 _ALL, _TABLE = 0xFFFF, 1 << 15  # bits of contact: 0 is a body's, a finger's each of those that follow
 

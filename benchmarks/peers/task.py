@@ -13,7 +13,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.wiring.drive import pressure_steps
 from soft_gripper.fingers import Finger
 from soft_gripper.fingers.urdf import ExpandedUrdf
-from soft_gripper.scenario.scenario import ModelConfig
+from soft_gripper.scenario.schema import ModelConfig
 
 Setting = dict[str, Any]  # of a simulator, as in settings.yaml
 

@@ -1,1 +1,1 @@
-"""Views: Meshcat, replays, colours, block diagrams."""
+"""Views: Meshcat, animations, colours, block diagrams."""

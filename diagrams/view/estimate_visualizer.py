@@ -68,7 +68,7 @@ class DrawnFinger:
         return min(widths) / 2 - PROUD, max(widths) / 2 + PROUD
 
 
-_STEPS = 2.0**20  # per metre and per radian: rounded numbers, which compress well in a replay
+_STEPS = 2.0**20  # per metre and per radian: rounded numbers, which compress well in an animation
 
 
 def put(meshcat: Meshcat, path: str, position: Array, heading: float, time: float) -> None:
@@ -232,20 +232,20 @@ class EstimateVisualizer(LeafSystem):
                 self.DeclareVectorInputPort(f"{finger.name}.contact_arc_length", 1)
             if finger.has_band:
                 self.DeclareVectorInputPort(f"{finger.name}.position_std", finger.finger.segments + 1)
-        self.DeclareInitializationPublishEvent(self._place_shapes)
+        self.DeclareInitializationPublishEvent(self._place_objects)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
 
-    def _place_shapes(self, context: Context) -> EventStatus:
+    def _place_objects(self, context: Context) -> EventStatus:
         self._meshcat.Delete("/drake/estimate")
         self._meshcat.SetProperty(ARCS, "visible", False)
         for finger in self.fingers:
             inside, outside = finger.sides
             for i, length in enumerate(1.1 * finger.piece_lengths):
-                shape = Box(2 * PROUD, outside - inside, length)
+                box = Box(2 * PROUD, outside - inside, length)
                 for side, y in (("left", (inside + outside) / 2), ("right", -(inside + outside) / 2)):
                     path = f"{CURVE}/{finger.name}/{i}/{side}"
-                    self._meshcat.SetObject(path, shape, _CURVE_COLOR)
+                    self._meshcat.SetObject(path, box, _CURVE_COLOR)
                     self._meshcat.SetProperty(path, "position", [0.0, y, 0.0])
             for i in range(finger.sections):
                 self._place_arc(f"{ARCS}/{finger.name}/{i}/unit")

@@ -36,7 +36,7 @@ from soft_gripper.errors import InputError, first_line
 from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 LOOPBACK = "127.0.0.1"
@@ -137,7 +137,7 @@ def nearest_eye(p_W: Array, R_WC: RotationMatrix, least: Array, most: Array) -> 
 def box_corners(
     plant: MultibodyPlant, scene_graph: SceneGraph, context: Context, models: Iterable[ModelInstanceIndex], role: Role
 ) -> Array:
-    """Corners of the bounding boxes of all shapes with a role in some models, (M, 3) m in the world.
+    """Corners of the bounding boxes of all geometries with a role in some models, (M, 3) m in the world.
 
     `context` is the plant's.
     """
@@ -145,9 +145,9 @@ def box_corners(
     corners = []
     for body in (plant.get_body(index) for model in models for index in plant.GetBodyIndices(model)):
         X_WBody = plant.EvalBodyPoseInWorld(context, body)
-        for shape in inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()), role):
-            box = inspector.GetObbInGeometryFrame(shape)
-            X_WBox = X_WBody @ inspector.GetPoseInFrame(shape) @ box.pose()
+        for geometry in inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()), role):
+            box = inspector.GetObbInGeometryFrame(geometry)
+            X_WBox = X_WBody @ inspector.GetPoseInFrame(geometry) @ box.pose()
             corners.append((X_WBox @ (_CORNERS * box.half_width()).T).T)
     return np.concatenate([np.empty((0, 3)), *corners])
 
@@ -229,7 +229,7 @@ def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> fl
 def _drawn(
     scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort], sensor: SensorConfig
 ) -> DrawnFinger:
-    skin = tuple(_shape_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
+    skin = tuple(_geometry_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
     arcs, layout = signals[f"{finger.name}.arcs"].size() // len(ARC), sensor_layout(finger.finger, sensor)
     # An estimator has one arc per section, or else arcs of equal length.
     ends = layout.section_ends if arcs == layout.sections else finger.finger.section_ends(arcs)
@@ -238,12 +238,12 @@ def _drawn(
     return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band)
 
 
-def _shape_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:
-    """Where MeshcatVisualizer keeps the shapes of a body."""
+def _geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:
+    """Where MeshcatVisualizer keeps the geometries of a body."""
     inspector = scene_graph.model_inspector()
     frame = plant.GetBodyFrameIdOrThrow(body)
-    shapes = inspector.GetGeometries(frame, Role.kIllustration)
-    names = (f"{inspector.GetName(frame)}::{inspector.GetName(shape)}" for shape in shapes)
+    geometries = inspector.GetGeometries(frame, Role.kIllustration)
+    names = (f"{inspector.GetName(frame)}::{inspector.GetName(geometry)}" for geometry in geometries)
     return tuple(f"/drake/visualizer/{name.replace('::', '/')}" for name in names)
 
 
@@ -290,8 +290,8 @@ def _light_from_camera(meshcat: Meshcat, direction: Array) -> None:
 
 
 _PAGE = """<!DOCTYPE html>
-<html><head><meta charset="utf-8"><title>soft-gripper replay</title></head><body>
-<noscript>The replay needs JavaScript.</noscript>
+<html><head><meta charset="utf-8"><title>soft-gripper</title></head><body>
+<noscript>The animation needs JavaScript.</noscript>
 <script>
 // Meshcat's own page is kept compressed inside this one, which it replaces.
 (async () => {
@@ -305,7 +305,7 @@ _PAGE = """<!DOCTYPE html>
 """
 
 
-def write_replay(meshcat: Meshcat, path: Path) -> None:
+def write_animation(meshcat: Meshcat, path: Path) -> None:
     """Writes the scene and the recorded animation of a Meshcat to a file."""
     packed = gzip.compress(meshcat.StaticHtml().encode(), mtime=0)
     with atomic_file(path) as partial:

@@ -14,7 +14,7 @@ from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
 from soft_gripper.fingers.statics import elastic_law_block
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 from soft_gripper.signals import describe
 
 

@@ -17,7 +17,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.scenario.own_functions import seen_from
-from soft_gripper.scenario.scenario import EstimatorConfig
+from soft_gripper.scenario.schema import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 

@@ -12,7 +12,7 @@ from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outpu
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, GripperOpening
-from soft_gripper.scenario.scenario import ControlConfig, PressureConfig
+from soft_gripper.scenario.schema import ControlConfig, PressureConfig
 from soft_gripper.signals import describe
 
 UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of the measured quantities of a grip

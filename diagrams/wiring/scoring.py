@@ -15,7 +15,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import DELAY
 from soft_gripper.scenario.own_functions import seen_from
-from soft_gripper.scenario.scenario import EstimatorConfig
+from soft_gripper.scenario.schema import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.signals import describe
 from soft_gripper.truth.contact import TouchedLinks, TrueContact

@@ -28,7 +28,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
 from soft_gripper.scenario.nominal_model import NominalModel
-from soft_gripper.scenario.scenario import EstimatorConfig, SensorConfig
+from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import MakeSensor, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP

@@ -9,7 +9,7 @@ from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.own_functions import seen_from
-from soft_gripper.scenario.scenario import SensorConfig
+from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import MakeSensor, find_sensor, is_kind, sensor_layout, strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock

@@ -11,8 +11,8 @@ from pydrake.systems.framework import Diagram, System
 import soft_gripper as sg
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.hardware.replay.arm_replay import ArmEstimation, LogSource, NominalArm, RigidParts
-from soft_gripper.sensors.wire_lengths import WireCalibration
+from soft_gripper.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
+from soft_gripper.sensors.wire_lengths import WireGeometry
 
 _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
@@ -53,8 +53,8 @@ def _all_systems() -> Iterator[Placed]:
     for name in _SCENARIOS:
         yield from _inside(Placed(station(name).diagram))
     yield from _inside(Placed(_creeping_finger().diagram))
-    model = sg.recognition.load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
-    yield Placed(sg.recognition.ShapeRecognizer(model, ["left_finger", "right_finger"], 0.01))
+    model = sg.recognition.load_object_classifier("package://soft_gripper/grippers/two_finger_objects.json")
+    yield Placed(sg.recognition.ObjectRecognizer(model, ["left_finger", "right_finger"], 0.01))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))
 
@@ -80,7 +80,7 @@ def _arm_estimation() -> ArmEstimation:
         finger=finger,
         gains=np.zeros((finger.segments, 2)),
         rest=np.zeros(finger.segments),
-        wires=WireCalibration(finger.sensor_spacing, zeros, zeros, zeros, zeros),
+        wires=WireGeometry(finger.sensor_spacing, zeros, zeros, zeros, zeros),
         parts=RigidParts(0j, 0.0, zeros.astype(complex), zeros.astype(complex), zeros),
         uncertainty=Uncertainty(),
         gravity=np.array([0.0, 0.0, -9.81]),

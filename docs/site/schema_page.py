@@ -11,7 +11,7 @@ from source_comments import field_texts, values_text
 from tables import code, prose, table
 
 from soft_gripper.quantity import Rule, rules
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 _INTRODUCTION = """\
 # Scenario schema
@@ -20,7 +20,7 @@ A scenario is a YAML file of these fields; what it leaves out has its default. A
 line too, by its dotted key: `soft-gripper run box_grasp --set sensor.sections=2`. SI units. What may be `None` may be
 absent.
 
-This page is made from [soft_gripper/scenario/scenario.py](../files/soft_gripper/scenario/scenario.py.md).
+This page is made from [soft_gripper/scenario/schema.py](../files/soft_gripper/scenario/schema.py.md).
 """
 _OF_DRAKE = (
     "A schema of Drake, which explains its fields: `pydrake`'s help of this class. Here are the defaults of a scenario."

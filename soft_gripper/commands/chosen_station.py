@@ -8,8 +8,8 @@ from pydrake.geometry import Meshcat
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 _MANY = 30  # models; Drake reads a few per second
 

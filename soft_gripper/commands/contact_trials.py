@@ -81,7 +81,7 @@ def _print_errors(rows: Sequence[ContactErrorRow]) -> None:
 
 def _cells(row: ContactErrorRow) -> list[str | float]:
     sensors = f"{row.sensors} {row.averaged}" if row.averaged > 1 else row.sensors
-    nominal = row.nominal.removeprefix("youngs_modulus ").removeprefix("as simulated") or "right"
+    nominal = row.nominal.removeprefix("youngs_modulus ").removeprefix("as simulated") or "exact"
     forces, places = (
         [getattr(row, f"{of}_median_percent"), getattr(row, f"{of}_90_percent")] for of in ("force", "place")
     )

@@ -13,8 +13,8 @@ from importlib import import_module
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.parser import PROGRAM, Command, ExitCode, parsed
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
-from soft_gripper.files.output import unlock_folders
-from soft_gripper.library_messages import notes
+from soft_gripper.files.output import release_folders
+from soft_gripper.library_messages import printed_as_notes
 
 
 def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
@@ -27,7 +27,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
             options = _parsed(arguments)
             run = _loaded(options.command)
         options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
-        with notes():
+        with printed_as_notes():
             with options.console.speaking():
                 code = ExitCode(run(options) or ExitCode.DONE)
             sys.stdout.flush()
@@ -47,7 +47,7 @@ def dispatch(arguments: Sequence[str] | None = None) -> ExitCode:
             raise
         return _complain(f"Drake cannot go on: {first_line(error)}")
     finally:
-        unlock_folders()
+        release_folders()
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:

@@ -18,7 +18,7 @@ from soft_gripper.evaluation.hardware import (
 )
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
-from soft_gripper.hardware.identification.identification import Identified, with_finger, write_finger
+from soft_gripper.hardware.identification.identified_finger import Identified, with_finger, write_finger
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     recordings = published_recordings(options.data)
     out = lock_folder(options.out)
     arm = replay_published(list(recordings[ARM].values()))
-    print_replay(arm.replayed, arm.table)
+    print_replay(arm)
     write_csv(out / f"{ARM}.csv", arm.table)
     with opened as executor:
         beam, segment = (

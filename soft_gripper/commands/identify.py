@@ -4,10 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from soft_gripper.commands.tables import print_identified
+from soft_gripper.commands.tables import print_defects, print_identified
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import check_file, keep_inputs
-from soft_gripper.hardware.identification.identification import (
+from soft_gripper.hardware.identification.identified_finger import (
     identify,
     identify_figure,
     read_finger,
@@ -49,9 +49,7 @@ def _outputs(out: Path) -> list[Path]:
 
 def _motions(files: list[str], options: argparse.Namespace) -> list[MeasuredMotion]:
     recordings = find_recordings(files, options.described_as, options.data)
-    for recording in recordings:
-        for gap in recording.gaps:
-            print(f"note: {recording.name}: {gap}", file=sys.stderr)
+    print_defects(recordings)
     return [measured_motion(recording) for recording in recordings]
 
 

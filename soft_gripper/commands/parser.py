@@ -135,7 +135,7 @@ CONSOLE = (
 )
 SEED = option("--seed", "random seed (default: %(default)s)", "N", whole(0, 2**32 - 1), default=1)
 RESUME = flag("--resume", "run only what an interrupted run left unfinished")
-HTML = option("--html", "write a 3-D replay that opens offline", "FILE", path)
+HTML = option("--html", "write a 3-D animation that opens offline", "FILE", path)
 HOST = option(
     "--host",
     "address at which the page is served (default: %(default)s, for this machine only; 0.0.0.0: for the network)",
@@ -226,9 +226,9 @@ COMMANDS = (
         "run",
         "run a scenario and record every signal",
         (
-            "box_grasp                       write tables and every signal to results/box_grasp",
-            "box_grasp --meshcat             watch it in a browser",
-            "box_grasp --html replay.html    keep a 3-D replay that opens offline",
+            "box_grasp                          write tables and every signal to results/box_grasp",
+            "box_grasp --meshcat                watch it in a browser",
+            "box_grasp --html animation.html    keep a 3-D animation that opens offline",
             "my_scenario.yaml --set sensor.sections=2 --json",
         ),
         (
@@ -353,7 +353,7 @@ COMMANDS = (
     ),
     Command(
         "recognition",
-        "learn from random grasps to recognize the shape held, and test it",
+        "learn from random grasps to recognize the object held, and test it",
         ("--train 60 --test 50 --seed 1",),
         (
             *CONSOLE,
@@ -488,7 +488,7 @@ COMMANDS = (
         "estimate shapes from hardware recordings and compare them with motion capture",
         (
             "trial_1.txt trial_2.txt --as two_segment_arm --estimator arcs gaussian",
-            "trial_*.txt --as two_segment_arm --html replay.html",
+            "trial_*.txt --as two_segment_arm --html animation.html",
         ),
         (
             *CONSOLE,

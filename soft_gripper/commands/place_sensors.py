@@ -28,8 +28,8 @@ from soft_gripper.placement.tables import (
     run_rows,
 )
 from soft_gripper.runs.scores.recorded_run import RecordedRun, load_run
-from soft_gripper.scenario.scenario import SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 
 TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_out.csv", "placement"

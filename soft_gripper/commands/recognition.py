@@ -1,4 +1,4 @@
-"""soft-gripper recognition: learns from random grasps to recognize the shape held, and tests it on others."""
+"""soft-gripper recognition: learns from random grasps to recognize the object held, and tests it on others."""
 
 import argparse
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from soft_gripper.evaluation.random_grasps import (
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.recognition.shape_model import save_shape_model
+from soft_gripper.recognition.object_classifier import save_object_classifier
 from soft_gripper.runs.executor import open_executor
 
 TABLE, FIGURE = "grasps.csv", "recognition"
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> None:
     matrices = {sections: confusion(rows, sections) for sections in SECTIONS}
     write_csv(out / TABLE, rows)
     for sections, model in models.items():
-        save_shape_model(model, out / _model_file(sections))
+        save_object_classifier(model, out / _model_file(sections))
     save_figure(confusion_figure(list(SHAPES), matrices, numbers[SETS[1]]), out / FIGURE)
     _print_summary(matrices, numbers[SETS[1]])
     for row in rows:
@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _model_file(sections: int) -> str:
-    return f"shapes_{sections}_sections.json"
+    return f"objects_{sections}_sections.json"
 
 
 def _print_summary(matrices: Mapping[int, Array], number: int) -> None:

@@ -2,12 +2,11 @@
 
 import argparse
 import logging
-import sys
 from pathlib import Path
 
-from soft_gripper.commands.tables import print_replay
+from soft_gripper.commands.tables import print_defects, print_replay
 from soft_gripper.commands.viewing import viewed
-from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_replay
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
@@ -15,16 +14,13 @@ from soft_gripper.files.output import check_file, keep_inputs, lock_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.hardware.recordings import HardwareRecording, find_recordings, recording_paths
-from soft_gripper.hardware.replay.arm_replay import arm_recording
-from soft_gripper.hardware.replay.recordings import (
-    Replayed,
-    ReplayRow,
-    Rows,
+from soft_gripper.hardware.replay.arm_estimation import arm_recording
+from soft_gripper.hardware.replay.held_out import (
+    ArmReplay,
     drawn_rows,
     estimator_rows,
     replay_figure,
     replay_recordings,
-    replay_table,
 )
 from soft_gripper.hardware.replay.view import show_replays
 from soft_gripper.pictures.style import save_figure
@@ -35,9 +31,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     recordings = find_recordings(options.file, options.described_as, options.data)
     fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
-    for recording in [*recordings, *(fitted or [])]:
-        for gap in recording.gaps:
-            print(f"note: {recording.name}: {gap}", file=sys.stderr)
+    print_defects([*recordings, *(fitted or [])])
     finger, gravity = _finger(recordings[0]), recordings[0].gravity
     expected = "give the direction of gravity: the arm bends under its own weight"
     require(gravity is not None, recordings[0].name, "gravity", None, expected)
@@ -51,12 +45,11 @@ def run(options: argparse.Namespace) -> None:
     if options.html is not None:
         check_file(options.html)
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]
-    replayed = replay_recordings(arms, to_fit, rows, finger, gravity)
-    table = replay_table(replayed, rows)
-    options.console.table("errors", table)
-    options.console.wrote(*_write(out, replayed, rows, table))
+    replay = replay_recordings(arms, to_fit, rows, finger, gravity)
+    options.console.table("errors", replay.table)
+    options.console.wrote(*_write(out, replay))
     if options.html is not None or options.meshcat:
-        _show(options, replayed, rows)
+        _show(options, replay)
 
 
 def _finger(recording: HardwareRecording) -> Finger:
@@ -74,21 +67,22 @@ def _finger(recording: HardwareRecording) -> Finger:
     return fingers[0]
 
 
-def _write(out: Path, replayed: list[Replayed], rows: Rows, table: list[ReplayRow]) -> list[Path]:
-    print_replay(replayed, table)
-    write_csv(out / "replay.csv", table)
-    save_figure(replay_figure(replayed, rows), out / "replay")
-    for one in replayed:
-        one.signals.save(out / f"{one.name}.nc")
-    return [out / "replay.csv", out / "replay.png", out / "replay.svg", *(out / f"{one.name}.nc" for one in replayed)]
+def _write(out: Path, replay: ArmReplay) -> list[Path]:
+    print_replay(replay)
+    write_csv(out / "replay.csv", replay.table)
+    save_figure(replay_figure(replay), out / "replay")
+    recordings = {out / f"{one.name}.nc": one.signals for one in replay.replayed}
+    for file, signals in recordings.items():
+        signals.save(file)
+    return [out / "replay.csv", out / "replay.png", out / "replay.svg", *recordings]
 
 
-def _show(options: argparse.Namespace, replayed: list[Replayed], rows: Rows) -> None:
+def _show(options: argparse.Namespace, replay: ArmReplay) -> None:
     logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     meshcat = hidden_meshcat()
-    show_replays(meshcat, [one.signals for one in replayed], drawn_rows(rows))
+    show_replays(meshcat, [one.signals for one in replay.replayed], drawn_rows(replay.rows))
     if options.html is not None:
-        write_replay(meshcat, options.html)
+        write_animation(meshcat, options.html)
         options.console.wrote(options.html)
     if options.meshcat:
         with viewed(meshcat, options.host):

@@ -1,4 +1,4 @@
-"""soft-gripper run: runs one scenario headless or in Meshcat, and can save a replay or a video."""
+"""soft-gripper run: runs one scenario headless or in Meshcat, and can save an animation or a video."""
 
 import argparse
 import logging
@@ -19,7 +19,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import check_closed, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_replay
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_file, check_file, keep_inputs, lock_folder
@@ -28,8 +28,8 @@ from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.runs.trials.trial import judged
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 def run(options: argparse.Namespace) -> int:
@@ -58,7 +58,7 @@ def _simulated(
         recording = run_station(station, meshcat, progress)
     written = [out / file for file in _write(out, name, station, recording, console)]
     if meshcat is not None and options.html is not None:
-        write_replay(meshcat, options.html)
+        write_animation(meshcat, options.html)
         written.append(options.html)
     if options.video is not None:
         with console.progress("film", float(recording.data["time"][-1])) as progress:

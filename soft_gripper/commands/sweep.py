@@ -5,7 +5,16 @@ from pathlib import Path
 
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.sweep.run import ERROR, NUMBER, TABLE, Variation, points, read_axis, run_sweep, sweep_figure
+from soft_gripper.runs.sweep.run import (
+    ERROR,
+    NUMBER,
+    TABLE,
+    SweepPoint,
+    read_axis,
+    run_sweep,
+    sweep_figure,
+    sweep_points,
+)
 from soft_gripper.scenario.scenario_file import read_override
 
 FIGURE = "sweep"
@@ -14,16 +23,16 @@ FIGURE = "sweep"
 def run(options: argparse.Namespace) -> int:
     """Runs the command."""
     axes = [read_axis(text) for text in options.vary]
-    variations = points(axes, options.method, options.sample or 0, options.seed)
+    points = sweep_points(axes, options.method, options.sample or 0, options.seed)
     fixed = dict(map(read_override, options.set))
     if options.sections is not None:
         fixed["sensor.sections"] = options.sections
     executor = open_executor(options.jobs, options.scheduler)
     kept = f"their results are in {options.out / TABLE}; --resume runs the others"
-    with options.console.jobs(len(variations), "runs", kept) as report, executor as opened:
+    with options.console.jobs(len(points), "runs", kept) as report, executor as opened:
         rows = run_sweep(
             options.scenario,
-            variations,
+            points,
             options.out,
             opened,
             fixed=fixed,
@@ -31,18 +40,18 @@ def run(options: argparse.Namespace) -> int:
             resume=options.resume,
             report=report,
         )
-    files = [TABLE, *_draw(rows, variations, options)]
+    files = [TABLE, *_draw(rows, points, options)]
     print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
     options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
     return 0
 
 
-def _draw(rows: list[dict[str, str]], variations: list[Variation], options: argparse.Namespace) -> list[str]:
+def _draw(rows: list[dict[str, str]], points: list[SweepPoint], options: argparse.Namespace) -> list[str]:
     """Draws the figure, if the sweep has one; returns its files."""
-    keys, columns = list(variations[0]), {name: [row[name] for row in rows] for name in rows[0]}
+    keys, columns = list(points[0]), {name: [row[name] for row in rows] for name in rows[0]}
     measured = {name: cells for name, cells in columns.items() if name not in (NUMBER, ERROR, *keys)}
-    title = f"{Path(options.scenario).stem}: {len(variations)} runs"
+    title = f"{Path(options.scenario).stem}: {len(points)} runs"
     figure = sweep_figure({key: columns[key] for key in keys}, measured, title)
     if figure is None:
         return []

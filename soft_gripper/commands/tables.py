@@ -12,8 +12,9 @@ import numpy as np
 from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.hardware.identification.fit import MotionScore
-from soft_gripper.hardware.identification.identification import Identified
-from soft_gripper.hardware.replay.recordings import ALL, Replayed, ReplayRow
+from soft_gripper.hardware.identification.identified_finger import Identified
+from soft_gripper.hardware.recordings import HardwareRecording
+from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
 from soft_gripper.placement.placements import as_borders
 from soft_gripper.placement.samples import Assumptions
@@ -21,7 +22,7 @@ from soft_gripper.placement.tables import LeftOutRow, PlacementRow
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow, StepRow
 from soft_gripper.runs.trials.trial import Judged
-from soft_gripper.scenario.scenario import TaskConfig
+from soft_gripper.scenario.schema import TaskConfig
 
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
@@ -90,6 +91,13 @@ def _red(text: str) -> str:
     return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
 
 
+def print_defects(recordings: Iterable[HardwareRecording]) -> None:
+    """Prints, as notes, which data are missing or omitted in recordings."""
+    for recording in recordings:
+        for defect in recording.defects:
+            print(f"note: {recording.name}: {defect}", file=sys.stderr)
+
+
 _CORRELATED = 0.9
 
 
@@ -136,16 +144,16 @@ def _score_cells(row: MotionScore) -> list[str | float]:
     return [row.recording, row.role, *errors, turn, creep, rise]
 
 
-def print_replay(replayed: Sequence[Replayed], table: Sequence[ReplayRow]) -> None:
+def print_replay(replay: ArmReplay) -> None:
     """Prints which recordings each fit used, and a line for each estimator."""
     print("\nEach recording is estimated with a model fitted to others; its motion capture is used only for scoring:")
-    for one in replayed:
+    for one in replay.replayed:
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
         of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.delay:.0f} ms"
         print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
-    names = [name for name in dict.fromkeys(row.recording for row in table) if name != ALL]
-    for body in reversed(dict.fromkeys(row.body for row in table)):
-        rows = [row for row in table if row.body == body]
+    names = [name for name in dict.fromkeys(row.recording for row in replay.table) if name != ALL]
+    for body in reversed(dict.fromkeys(row.body for row in replay.table)):
+        rows = [row for row in replay.table if row.body == body]
         columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
         columns |= {f"mean of {name}": ".2f" for name in names}
         cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]
@@ -169,8 +177,8 @@ def print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
     if with_contacts := not math.isnan(rows[0].force_error_n):
         columns |= {"force [N]": ".3f", "place [mm]": ".1f", "missed [%]": ".1f"}
     cells = [astuple(rows[i])[: 6 if with_contacts else 3] for i in shown]
-    notes = ["equal sections" if i == equal else "" for i in shown]
-    print_table(columns | {"": ""}, [(*row, note) for row, note in zip(cells, notes, strict=True)])
+    marks = ["equal sections" if i == equal else "" for i in shown]
+    print_table(columns | {"": ""}, [(*row, mark) for row, mark in zip(cells, marks, strict=True)])
 
 
 def print_left_out(rows: Sequence[LeftOutRow]) -> None:

@@ -1,4 +1,4 @@
-"""Meshcat for a viewer who watches a run, and then its replay."""
+"""Meshcat for a viewer who watches a run, and then its animation."""
 
 import sys
 from collections.abc import Iterator
@@ -8,8 +8,8 @@ from pydrake.geometry import Meshcat
 
 from soft_gripper.play.page_server import page_server
 
-_ASKS = "The replay is in Meshcat. Press Enter to end. "
-_ENDS = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the replay."
+_ASKS = "The animation is in Meshcat. Press Enter to end. "
+_ENDS = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the animation."
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.files.document import require
 from soft_gripper.hardware.identification.fit import MotionScore
-from soft_gripper.hardware.identification.identification import (
+from soft_gripper.hardware.identification.identified_finger import (
     MEASURED,
     Identified,
     displacement,
@@ -28,15 +28,13 @@ from soft_gripper.hardware.identification.simulated_motion import (
     turned,
 )
 from soft_gripper.hardware.recordings import HardwareRecording, find_recordings
-from soft_gripper.hardware.replay.arm_replay import arm_recording
-from soft_gripper.hardware.replay.recordings import (
+from soft_gripper.hardware.replay.arm_estimation import arm_recording
+from soft_gripper.hardware.replay.held_out import (
     ALL,
-    Replayed,
+    ArmReplay,
     ReplayRow,
-    Rows,
     estimator_rows,
     replay_recordings,
-    replay_table,
 )
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.model_files import model_path
@@ -85,15 +83,6 @@ Recordings = dict[str, HardwareRecording]
 Report = Callable[[str, float], None]  # which experiment, and the root mean square that its fit has reached
 
 
-@dataclass(frozen=True)
-class Arm:
-    """Every trial, estimated with what the others were fitted to."""
-
-    replayed: list[Replayed]
-    rows: Rows
-    table: list[ReplayRow]
-
-
 def published_recordings(data: Path | None) -> dict[str, Recordings]:
     """All recordings by description and name, read before anything is computed.
 
@@ -129,14 +118,13 @@ def identify_published(
     )
 
 
-def replay_published(recordings: Sequence[HardwareRecording]) -> Arm:
+def replay_published(recordings: Sequence[HardwareRecording]) -> ArmReplay:
     """Every trial of the arm by every estimator, fitted to the other trials."""
     arms, config, gravity = [arm_recording(one) for one in recordings], recordings[0].config, recordings[0].gravity
     assert config.finger is not None
     assert gravity is not None
     rows = estimator_rows(None, len(arms[0].bodies))
-    replayed = replay_recordings(arms, None, rows, read_finger(model_path(config.finger)), gravity)
-    return Arm(replayed, rows, replay_table(replayed, rows))
+    return replay_recordings(arms, None, rows, read_finger(model_path(config.finger)), gravity)
 
 
 def _find(description: str, name: str, data: Path | None) -> HardwareRecording:
@@ -224,7 +212,7 @@ _DRAWN = {"arcs 2": "arcs, 2 sensors per side", "gaussian 1": "gaussian, 1 senso
 _TURNS = (1, 2, 5, 10, 20, 50, 100)  # degrees
 
 
-def hardware_figure(beam: Identified, segment: Identified, arm: Arm) -> Figure:
+def hardware_figure(beam: Identified, segment: Identified, arm: ArmReplay) -> Figure:
     """Three panels: displacement of the beam's tip, turn of the segment's, place of the arm's."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(12.5, 3.9), layout="constrained")
@@ -285,7 +273,7 @@ def _draw(
     axes.annotate(text, place, (0, 9), textcoords="offset points", color=_COLORS[role], fontsize=8)
 
 
-def _draw_arm(axes: Axes, arm: Arm) -> None:
+def _draw_arm(axes: Axes, arm: ArmReplay) -> None:
     """Where the tip is across the arm."""
     signals = next(one.signals for one in arm.replayed if one.name == _TRIAL)
     tip = 1e3 * signals["measured_bodies"][1:, -1, 0]

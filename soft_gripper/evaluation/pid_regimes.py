@@ -14,8 +14,8 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.runs.scores.steps import StepRow, step_figure, step_table
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 REGIMES = {"under-damped": 3.0, "well damped (shipped)": 1.0, "over-damped": 0.3}  # parts of the shipped integral gain
 

@@ -1,4 +1,4 @@
-"""Random grasps, shape models trained on some of them, and tested on the others."""
+"""Random grasps, object classifiers trained on some of them, and tested on the others."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -21,15 +21,15 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.recognition.shape_model import ShapeModel, train_shape_model
+from soft_gripper.recognition.object_classifier import ObjectClassifier, train_object_classifier
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 from soft_gripper.runs.study import describe, run_study
 from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.mesh_object import read_scene
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario import ModelConfig, Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
@@ -166,7 +166,7 @@ class GraspRow(RandomObject, GraspNumber):
     cause: str  # of a failure; empty: none
 
 
-def grasp_row(grasp: Grasp, models: Mapping[int, ShapeModel]) -> GraspRow:
+def grasp_row(grasp: Grasp, models: Mapping[int, ObjectClassifier]) -> GraspRow:
     """The row of a grasp; the models by their numbers of sections."""
     two, four = (recognized(models[sections], grasp) for sections in SECTIONS)
     drawn = asdict(grasp.drawn)
@@ -224,18 +224,18 @@ def run_grasps(
     return [grasps[key] for key in keys]
 
 
-def train(file: str, grasps: Sequence[Grasp], sections: int) -> ShapeModel:
-    """The model that the training grasps lead to with so many sections; raises as `train_shape_model`."""
+def train(file: str, grasps: Sequence[Grasp], sections: int) -> ObjectClassifier:
+    """The model that the training grasps lead to with so many sections; raises as `train_object_classifier`."""
     known = [grasp for grasp in grasps if grasp.set == SETS[0] and grasp.probes]
     labels = [grasp.shape for grasp in known]
     if len(set(labels)) < len(SHAPES):
         causes = {grasp.cause for grasp in grasps if grasp.cause}
         raise InputError(file, "grasps", sorted(causes), "no grasp of some shape could be simulated")
     pressures = load_scenario(file).pressure.steps["all"]
-    return train_shape_model(labels, *_stacked(known, sections), pressures, sections)
+    return train_object_classifier(labels, *_stacked(known, sections), pressures, sections)
 
 
-def recognized(model: ShapeModel, grasp: Grasp) -> str:
+def recognized(model: ObjectClassifier, grasp: Grasp) -> str:
     """The likeliest shape; empty if the grasp failed."""
     if not grasp.probes:
         return ""

@@ -229,8 +229,13 @@ def _require_name(path: Path) -> None:
         raise InputError("output", "file", str(path), "cannot be written: it is a folder; name a file")
 
 
+_made: list[Path] = []  # folders that this process has made for output, each after those inside it
+
+
 def _try_writing(field: str, asked: Path, folder: Path, name: str) -> None:
     try:
+        absolute = folder.absolute()
+        _made[:0] = [path for path in (absolute, *absolute.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         probe = _partial(folder / name)
         probe.touch()
@@ -247,7 +252,7 @@ _locked: dict[str, int] = {}  # folders of this process, and the open files that
 
 
 def lock_folder(path: Path) -> Path:
-    """Makes a folder, and keeps other processes from writing to it until `unlock_folders` or the end of this process.
+    """Makes a folder, and keeps other processes from writing to it until `release_folders` or the end of this process.
 
     Raises:
         InputError: if it cannot be written to, or another process has locked it.
@@ -268,7 +273,11 @@ def lock_folder(path: Path) -> Path:
     return folder
 
 
-def unlock_folders() -> None:
-    """Unlocks all folders that this process has locked."""
+def release_folders() -> None:
+    """Removes the folders that this process has made and left empty, and unlocks those that it has locked."""
+    for folder in _made:
+        with suppress(OSError):  # not empty, or gone
+            folder.rmdir()
+    _made.clear()
     while _locked:
         os.close(_locked.popitem()[1])

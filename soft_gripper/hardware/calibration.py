@@ -15,7 +15,7 @@ from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 ASSUMED = "the mean gain of the sensors of a finger is 1, and its own weight is the only load"
@@ -67,7 +67,7 @@ def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
 def _samples(file: Path, recording: Recording, scenario: Scenario, layout: SensorLayout) -> FreeBending:
     name = layout.finger.name
     pressure = read_signal(file, recording, f"{name}.sampled_pressure")
-    strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, gaps=True)
+    strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, allow_nan=True)
     X_WB = read_signal(file, recording, f"{name}.X_WB", 3, 4)
     ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
     _check_readings(file, name, ratios)

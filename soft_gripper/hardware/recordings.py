@@ -329,7 +329,7 @@ class HardwareRecording:
     load_mass: float = 0.0  # kg, hung on the tip, from the file's name
     load_place: tuple[float, float] | None = None  # m, x and z of the load from the tip; None: unknown
     gravity: Array | None = None  # (3,) m/s^2; None: unknown
-    gaps: tuple[str, ...] = ()  # missing or omitted data, as text
+    defects: tuple[str, ...] = ()  # missing or omitted data, as text
 
 
 _MOST_PRESSURE = 1e7  # Pa, highest plausible pressure in a soft body
@@ -407,7 +407,7 @@ def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
     return timed.kept(own), len(table.values) - int(own.sum())
 
 
-def gaps_of(
+def defects_of(
     table: Table, repeated: int, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]
 ) -> tuple[str, ...]:
     """Missing data, as text; `reference` is true in the reference span, (T,)."""
@@ -541,7 +541,7 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
         load_mass=load_in_name(path, config.load),
         load_place=None if config.load_place is None else (config.load_place[0], config.load_place[1]),
         gravity=None if config.gravity is None else np.array(config.gravity) @ B.R,
-        gaps=gaps_of(table, repeated, time, placed, reference),
+        defects=defects_of(table, repeated, time, placed, reference),
     )
 
 

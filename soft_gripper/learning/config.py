@@ -12,8 +12,8 @@ from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.quantity import Misfit, quantity
 from soft_gripper.scenario.drake_values import without_numpy
-from soft_gripper.scenario.scenario import FingerChanges, Scenario
 from soft_gripper.scenario.scenario_file import change_document, changed_scenario
+from soft_gripper.scenario.schema import FingerChanges, Scenario
 
 TASKS = ("reach", "grasp", "pick_place")
 

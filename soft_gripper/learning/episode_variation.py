@@ -25,7 +25,7 @@ from soft_gripper.diagrams.simulation import seed_random_sources
 from soft_gripper.errors import InputError
 from soft_gripper.learning.config import VariationConfig
 from soft_gripper.learning.station import LearningStation
-from soft_gripper.scenario.scenario import FingerConfig, Scenario
+from soft_gripper.scenario.schema import FingerConfig, Scenario
 
 
 def scaled_shape(shape: Shape, factor: float) -> Shape:
@@ -49,7 +49,7 @@ def scaled_shape(shape: Shape, factor: float) -> Shape:
     raise InputError("variation", "size", type(shape).__name__, expected)
 
 
-def scale_shapes(
+def scale_geometries(
     scene_graph: SceneGraph,
     context: Context,
     plant: MultibodyPlant,
@@ -63,10 +63,10 @@ def scale_shapes(
     """
     inspector, source = scene_graph.model_inspector(), plant.get_source_id()
     frame = plant.GetBodyFrameIdOrThrow(body.index())
-    for shape in inspector.GetGeometries(frame) if seen else inspector.GetGeometries(frame, Role.kProximity):
-        X_BG = inspector.GetPoseInFrame(shape)
+    for geometry in inspector.GetGeometries(frame) if seen else inspector.GetGeometries(frame, Role.kProximity):
+        X_BG = inspector.GetPoseInFrame(geometry)
         moved = RigidTransform(X_BG.rotation(), factor * X_BG.translation())
-        scene_graph.ChangeShape(context, source, shape, scaled_shape(inspector.GetShape(shape), factor), moved)
+        scene_graph.ChangeShape(context, source, geometry, scaled_shape(inspector.GetShape(geometry), factor), moved)
 
 
 def change_contact(
@@ -81,13 +81,13 @@ def change_contact(
 
     `context` is the SceneGraph's.
     """
-    for shape in plant.GetCollisionGeometriesForBody(body):
-        properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(shape))
+    for geometry in plant.GetCollisionGeometriesForBody(body):
+        properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(geometry))
         if friction is not None:
             properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(friction, friction))
         if stiffness is not None:
             properties.UpdateProperty("material", "point_contact_stiffness", stiffness)
-        scene_graph.AssignRole(context, plant.get_source_id(), shape, properties, RoleAssign.kReplace)
+        scene_graph.AssignRole(context, plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def set_mass(context: Context, body: RigidBody, mass: float | None, size: float) -> None:
@@ -142,7 +142,7 @@ def apply_draw(station: LearningStation, context: Context, drawn: Draw) -> None:
     place = X_WO.translation() + np.array([drawn.offset, 0.0, 0.0])
     if drawn.size is not None:
         place[2] += (drawn.size - 1) * station.object_height
-        scale_shapes(scene_graph, in_scene, plant, body, drawn.size, station.seen)
+        scale_geometries(scene_graph, in_scene, plant, body, drawn.size, station.seen)
     if drawn.friction is not None or drawn.stiffness is not None:
         change_contact(scene_graph, in_scene, plant, body, drawn.friction, drawn.stiffness)
     set_mass(in_plant, body, drawn.mass, drawn.size or 1.0)

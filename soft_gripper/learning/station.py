@@ -41,7 +41,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.learning.config import ActionConfig, EnvironmentConfig, ObservedConfig
 from soft_gripper.pictures.rendering import DIRECTION, framing_camera, make_renderer
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import describe
 from soft_gripper.truth.contact import patches
 
@@ -212,7 +212,7 @@ def normal_forces(results: ContactResults, finger_of: Mapping[int, int], fingers
     """What presses on each finger along the normals of its contacts with all but itself, (fingers) N."""
     forces = np.zeros(fingers)
     for patch in patches(results, finger_of):
-        first, second = map(finger_of.get, patch.shapes)
+        first, second = map(finger_of.get, patch.geometries)
         pressed = abs(patch.force @ patch.normal) / math.hypot(*patch.normal)
         for finger in (first, second):
             if finger is not None and first != second:
@@ -231,7 +231,7 @@ class PeakForce(LeafSystem):
     """
 
     def __init__(self, finger_of: Mapping[int, int], fingers: int):
-        """`finger_of` says whose a shape is, by the value of its GeometryId."""
+        """`finger_of` says whose a geometry is, by the value of its GeometryId."""
         super().__init__()
         self._finger_of, self._fingers = dict(finger_of), fingers
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
@@ -253,10 +253,10 @@ def add_peak_force(builder: DiagramBuilder, station: StationParts) -> PeakForce:
     """Adds `peak_force` for the fingers of a station."""
     plant = station.plant
     finger_of = {
-        shape.get_value(): number
+        geometry.get_value(): number
         for number, finger in enumerate(station.fingers)
         for link in finger.links
-        for shape in plant.GetCollisionGeometriesForBody(link)
+        for geometry in plant.GetCollisionGeometriesForBody(link)
     }
     block = PeakForce(finger_of, len(station.fingers))
     builder.AddNamedSystem("peak_force", block)

@@ -2,6 +2,6 @@
 
 from .phases import phases_figure as phases_figure
 from .rendering import SceneRenderer as SceneRenderer
-from .shapes import shape_figure as shape_figure
+from .shape_figure import shape_figure as shape_figure
 from .style import COLORS as COLORS
 from .style import section_style as section_style

@@ -17,7 +17,7 @@ from soft_gripper.diagrams.recording import Recording, Span, phase_spans
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar
 from soft_gripper.pictures.rendering import Camera, SceneRenderer, framing_camera
 from soft_gripper.pictures.torque_bar import recorded_limit
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 MEASURED: dict[str, Any] = {"color": "#33608c", "lw": 1.4}
 WANTED: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (4, 2))}

@@ -39,7 +39,7 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
@@ -60,7 +60,7 @@ def _with_normals(mesh: Mesh) -> Mesh:
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals")), mesh.scale3())
 
 
-class ReplayedScene:
+class RecordedScene:
     """Plant and SceneGraph of a scenario, with a context that is set to recorded states."""
 
     def __init__(self, scenario: Scenario, recording: Recording):
@@ -254,7 +254,7 @@ class SceneRenderer:
         width: int | None = None,
         torque_limit: float | None = None,
     ):
-        self.scene = scene = ReplayedScene(scenario, recording)
+        self.scene = scene = RecordedScene(scenario, recording)
         self._torque_limit = torque_limit
         times = scene.times[np.linspace(0, len(scene.times) - 1, _FRAMED_TIMES).astype(int)]
         corners = np.concatenate([scene.framed_corners(time) for time in times])

@@ -18,7 +18,7 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.pictures.phases import CloseUp
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.torque_bar import recorded_limit
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 FRAME_RATE = 10  # frames per second of simulated time
 FOOTER = 60  # pixels, below the scene

@@ -32,7 +32,7 @@ from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.poses import held_rows, held_samples
 from soft_gripper.runs.scores.recorded_run import RecordedRun, read_signal
 from soft_gripper.scenario.nominal_model import NominalModel
-from soft_gripper.scenario.scenario import NominalConfig
+from soft_gripper.scenario.schema import NominalConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios, strain_sensors
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb

@@ -20,7 +20,7 @@ from soft_gripper.placement.placements import Placement, as_borders, equal_place
 from soft_gripper.placement.samples import Assumptions
 from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.recorded_run import RecordedRun
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 

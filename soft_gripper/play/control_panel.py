@@ -13,7 +13,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 
 Keys = tuple[str, str]  # JavaScript's codes of the keys that make it less, and more
 ALL_KEYS: Keys = ("ArrowDown", "ArrowUp")

@@ -20,19 +20,19 @@ from pydrake.systems.framework import Context
 
 from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat, write_replay
+from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat, write_animation
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.play.control_panel import Button, ControlPanel
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 class Recorder:
     """Writes recordings of a station into folders 1, 2, 3 ... of `folder`.
 
-    Each holds `recording.nc`, every signal; `replay.html`, what Meshcat has shown; and `scenario.yaml`. Logs are kept
-    only while something is recorded, so that playing for hours takes no more memory than playing for a minute.
+    Each holds `recording.nc`, every signal; `animation.html`, what Meshcat has shown; and `scenario.yaml`. Logs are
+    kept only while something is recorded, so that playing for hours takes no more memory than playing for a minute.
     """
 
     def __init__(self, station: Station, meshcat: Meshcat, folder: Path):
@@ -60,7 +60,7 @@ class Recorder:
     def end(self, context: Context) -> Path | None:
         """Ends the recording, if there is one, and writes it; returns its folder.
 
-        If Meshcat has failed, there is no replay; the other files are still written.
+        If Meshcat has failed, there is no animation; the other files are still written.
 
         Raises:
             InputError: if it cannot be written.
@@ -74,12 +74,12 @@ class Recorder:
             self._station.recording(context).save(partial / "recording.nc")
             (partial / "scenario.yaml").write_text(dump_scenario(self._station.scenario, partial), encoding="utf-8")
             with suppress(RuntimeError):
-                self._write_replay(partial / "replay.html")
+                self._write_animation(partial / "animation.html")
         return folder
 
-    def _write_replay(self, file: Path) -> None:
+    def _write_animation(self, file: Path) -> None:
         self._meshcat.PublishRecording()
-        write_replay(self._meshcat, file)
+        write_animation(self._meshcat, file)
         self._meshcat.SetAnimation(MeshcatAnimation())  # browsers go on showing what happens now
 
 

@@ -1,4 +1,4 @@
-"""Recognition of the shape that is held."""
+"""Recognition of the object that is held."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
-"""Recognition of the shape that is held."""
+"""Recognition of the object that is held."""
 
-from .recognizer import ShapeRecognizer as ShapeRecognizer
-from .shape_model import ShapeModel as ShapeModel
-from .shape_model import grasp_features as grasp_features
-from .shape_model import load_shape_model as load_shape_model
-from .shape_model import save_shape_model as save_shape_model
-from .shape_model import train_shape_model as train_shape_model
+from .object_classifier import ObjectClassifier as ObjectClassifier
+from .object_classifier import grasp_features as grasp_features
+from .object_classifier import load_object_classifier as load_object_classifier
+from .object_classifier import save_object_classifier as save_object_classifier
+from .object_classifier import train_object_classifier as train_object_classifier
+from .recognizer import ObjectRecognizer as ObjectRecognizer

@@ -1,4 +1,4 @@
-"""ShapeRecognizer: which of the known shapes a gripper holds, from a grasp whose pressure rises in steps."""
+"""ObjectRecognizer: which of the known objects a gripper holds, from a grasp whose pressure rises in steps."""
 
 from collections.abc import Sequence
 
@@ -8,21 +8,21 @@ from pydrake.systems.framework import Context, DiscreteValues, InputPort, LeafSy
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.recognition.shape_model import ShapeModel
+from soft_gripper.recognition.object_classifier import ObjectClassifier
 from soft_gripper.signals import describe
 
 TOLERANCE = 1e3  # Pa, within which the pressure counts as that of a level
 NO_LEVEL = -1
 
 
-class ShapeRecognizer(LeafSystem):
-    """Recognizes the shape that a gripper holds, once the pressure has been at every level of a model.
+class ObjectRecognizer(LeafSystem):
+    """Recognizes the object that a gripper holds, once the pressure has been at every level of a model.
 
     ::
 
-        {finger}.estimated_joint_angles (N) rad ---> +-----------------+
-        {finger}.external_torque (N) N m ----------> | ShapeRecognizer | ---> shape_probabilities (C), sum 1
-        {finger}.sampled_pressure (1) Pa ----------> +-----------------+
+        {finger}.estimated_joint_angles (N) rad ---> +------------------+
+        {finger}.external_torque (N) N m ----------> | ObjectRecognizer | ---> object_probabilities (C), sum 1
+        {finger}.sampled_pressure (1) Pa ----------> +------------------+
 
     Of every level the last sample counts at which all fingers were within 1 kPa of it, as at the sample before. The
     order of the levels is free; samples that are not finite are left out. Probabilities are NaN until every level has
@@ -32,7 +32,7 @@ class ShapeRecognizer(LeafSystem):
     every `period` s; what comes out is held for a period, and so is a sample late.
     """
 
-    def __init__(self, model: ShapeModel, fingers: Sequence[str], period: float):
+    def __init__(self, model: ObjectClassifier, fingers: Sequence[str], period: float):
         """
         Args:
             model: trained with this gripper, pressures and number of sections.
@@ -44,7 +44,7 @@ class ShapeRecognizer(LeafSystem):
         """
         super().__init__()
         if len(fingers) != model.fingers:
-            raise InputError("ShapeRecognizer", "fingers", list(fingers), f"the model is of {model.fingers} fingers")
+            raise InputError("ObjectRecognizer", "fingers", list(fingers), f"the model is of {model.fingers} fingers")
         self._model, shapes = model, len(model.shapes)
         self._angles = self._declare(fingers, ANGLES, model.joints)
         self._torques = self._declare(fingers, "external_torque", model.joints)
@@ -54,7 +54,7 @@ class ShapeRecognizer(LeafSystem):
         self._level = self.DeclareDiscreteState([NO_LEVEL])  # of the present sample
         self._probabilities = self.DeclareDiscreteState(np.full(shapes, np.nan))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        port = self.DeclareStateOutputPort("shape_probabilities", self._probabilities)
+        port = self.DeclareStateOutputPort("object_probabilities", self._probabilities)
         describe(port, "1", shape=model.shapes)
 
     def _declare(self, fingers: Sequence[str], signal: str, size: int) -> list[InputPort]:

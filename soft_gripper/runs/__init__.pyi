@@ -11,9 +11,9 @@ from .scores.steps import step_table as step_table
 from .scores.steps import true_opening as true_opening
 from .sweep.run import Range as Range
 from .sweep.run import Values as Values
-from .sweep.run import points as points
+from .sweep.run import run_and_measure as run_and_measure
 from .sweep.run import run_sweep as run_sweep
-from .sweep.run import run_variation as run_variation
+from .sweep.run import sweep_points as sweep_points
 from .trials.trial import trial_row as trial_row
 from .trials.trial_run import detection_delay as detection_delay
 from .tuning import gains_from_step_response as gains_from_step_response

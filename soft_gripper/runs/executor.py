@@ -28,7 +28,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from soft_gripper.errors import InputError, WorkerDiedError
-from soft_gripper.library_messages import notes
+from soft_gripper.library_messages import printed_as_notes
 
 WAIT = 10  # s, for the scheduler to answer
 
@@ -95,7 +95,7 @@ def _end_with(line: Connection, folder: str) -> None:
 
 def make(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Made:
     """Makes a call; warnings of libraries are printed as notes, as in the parent."""
-    with notes():
+    with printed_as_notes():
         result = work(*arguments)
     return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 

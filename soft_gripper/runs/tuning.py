@@ -13,8 +13,8 @@ from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.runs.scores.steps import StepRow, step_table, true_opening
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
+from soft_gripper.scenario.schema import Scenario
 
 ALLOWED_OVERSHOOT = 2.0  # percent
 TEST_PRESSURE = 30e3  # Pa

@@ -12,7 +12,7 @@ from soft_gripper.files.xml_text import number, read_xml
 from soft_gripper.fingers.finger_links import DRAKE
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import package_map
-from soft_gripper.scenario.drake_reading import check_inside
+from soft_gripper.scenario.drake_parsing import check_inside
 from soft_gripper.scenario.mesh_object import check_mesh_file, converted
 from soft_gripper.scenario.model_numbers import repair_inertia
 

@@ -1,4 +1,4 @@
-"""What the parts of a scenario must be to each other; what a field may hold stands beside it in `scenario.py`."""
+"""What the parts of a scenario must be to each other; what a field may hold stands beside it in `schema.py`."""
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -9,7 +9,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config, require
 from soft_gripper.quantity import Misfit
 from soft_gripper.scenario.drake_values import plain_values, without_numpy
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.response_curve import ResponseCurve
 

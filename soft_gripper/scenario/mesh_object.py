@@ -14,7 +14,7 @@ from trimesh.visual.material import SimpleMaterial
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.fingers.finger_links import DRAKE
-from soft_gripper.scenario.scenario import MeshConfig
+from soft_gripper.scenario.schema import MeshConfig
 
 _LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
 _CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be raised when the same mesh gives another OBJ file
@@ -144,9 +144,9 @@ def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
     link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
     _add_inertia(link, mesh)
     uri = f"file://{keep_by_content(_obj(mesh))}"
-    visual = _add_shape(link, "visual", uri)
+    visual = _add_geometry(link, "visual", uri)
     ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
-    contact = ET.SubElement(_add_shape(link, "collision", uri), DRAKE + "proximity_properties")
+    contact = ET.SubElement(_add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
     ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
     properties = {
         "mu_static": config.friction,
@@ -180,10 +180,10 @@ def _add_inertia(link: ET.Element, mesh: trimesh.Trimesh) -> None:
         ET.SubElement(inertia, "i" + "xyz"[i] + "xyz"[j]).text = repr(float(moments[i, j]))
 
 
-def _add_shape(link: ET.Element, kind: str, uri: str) -> ET.Element:
-    shape = ET.SubElement(link, kind, name=kind)
-    ET.SubElement(ET.SubElement(ET.SubElement(shape, "geometry"), "mesh"), "uri").text = uri
-    return shape
+def _add_geometry(link: ET.Element, kind: str, uri: str) -> ET.Element:
+    element = ET.SubElement(link, kind, name=kind)
+    ET.SubElement(ET.SubElement(ET.SubElement(element, "geometry"), "mesh"), "uri").text = uri
+    return element
 
 
 def _obj(mesh: trimesh.Trimesh) -> str:

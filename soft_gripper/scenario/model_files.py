@@ -22,9 +22,9 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_file import arm_urdf
-from soft_gripper.scenario.drake_reading import add_file, add_text, check_inside, drake_reads
+from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
-from soft_gripper.scenario.scenario import FingerChanges, FingerConfig, ModelConfig
+from soft_gripper.scenario.schema import FingerChanges, FingerConfig, ModelConfig
 
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
 OF_FINGER = ("length", "relaxation_time", "sensor_spacing")

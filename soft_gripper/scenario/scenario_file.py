@@ -14,7 +14,7 @@ from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
 from soft_gripper.scenario.checks import check_scenario, checked_scenario
 from soft_gripper.scenario.drake_values import without_numpy
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_path
 
 _DEEPEST = 20  # names in the key of an override

@@ -11,7 +11,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.own_functions import find_named, made
-from soft_gripper.scenario.scenario import DeadSensorConfig, EstimatorConfig, SensorConfig, presets
+from soft_gripper.scenario.schema import DeadSensorConfig, EstimatorConfig, SensorConfig, presets
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, path_names

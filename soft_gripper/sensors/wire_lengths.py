@@ -31,8 +31,8 @@ class Sections(NamedTuple):
 
 
 @dataclass(frozen=True)
-class WireCalibration:
-    """Calibration of one arm, each (S,)."""
+class WireGeometry:
+    """Where the wires of one arm run, each (S,)."""
 
     spacing: float  # m, Delta_R
     bend_offsets: Array  # o, rad

@@ -1,4 +1,4 @@
-"""Ground truth of contact: patches where shapes touch, forces on each finger, and the object that several fingers hold.
+"""Ground truth of contact: patches where geometries touch, forces on each finger, and the object that fingers hold.
 
 The patches of several samples lie one after the other: P of them in T samples.
 
@@ -30,20 +30,20 @@ from soft_gripper.signals import XYZ
 
 
 class Patch(NamedTuple):
-    """Where two shapes touch.
+    """Where two geometries touch.
 
-    Shapes are known by the values of their GeometryIds: a block that kept ids would keep the plant that gave them.
+    Geometries are known by the values of their GeometryIds: a block that kept ids would keep the plant that gave them.
     """
 
-    shapes: tuple[int, int]
+    geometries: tuple[int, int]
     place: Array  # (3,) m, of the patch, in the world
     normal: Array  # (3,) in the world, either way, of any length
-    force: Array  # (3,) N in the world, including friction, on the first shape; the second receives the opposite
+    force: Array  # (3,) N in the world, including friction, on the first geometry; the second receives the opposite
     torque: Array  # (3,) N m in the world, about the place
 
 
-def patches(results: ContactResults, shapes: Container[int]) -> Iterator[Patch]:
-    """All contacts of some shapes of a plant, given by the values of their ids.
+def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Patch]:
+    """All contacts of some geometries of a plant, given by the values of their ids.
 
     The normal of a surface is the mean over its faces.
     """
@@ -51,14 +51,14 @@ def patches(results: ContactResults, shapes: Container[int]) -> Iterator[Patch]:
         info = results.hydroelastic_contact_info(i)
         surface = info.contact_surface()
         pair = (surface.id_M().get_value(), surface.id_N().get_value())
-        if pair[0] in shapes or pair[1] in shapes:
+        if pair[0] in geometries or pair[1] in geometries:
             wrench = info.F_Ac_W()
             yield Patch(pair, surface.centroid(), _area(surface), wrench.translational(), wrench.rotational())
     for i in range(results.num_point_pair_contacts()):
         point = results.point_pair_contact_info(i)
         touching = point.point_pair()
         pair = (touching.id_B.get_value(), touching.id_A.get_value())
-        if pair[0] in shapes or pair[1] in shapes:
+        if pair[0] in geometries or pair[1] in geometries:
             yield Patch(pair, point.contact_point(), touching.nhat_BA_W, point.contact_force(), np.zeros(3))
 
 
@@ -83,24 +83,24 @@ class TouchedLinks:
     """The links of a finger as they appear in contact results, from the base to the tip."""
 
     bodies: Sequence[BodyIndex]
-    shapes: Sequence[Collection[int]]  # collision shapes of each, values of their GeometryIds
+    geometries: Sequence[Collection[int]]  # collision geometries of each, values of their GeometryIds
     begins: Sequence[float]  # m, arc lengths at their frames
 
     @classmethod
     def of(cls, finger: PlantFinger) -> "TouchedLinks":
         """The links of a finger in a finalized plant."""
         ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
-        shapes = [[shape.get_value() for shape in of_link] for of_link in ids]
-        return cls([link.index() for link in finger.links], shapes, finger.finger.link_ends[:-1].tolist())
+        geometries = [[geometry.get_value() for geometry in of_link] for of_link in ids]
+        return cls([link.index() for link in finger.links], geometries, finger.finger.link_ends[:-1].tolist())
 
     @cached_property
     def link_of(self) -> dict[int, int]:
-        """Link indices by shape."""
-        return {shape: link for link, shapes in enumerate(self.shapes) for shape in shapes}
+        """Link indices by geometry."""
+        return {geometry: link for link, geometries in enumerate(self.geometries) for geometry in geometries}
 
 
 class OwnLink(NamedTuple):
-    """The link to which a shape belongs."""
+    """The link to which a geometry belongs."""
 
     finger: int
     link: int  # 0 at the base
@@ -108,12 +108,12 @@ class OwnLink(NamedTuple):
     body: BodyIndex
 
 
-def links_by_shape(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
-    """The links of fingers by their shapes."""
+def links_by_geometry(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
+    """The links of fingers by their geometries."""
     return {
-        shape: OwnLink(number, link, finger.begins[link], finger.bodies[link])
+        geometry: OwnLink(number, link, finger.begins[link], finger.bodies[link])
         for number, finger in enumerate(fingers)
-        for shape, link in finger.link_of.items()
+        for geometry, link in finger.link_of.items()
     }
 
 
@@ -122,12 +122,12 @@ def patch_table(found: Iterable[Patch], links: Mapping[int, OwnLink], X_WB: Sequ
 
     Args:
         found: patches of a plant.
-        links: of the fingers, see `links_by_shape`.
+        links: of the fingers, see `links_by_geometry`.
         X_WB: poses of all bodies of the plant, in the order of their indices.
     """
     rows: list[Array] = []
     for patch in found:
-        own = [links.get(shape) for shape in patch.shapes]
+        own = [links.get(geometry) for geometry in patch.geometries]
         if own[0] is not None and own[1] is not None and own[0].finger == own[1].finger:
             continue
         for sign, link in zip((1.0, -1.0), own, strict=True):
@@ -289,7 +289,7 @@ class TrueContact(ArrayBlock):
     def __init__(self, fingers: Mapping[str, TouchedLinks]):
         """`fingers` by their names."""
         super().__init__()
-        self._links = links_by_shape(list(fingers.values()))
+        self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
         self.show("patches", self._collect, {self._results.ticket(), self._poses.ticket()})

@@ -203,13 +203,13 @@ class Links(HTMLParser):
         self.found += [value for name, value in attrs if name in ("src", "href") and tag != "a"]
 
 
-def test_run_keeps_a_replay_that_needs_nothing_else() -> None:
-    assert soft_gripper("run", "free_bending", *short(), "--html", "replays/one.html").code == 0
-    page = Path("replays/one.html").read_text()
+def test_run_keeps_an_animation_that_needs_nothing_else() -> None:
+    assert soft_gripper("run", "free_bending", *short(), "--html", "animations/one.html").code == 0
+    page = Path("animations/one.html").read_text()
     assert [link for link in Links(page).found if not (link or "").startswith("data:")] == []
     assert "Meshcat" in page
     assert len(page) > 1e6, "the viewer itself is in the page"
-    assert [name for name in files() if name.startswith("replays")] == ["replays/one.html"]
+    assert [name for name in files() if name.startswith("animations")] == ["animations/one.html"]
 
 
 def test_progress_reaches_the_end_of_the_run() -> None:

@@ -30,7 +30,7 @@ from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 pytestmark = pytest.mark.slow
 
 SECTIONS = (1, 2, 3, 4)
-OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "replay.html"}
+OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "animation.html"}
 
 
 PAGE_IS_LOADED = """
@@ -38,7 +38,7 @@ PAGE_IS_LOADED = """
     const wait = () => document.readyState === "complete" ? done() : setTimeout(wait, 50);
     wait();
 """
-REPLAY_IS_DRAWN = """
+ANIMATION_IS_DRAWN = """
     const [scene, done] = arguments;
     const wait = () => {
       const page = scene.querySelector("iframe")?.contentWindow;
@@ -261,7 +261,7 @@ def test_resume_runs_what_is_missing_or_was_another_scenario(started: list[str],
     assert set(started) == {missing, changed}
 
 
-def test_report_opens_offline_with_its_figures_and_replays(evaluated: Evaluated, tmp_path: Path) -> None:
+def test_report_opens_offline_with_its_figures_and_animations(evaluated: Evaluated, tmp_path: Path) -> None:
     driver = open_offline(evaluated.folder / "report.html", tmp_path / "profile")
     try:
         driver.set_script_timeout(60)
@@ -275,9 +275,9 @@ def test_report_opens_offline_with_its_figures_and_replays(evaluated: Evaluated,
         for scene in driver.find_elements("css selector", ".scene"):
             driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", scene)
             scene.find_element("css selector", "button").click()
-            driver.execute_async_script(REPLAY_IS_DRAWN, scene)
+            driver.execute_async_script(ANIMATION_IS_DRAWN, scene)
             picture = Image.open(io.BytesIO(scene.find_element("css selector", ".stage").screenshot_as_png))
-            assert np.asarray(picture.convert("L")).std() > 5, "the replay is blank"
+            assert np.asarray(picture.convert("L")).std() > 5, "the animation is blank"
             driver.execute_script("arguments[0].querySelector('iframe').remove()", scene)  # or it goes on drawing
         assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
     finally:

@@ -28,7 +28,7 @@ from synthetic_hardware import (
 from soft_gripper.commands import hardware as hardware_command
 from soft_gripper.evaluation import hardware as experiments
 from soft_gripper.evaluation.paper.claims import Claim
-from soft_gripper.hardware.identification.identification import read_finger
+from soft_gripper.hardware.identification.identified_finger import read_finger
 from soft_gripper.hardware.identification.simulated_motion import Setup
 from soft_gripper.models import DIRECTORY
 

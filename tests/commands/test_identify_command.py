@@ -23,7 +23,7 @@ from identified import (
 from refusals import refusal
 
 from soft_gripper.hardware.identification import fit as fit_module
-from soft_gripper.hardware.identification.identification import read_finger
+from soft_gripper.hardware.identification.identified_finger import read_finger
 
 WRITTEN = {"fitted.urdf", "fitted.csv", "fitted.png", "fitted.svg"}
 

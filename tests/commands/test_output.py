@@ -12,8 +12,8 @@ from soft_gripper.commands import replay
 from soft_gripper.commands.run import run_folder
 from soft_gripper.diagrams.view import meshcat_view as meshcats
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 @pytest.fixture(autouse=True)
@@ -89,7 +89,7 @@ def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.Monk
     monkeypatch.setattr("builtins.input", lambda *_: pytest.fail("waits for a key"))
     outcome = soft_gripper("run", "free_bending", *short(), "--meshcat")
     assert outcome.code == 0
-    assert "--html FILE to keep the replay" in outcome.out
+    assert "--html FILE to keep the animation" in outcome.out
     assert "Open http://localhost:" in outcome.err
 
 

@@ -128,7 +128,7 @@ def test_a_user_plays_records_and_stops(played: Played, driver: Any) -> None:
     number.send_keys(CONTROL, "a", RELEASED, "-7.5\n")
     wait_until(lambda: abs(played.value("right_finger.pressure") + 7.5e3) < 100)
     driver.find_element("id", "record").click()
-    wait_until((played.out / "1" / "replay.html").exists)
+    wait_until((played.out / "1" / "animation.html").exists)
     pressure = Recording.load(played.out / "1" / "recording.nc")[PRESSURE]
     assert pressure[-1] - pressure[0] == pytest.approx(10e3, abs=1.5e3)
 
@@ -222,7 +222,7 @@ def test_an_attacker_commands_nothing_writes_nothing_and_stops_nothing(played: P
     assert code == 0
     assert "Traceback" not in said
     assert said.splitlines()[-1] == f"Recordings: {played.out / '1'}"
-    assert (played.out / "1" / "replay.html").exists()
+    assert (played.out / "1" / "animation.html").exists()
     assert Recording.load(played.out / "1" / "recording.nc")["time"][-1] > 0.3
 
 

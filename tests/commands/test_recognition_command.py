@@ -12,15 +12,15 @@ from command_line import LISTENING, soft_gripper
 from refusals import refusal
 
 from soft_gripper.evaluation.random_grasps import SHAPES
-from soft_gripper.recognition.shape_model import load_shape_model
+from soft_gripper.recognition.object_classifier import load_object_classifier
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 FILES = {
     "grasps.csv",
     "recognition.png",
     "recognition.svg",
-    "shapes_2_sections.json",
-    "shapes_4_sections.json",
+    "objects_2_sections.json",
+    "objects_4_sections.json",
 }
 
 
@@ -30,7 +30,7 @@ def test_a_handful_of_grasps_leads_to_models_a_table_and_a_figure(tmp_path):
     assert done.code == 0
     assert {path.name for path in tmp_path.iterdir()} == FILES
     for sections in (2, 4):
-        model = load_shape_model(tmp_path / f"shapes_{sections}_sections.json")
+        model = load_object_classifier(tmp_path / f"objects_{sections}_sections.json")
         assert (model.shapes, model.sections, list(model.pressures)) == (
             tuple(SHAPES),
             sections,

@@ -18,7 +18,7 @@ from soft_gripper.commands import main
 from soft_gripper.commands.viewing import wait_for_viewer
 from soft_gripper.errors import SimulationDivergedError, WorkerDiedError
 from soft_gripper.files.output import lock_folder
-from soft_gripper.library_messages import notes
+from soft_gripper.library_messages import printed_as_notes
 from soft_gripper.models import DIRECTORY
 
 COMMAND = [sys.executable, "-c", "import sys; from soft_gripper.commands import main; sys.exit(main())"]
@@ -86,7 +86,7 @@ def test_the_end_of_input_ends_waiting(monkeypatch, capsys) -> None:
 def test_complaints_of_libraries_become_notes(capsys) -> None:
     drake = logging.getLogger("drake")
     before = logging.getLogger().handlers[:], drake.handlers[:], drake.level
-    with notes():
+    with printed_as_notes():
         for _ in range(2):
             drake.warning("/tmp/soft-gripper-x/o.expanded.urdf:4: warning: a\n   b")
         warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)

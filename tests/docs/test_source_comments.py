@@ -4,7 +4,7 @@ from source_comments import field_texts, has_fields
 
 from soft_gripper.estimators.arcs import Arcs
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.scenario.scenario import FingerChanges, FingerConfig, Scenario, SensorConfig
+from soft_gripper.scenario.schema import FingerChanges, FingerConfig, Scenario, SensorConfig
 
 
 def text_of(cls, name):

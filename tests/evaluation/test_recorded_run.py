@@ -92,7 +92,7 @@ def test_the_signal_and_its_value_are_named(recorded, tmp_path, change, field, v
 def test_samples_may_be_missing_only_where_a_sensor_can_drop_out(recorded, tmp_path):
     recording = Recording(recorded.copy(deep=True))
     recording["left_finger.strain"][3] = np.nan
-    assert np.isnan(read_signal("file", recording, "left_finger.strain", 2, 2, gaps=True)[3]).all()
+    assert np.isnan(read_signal("file", recording, "left_finger.strain", 2, 2, allow_nan=True)[3]).all()
     with pytest.raises(InputError) as error:
         read_signal("file", recording, "left_finger.strain", 2, 2)
     assert error.value.field == "left_finger.strain"

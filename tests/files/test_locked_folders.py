@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import lock_folder, unlock_folders
+from soft_gripper.files.output import lock_folder, release_folders
 
 CLAIM = (
     "import sys; from pathlib import Path; from soft_gripper.files.output import lock_folder; lock_folder(Path('.'))"
@@ -16,7 +16,7 @@ CLAIM = (
 @pytest.fixture(autouse=True)
 def _release():
     yield
-    unlock_folders()
+    release_folders()
 
 
 def test_another_process_is_refused_until_the_folder_is_released(tmp_path):
@@ -26,7 +26,7 @@ def test_another_process_is_refused_until_the_folder_is_released(tmp_path):
     lock_folder(tmp_path)
     lock_folder(tmp_path)  # again, by the process that holds it
     assert "another soft-gripper writes there" in lock_elsewhere().stderr
-    unlock_folders()
+    release_folders()
     assert lock_elsewhere().returncode == 0
     assert list(tmp_path.iterdir()) == []
 
@@ -37,3 +37,12 @@ def test_a_process_that_ends_leaves_no_claim(tmp_path):
         lock_folder(tmp_path)
     except InputError:
         pytest.fail("the lock is still there")
+
+
+def test_folders_that_were_made_and_left_empty_go(tmp_path):
+    (tmp_path / "old").mkdir()
+    filled, *_ = [lock_folder(tmp_path / name) for name in ("new/filled", "new/below/empty", "old", "old/empty")]
+    (filled / "table.csv").touch()
+    release_folders()
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")}
+    assert left == {"old", "new", "new/filled", "new/filled/table.csv"}

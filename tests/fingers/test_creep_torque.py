@@ -19,7 +19,7 @@ from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 
 BRANCHES = (CreepBranch(0.2, 0.3), CreepBranch(0.1, 4.0))
 PRESSURE = 100e3  # Pa

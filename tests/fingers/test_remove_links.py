@@ -14,7 +14,7 @@ from scenario_plants import add_scene, arm_of
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.urdf import remove_links
 from soft_gripper.scenario.model_files import load_model
-from soft_gripper.scenario.scenario import ArmConfig, ModelConfig, Scenario
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, Scenario
 
 PATH = Path("arm.urdf")
 MASS = 2.0  # kg, of every link: see INERTIAL

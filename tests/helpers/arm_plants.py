@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from soft_gripper.scenario.scenario import ArmConfig, ModelConfig, Scenario
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, Scenario
 
 HOME = (0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0)  # rad, of the UR5e: the tool points down
 # Postures in which the gripper points down, up, level in two ways, and askew.

@@ -7,8 +7,8 @@ import numpy as np
 
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 LENGTH = 0.12  # m
 BENDING_STIFFNESS = 0.01  # N m^2

@@ -4,7 +4,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.arm import Arm, make_arm
 from soft_gripper.diagrams.scene import Scene, add_plant
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 def add_scene(builder: DiagramBuilder, scenario: Scenario) -> Scene:

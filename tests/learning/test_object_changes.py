@@ -7,7 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from refusals import refused
 
-from soft_gripper.learning.episode_variation import scale_shapes, scaled_shape, set_mass
+from soft_gripper.learning.episode_variation import scale_geometries, scaled_shape, set_mass
 
 SHAPES = (Sphere(0.1), Box(0.1, 0.2, 0.3), Capsule(0.1, 0.3), Cylinder(0.1, 0.3), Ellipsoid(0.1, 0.2, 0.3))
 
@@ -29,7 +29,7 @@ def test_what_is_seen_is_scaled_where_somebody_looks(grasp_station, seen):
     parts, body = grasp_station.parts, grasp_station.object
     root = grasp_station.diagram.CreateDefaultContext()
     context = parts.scene_graph.GetMyMutableContextFromRoot(root)
-    scale_shapes(parts.scene_graph, context, parts.plant, body, 1.2, seen)
+    scale_geometries(parts.scene_graph, context, parts.plant, body, 1.2, seen)
     before = parts.scene_graph.model_inspector()
     after = parts.scene_graph.get_query_output_port().Eval(context).inspector()
     frame = parts.plant.GetBodyFrameIdOrThrow(body.index())

@@ -15,8 +15,8 @@ from soft_gripper.diagrams.recording import Recording, add_logs, read_logs
 from soft_gripper.diagrams.simulation import simulate, solver_config
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.load.force_estimator import SAMPLES
-from soft_gripper.scenario.scenario import ModelConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import ModelConfig
 
 pytestmark = pytest.mark.slow
 

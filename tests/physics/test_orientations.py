@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, TaskConfig
 
 pytestmark = pytest.mark.slow
 

@@ -13,8 +13,8 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import load_model
-from soft_gripper.scenario.scenario import ModelConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import ModelConfig
 
 MESH = trimesh.load(DIRECTORY / "objects" / "irregular.obj", force="mesh")
 NECK = 0.01875  # m above the foot, where the body is thinnest

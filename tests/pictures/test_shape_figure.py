@@ -14,7 +14,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.fingers.finger_links import link_name
-from soft_gripper.pictures.shapes import shape_figure
+from soft_gripper.pictures.shape_figure import shape_figure
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout

@@ -14,7 +14,7 @@ from scenes import Scene
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.pictures.video import FOOTER, Film, check_video, write_video
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 pytestmark = pytest.mark.slow
 

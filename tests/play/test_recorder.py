@@ -60,7 +60,7 @@ def test_everything_to_look_at_it_is_there_and_whole(runs) -> None:
     _, _, folder = runs
     assert folder.name == "1"
     assert is_whole(folder)
-    assert "DecompressionStream" in (folder / "replay.html").read_text()
+    assert "DecompressionStream" in (folder / "animation.html").read_text()
     assert load_scenario(str(folder / "scenario.yaml")).external == ["pressure"]
 
 

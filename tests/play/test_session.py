@@ -158,7 +158,7 @@ def test_reset_ends_a_recording(play: Play, tmp_path: Path) -> None:
 def test_a_recording_is_written_when_the_session_ends(play: Play, tmp_path: Path) -> None:
     session, _ = play(_1=record, _3=nothing)
     assert session.recordings == [tmp_path / "1"]
-    assert (tmp_path / "1" / "replay.html").exists()
+    assert (tmp_path / "1" / "animation.html").exists()
 
 
 def test_a_recording_is_written_whatever_ends_the_session(play: Play, tmp_path: Path) -> None:
@@ -222,7 +222,7 @@ def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
     assert feed.sent[-1]["note"].startswith("the view failed and was opened again; written:")
     assert session.recordings == [tmp_path / "1"]
     assert end_time(tmp_path / "1") == pytest.approx(0.3, abs=0.07)
-    assert not (tmp_path / "1" / "replay.html").exists()
+    assert not (tmp_path / "1" / "animation.html").exists()
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.play.control_panel import NO_KEYS, Command, commands_of, pressure_slider, tool_pose
 from soft_gripper.play.session import open_scenario
-from soft_gripper.scenario.scenario import PressureConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import PressureConfig
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,12 @@ from refusals import refused
 from scipy.stats import multivariate_normal
 
 from soft_gripper.errors import InputError
-from soft_gripper.recognition.shape_model import ShapeModel, grasp_features, principal_components, train_shape_model
+from soft_gripper.recognition.object_classifier import (
+    ObjectClassifier,
+    grasp_features,
+    principal_components,
+    train_object_classifier,
+)
 
 LEVELS, FINGERS, JOINTS = 3, 2, 4
 SHAPES = ("ball", "can", "brick")
@@ -25,7 +30,7 @@ def synthetic(number, seed):
 
 def trained(**changes):
     labels, angles, torques = synthetic(50, 2)
-    return replace(train_shape_model(labels, angles, torques, [1e3, 2e3, 3e3], 2), **changes)
+    return replace(train_object_classifier(labels, angles, torques, [1e3, 2e3, 3e3], 2), **changes)
 
 
 def test_features_do_not_ask_which_finger_is_the_first():
@@ -68,7 +73,7 @@ def test_of_two_shapes_of_one_mean_the_narrow_one_is_likelier_near_it(at, expect
     first = np.zeros((1, 4))
     first[0, 0] = 1.0
     wide = np.array([1.0, 4.0]).reshape(2, 1, 1)
-    model = ShapeModel(("narrow", "wide"), 2, 1, 2, np.array([1e3]), np.zeros(4), first, np.zeros((2, 1)), wide)
+    model = ObjectClassifier(("narrow", "wide"), 2, 1, 2, np.array([1e3]), np.zeros(4), first, np.zeros((2, 1)), wide)
     angles = np.full((1, 2, 1), at)
     np.testing.assert_allclose(model.probabilities(angles, np.zeros((1, 2, 1))), [expected, 1 - expected])
 
@@ -78,7 +83,7 @@ def test_shapes_of_one_mean_are_recognized_by_how_they_scatter():
     scatter = np.where(np.arange(400) % 2, 0.01, 0.1)[:, None, None, None]
     labels = ["loose", "tight"] * 200
     angles, torques = scatter * rng.normal(size=(2, 400, LEVELS, FINGERS, JOINTS))
-    model = train_shape_model(labels[:200], angles[:200], torques[:200], [1e3, 2e3, 3e3], 2)
+    model = train_object_classifier(labels[:200], angles[:200], torques[:200], [1e3, 2e3, 3e3], 2)
     found = model.probabilities(angles[200:], torques[200:]).argmax(axis=-1)
     assert (np.array(model.shapes)[found] == labels[200:]).mean() > 0.95
 
@@ -86,7 +91,7 @@ def test_shapes_of_one_mean_are_recognized_by_how_they_scatter():
 def test_covariances_are_shrunk_by_a_tenth_toward_that_of_all():
     """Those of each shape as NumPy finds them about its own mean; as many grasps of each, so all have their mean."""
     labels, angles, torques = synthetic(20, 10)
-    model = train_shape_model(labels, angles, torques, [1e3, 2e3, 3e3], 2)
+    model = train_object_classifier(labels, angles, torques, [1e3, 2e3, 3e3], 2)
     parts = (grasp_features(angles, torques) - model.center) @ model.components.T
     own = np.array([np.cov(parts[np.array(labels) == shape].T, bias=True) for shape in SHAPES])
     expected = 0.9 * own + 0.1 * own.mean(axis=0) + 1e-6 * np.eye(parts.shape[1])
@@ -95,7 +100,7 @@ def test_covariances_are_shrunk_by_a_tenth_toward_that_of_all():
 
 def test_few_grasps_do_not_make_a_shape_certain():
     """Four grasps of each span three directions of 24: in all others a shape is as wide as all are, times a tenth."""
-    model = train_shape_model(*synthetic(4, 11), [1e3, 2e3, 3e3], 2)
+    model = train_object_classifier(*synthetic(4, 11), [1e3, 2e3, 3e3], 2)
     assert (np.linalg.eigvalsh(model.covariances)[:, 6] > 1e-3).all()
     labels, angles, torques = synthetic(100, 12)
     right = np.array(SHAPES)[model.probabilities(angles, torques).argmax(axis=-1)] == labels
@@ -148,6 +153,6 @@ def test_training_refuses_what_is_not_finite_and_shapes_that_are_too_few():
     labels, angles, torques = synthetic(3, 9)
     torques[4] = np.nan
     with refused("grasps[4]", "NaN or infinite"):
-        train_shape_model(labels, angles, torques, [1e3, 2e3, 3e3], 2)
+        train_object_classifier(labels, angles, torques, [1e3, 2e3, 3e3], 2)
     with refused("grasps", {"ball": 9}):
-        train_shape_model(["ball"] * 9, angles, torques, [1e3, 2e3, 3e3], 2)
+        train_object_classifier(["ball"] * 9, angles, torques, [1e3, 2e3, 3e3], 2)

@@ -1,4 +1,4 @@
-"""ShapeRecognizer: when it has seen enough, what it forgets, and the same as the model in a small diagram."""
+"""ObjectRecognizer: when it has seen enough, what it forgets, and the same as the model in a small diagram."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,8 @@ from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 from refusals import refused
 
-from soft_gripper.recognition.recognizer import TOLERANCE, ShapeRecognizer
-from soft_gripper.recognition.shape_model import ShapeModel
+from soft_gripper.recognition.object_classifier import ObjectClassifier
+from soft_gripper.recognition.recognizer import TOLERANCE, ObjectRecognizer
 from soft_gripper.signals import signal_of
 
 PERIOD = 0.01  # s
@@ -18,7 +18,7 @@ LEVELS = np.array([50e3, 80e3])  # Pa
 JOINTS = 3
 RNG = np.random.default_rng(1)
 FEATURES = 4 * len(LEVELS) * JOINTS
-MODEL = ShapeModel(
+MODEL = ObjectClassifier(
     ("ball", "can"),
     len(FINGERS),
     JOINTS,
@@ -34,10 +34,10 @@ EXPECTED = MODEL.probabilities(ANGLES, TORQUES)
 
 
 class Recognizer:
-    """A ShapeRecognizer whose samples are given by hand, one a period."""
+    """A ObjectRecognizer whose samples are given by hand, one a period."""
 
     def __init__(self):
-        self.block = ShapeRecognizer(MODEL, FINGERS, PERIOD)
+        self.block = ObjectRecognizer(MODEL, FINGERS, PERIOD)
         self.context = self.block.CreateDefaultContext()
 
     def sample(self, pressures, angles=ANGLES[0], torques=TORQUES[0]):
@@ -60,12 +60,12 @@ class Recognizer:
 
 
 def test_ports():
-    block = ShapeRecognizer(MODEL, FINGERS, PERIOD)
+    block = ObjectRecognizer(MODEL, FINGERS, PERIOD)
     found = [block.get_input_port(i) for i in range(block.num_input_ports())]
     signals = {"estimated_joint_angles": JOINTS, "external_torque": JOINTS, "sampled_pressure": 1}
     expected = [(f"{finger}.{name}", size) for name, size in signals.items() for finger in FINGERS]
     assert [(port.get_name(), port.size()) for port in found] == expected
-    port = block.GetOutputPort("shape_probabilities")
+    port = block.GetOutputPort("object_probabilities")
     assert signal_of(port).unit == "1"
     assert signal_of(port).axes == {"shape": ("ball", "can")}
 
@@ -124,7 +124,7 @@ def test_letting_go_forgets_and_a_little_less_pressure_does_not():
 def test_in_a_diagram_it_recognizes_while_it_runs():
     """The pressure steps at 0.1 s; angles and torques change with it."""
     builder = DiagramBuilder()
-    block = builder.AddSystem(ShapeRecognizer(MODEL, FINGERS, PERIOD))
+    block = builder.AddSystem(ObjectRecognizer(MODEL, FINGERS, PERIOD))
     for i, finger in enumerate(FINGERS):
         for signal, values in (
             ("sampled_pressure", LEVELS[None]),
@@ -145,5 +145,5 @@ def test_in_a_diagram_it_recognizes_while_it_runs():
 
 def test_another_number_of_fingers_is_refused():
     with refused("fingers", ["thumb"]) as error:
-        ShapeRecognizer(MODEL, ["thumb"], PERIOD)
+        ObjectRecognizer(MODEL, ["thumb"], PERIOD)
     assert "thumb" in str(error.value)

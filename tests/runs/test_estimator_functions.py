@@ -12,9 +12,9 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.evaluation.contacts import estimates
 from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
 from soft_gripper.evaluation.robustness.plants import FINE, FingerAtRest
-from soft_gripper.evaluation.robustness.table import NominalCase, plant_table, robustness_table
+from soft_gripper.evaluation.robustness.table import NominalError, plant_table, robustness_table
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.hardware.replay.recordings import estimator_rows
+from soft_gripper.hardware.replay.held_out import estimator_rows
 from soft_gripper.placement.place_sensors import place_sensors
 from soft_gripper.placement.samples import Assumptions, held_fingers
 from soft_gripper.runs.estimator_functions import estimator_function
@@ -36,7 +36,7 @@ def test_robustness(recorded):
     station, recording = recorded
     held = [FingerAtRest(station, recording, station.fingers[0])]
     for rows in (
-        robustness_table("free", held, 0.0, 1, [THEIRS, OWN], [NominalCase()]),
+        robustness_table("free", held, 0.0, 1, [THEIRS, OWN], [NominalError()]),
         plant_table(FINE, "free_bending", held, 1, [THEIRS, OWN]),
     ):
         theirs, own = ([row for row in rows if row.estimator == name] for name in (THEIRS, OWN))
@@ -57,7 +57,7 @@ def test_contact_trials(monkeypatch):
     q, ones = resting_angles(finger, pressure, np.zeros(2, dtype=complex)), np.ones(2)
     sides = np.array(["inner", "outer"])
     contacts = Contacts(q, pressure, 0j * ones, ones, ones, 0.1 * ones, 0 * q, sides, 0.005 * ones, 0 * ones)
-    monkeypatch.setattr(estimates, "CASES", [estimates.Case()])
+    monkeypatch.setattr(estimates, "CONDITIONS", [estimates.Condition()])
     estimates.check_estimator(OWN)
     found = list(estimates.contact_estimates(contacts, [THEIRS, OWN]))
     assert [each.estimator for each in found] == [THEIRS, OWN] * (len(found) // 2)

@@ -16,7 +16,7 @@ from soft_gripper.diagrams.wiring.sensing import add_sensing
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import add_fingers, find_fingers
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 
 GRIPPER = "package://soft_gripper/grippers/two_finger.urdf"
 PRESSURES = {  # Pa

@@ -5,8 +5,8 @@ from refusals import refused
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.model_files import configured_finger
-from soft_gripper.scenario.scenario import FingerConfig
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, parse_scenario
+from soft_gripper.scenario.schema import FingerConfig
 
 
 def test_changes_for_all_come_first_and_those_of_the_name_on_top(tapered_finger):

@@ -13,7 +13,7 @@ from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.mesh_object import mesh_to_sdf
-from soft_gripper.scenario.scenario import MeshConfig
+from soft_gripper.scenario.schema import MeshConfig
 
 SIZE = np.array([0.04, 0.03, 0.05])  # m
 CENTER = [0.01, 0.0, -0.02]  # m

@@ -10,7 +10,7 @@ from refusals import refused
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import load_model, model_path
-from soft_gripper.scenario.scenario import MeshConfig, ModelConfig
+from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
 BOX = "package://soft_gripper/objects/box.sdf"
 FINGER = "package://soft_gripper/grippers/finger.urdf"

@@ -11,7 +11,7 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
-from soft_gripper.scenario.scenario import NominalConfig, SensorConfig
+from soft_gripper.scenario.schema import NominalConfig, SensorConfig
 
 CURVE = [[1.0, 0.0], [2.0, 3.0]]
 TWO = "package://soft_gripper/grippers/two_finger.urdf"

@@ -9,7 +9,7 @@ from refusals import refused
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import parse_xml
 from soft_gripper.scenario.arm_file import mesh_file
-from soft_gripper.scenario.drake_reading import check_inside, check_uris
+from soft_gripper.scenario.drake_parsing import check_inside, check_uris
 from soft_gripper.scenario.model_files import model_path
 
 CLIMBING = ["../a.obj", "b/../../a.obj", "..", "b/../../package_of_another/a.obj", "", "b/.."]

@@ -11,7 +11,8 @@ from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.scenario.scenario import (
+from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
+from soft_gripper.scenario.schema import (
     ArmConfig,
     EstimatorConfig,
     ModelConfig,
@@ -21,7 +22,6 @@ from soft_gripper.scenario.scenario import (
     StrainErrorsConfig,
     TaskConfig,
 )
-from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 from soft_gripper.sensors.pressure_errors import PressureErrors
 

@@ -4,14 +4,14 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
-from soft_gripper.scenario.scenario import (
+from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import (
     DeadSensorConfig,
     EstimatorConfig,
     SensorConfig,
     StrainErrorsConfig,
     presets,
 )
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.sensor_presets import strain_errors, uncertainty
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import StrainErrors

@@ -11,8 +11,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.statics import free_bending_angles
-from soft_gripper.scenario.scenario import SensorConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 from soft_gripper.sensors.sensor_layout import SensorLayout

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from soft_gripper.sensors.wire_lengths import WireCalibration, as_strain
+from soft_gripper.sensors.wire_lengths import WireGeometry, as_strain
 
 SPACING = 0.04
 
 
 def calibration(**numbers):
     zeros = {name: np.zeros(2) for name in ("bend_offsets", "crossing", "length_offsets", "bow")}
-    return WireCalibration(spacing=SPACING, **{**zeros, **numbers})
+    return WireGeometry(spacing=SPACING, **{**zeros, **numbers})
 
 
 def wires(theta, length):
@@ -50,7 +50,7 @@ def test_of_three_sections_each_is_passed_by_the_wires_of_the_next():
     theta, length, zeros = np.array([0.5, -0.7, 0.4]), np.array([0.12, 0.15, 0.13]), np.zeros(3)
     seen = theta + 0.1 * np.array([0.0, *theta[:2]])
     crossing, bow = np.array([0.0, -0.1, -0.1]), np.full(3, 2e-3)
-    found = WireCalibration(SPACING, zeros, crossing, zeros, bow).sections(*wires(seen, length - 2e-3 * theta**2))
+    found = WireGeometry(SPACING, zeros, crossing, zeros, bow).sections(*wires(seen, length - 2e-3 * theta**2))
     np.testing.assert_allclose(found.theta, theta, atol=1e-12)
     np.testing.assert_allclose(found.length, length, atol=1e-12)
 

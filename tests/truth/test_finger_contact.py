@@ -13,7 +13,7 @@ from soft_gripper.truth.contact import (
     contact_signals,
     contact_width,
     finger_contacts,
-    links_by_shape,
+    links_by_geometry,
     patch_table,
 )
 
@@ -25,7 +25,7 @@ POSES = [TURNED, RigidTransform(), RigidTransform()]  # of the second link, of t
 X, Y, Z = np.eye(3)
 
 
-LINKS = links_by_shape([FINGER, NEIGHBOUR])
+LINKS = links_by_geometry([FINGER, NEIGHBOUR])
 
 
 def patch(first, second, center, normal, force, torque=(0, 0, 0)):

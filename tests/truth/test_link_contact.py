@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.scenario.scenario import ModelConfig, PressureConfig, Scenario
+from soft_gripper.scenario.schema import ModelConfig, PressureConfig, Scenario
 from soft_gripper.truth.contact import STRAIGHT, TOUCH, changes_sign, contact_length, touches
 
 HEIGHT, RADIUS, GAP = 0.2, 0.01, 2e-4  # m, of the bases, of the peg of models/objects, between peg and finger

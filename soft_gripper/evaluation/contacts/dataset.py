@@ -40,7 +40,7 @@ from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import add_fingers, model_path
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.contact import touches
 

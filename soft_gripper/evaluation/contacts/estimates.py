@@ -1,4 +1,4 @@
-"""Force and place of single contacts as an estimator finds them under a case.
+"""Force and place of single contacts as an estimator finds them under a condition.
 
 What sensors read in contacts: a finger bends freely for its calibration, is let go, and is pressed.
 
@@ -42,7 +42,7 @@ from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
-from soft_gripper.scenario.scenario import NominalConfig, SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
@@ -103,30 +103,30 @@ PRESSURES = np.array([30e3, 60e3, 90e3, 120e3])  # Pa, of the free motion
 HANGING = G + 0j  # m/s^2, gravity in the free motion: the finger hangs
 
 
-class Readings(NamedTuple):
+class ContactReadings(NamedTuple):
     """Of M contacts, by E sets of sensors."""
 
     free: FreeMotion  # with readings (E, M, K, paths * S)
     pressed: Array  # (E, M, paths * S)
 
 
-def ideal_readings(layout: SensorLayout, contacts: Contacts) -> Readings:
+def ideal_readings(layout: SensorLayout, contacts: Contacts) -> ContactReadings:
     """By one set of sensors without errors."""
     free = layout.response.reading(extension_ratios(layout, _free_angles(layout)))
     pressed = layout.response.reading(extension_ratios(layout, contacts.q))
-    return Readings(_motion(np.broadcast_to(free, (1, len(pressed), *free.shape))), pressed[None])
+    return ContactReadings(_motion(np.broadcast_to(free, (1, len(pressed), *free.shape))), pressed[None])
 
 
 def disturbed_readings(
     layout: SensorLayout, contacts: Contacts, errors: StrainErrors, seeds: int, averaged: int
-) -> Readings:
+) -> ContactReadings:
     """By sensors with errors: for every seed other ones, and for every contact.
 
     Each reading is the mean of the last `averaged` samples, up to HELD, of a posture.
     """
     read = [_disturbed(layout, contacts, errors, seed, averaged) for seed in range(seeds)]
     free, pressed = (np.array(part) for part in zip(*read, strict=True))
-    return Readings(_motion(free), pressed)
+    return ContactReadings(_motion(free), pressed)
 
 
 def _disturbed(
@@ -163,8 +163,8 @@ SHOWN_LAYOUT = LAYOUTS[1]  # in the figure
 
 
 @dataclass(frozen=True)
-class Case:
-    """Nominal model and sensors."""
+class Condition:
+    """The nominal model and the sensors that an estimator has."""
 
     youngs_modulus: str | None = None  # nominal, as a change; None: as simulated
     calibration: str = "none"  # of CALIBRATIONS
@@ -193,18 +193,22 @@ class Case:
 
 # What gain errors and hysteresis of a hundredth make of strains up to 0.15, and the noise of 0.002, all in all.
 _SINGLE, _MEAN = 0.0025, 0.0015
-CASES = (
-    Case(),
-    *(Case(change, calibration) for calibration in CALIBRATIONS for change in ("+10 %", "-10 %")),
-    Case(preset=REALISTIC, averaged=1, reading=_SINGLE),
-    Case(preset=REALISTIC, averaged=HELD, reading=_MEAN),
+CONDITIONS = (
+    Condition(),
+    *(Condition(change, calibration) for calibration in CALIBRATIONS for change in ("+10 %", "-10 %")),
+    Condition(preset=REALISTIC, averaged=1, reading=_SINGLE),
+    Condition(preset=REALISTIC, averaged=HELD, reading=_MEAN),
     *(
-        Case(change, calibration, REALISTIC, HELD, _MEAN)
+        Condition(change, calibration, REALISTIC, HELD, _MEAN)
         for calibration in CALIBRATIONS
         for change in ("+10 %", "-10 %")
     ),
 )
-SHOWN_CASES = (CASES[0], Case("+10 %", "trusting chamber"), Case(preset=REALISTIC, averaged=HELD, reading=_MEAN))
+SHOWN_CONDITIONS = (
+    CONDITIONS[0],
+    Condition("+10 %", "trusting chamber"),
+    Condition(preset=REALISTIC, averaged=HELD, reading=_MEAN),
+)
 
 
 SEEDS = 20  # sets of sensors with errors
@@ -216,7 +220,7 @@ class ContactEstimate:
 
     estimator: str
     layout: SensorLayout  # as simulated
-    case: Case
+    condition: Condition
     contact: ContactForce  # each (E, M)
 
 
@@ -235,44 +239,45 @@ def check_estimator(name: str) -> None:
 
 
 def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[ContactEstimate]:
-    """Of every estimator, under every layout of sensors and every case."""
+    """Of every estimator, under every layout of sensors and every condition."""
     for sections, borders in LAYOUTS:
         layout = SensorLayout(contacts.finger, sections, borders=borders)
-        unlike = {(case.preset, case.averaged): case for case in CASES}
-        read = {sensors: _read(layout, contacts, case) for sensors, case in unlike.items()}
-        for case in CASES:
-            readings = read[case.preset, case.averaged]
+        unlike = {(condition.preset, condition.averaged): condition for condition in CONDITIONS}
+        read = {sensors: _read(layout, contacts, condition) for sensors, condition in unlike.items()}
+        for condition in CONDITIONS:
+            readings = read[condition.preset, condition.averaged]
             for name in estimators:
-                yield ContactEstimate(name, layout, case, estimate_contacts(name, layout, case, readings, contacts))
+                found = estimate_contacts(name, layout, condition, readings, contacts)
+                yield ContactEstimate(name, layout, condition, found)
 
 
 def estimate_contacts(
-    estimator: str, layout: SensorLayout, case: Case, readings: Readings, contacts: Contacts
+    estimator: str, layout: SensorLayout, condition: Condition, readings: ContactReadings, contacts: Contacts
 ) -> ContactForce:
     """What an estimator of contact finds, each (E, M).
 
     Args:
         estimator: its name, see `check_estimator`.
         layout: as simulated.
-        case: the nominal finger, and how it is calibrated.
+        condition: the nominal finger, and how it is calibrated.
         readings: by E sets of sensors.
         contacts: of them pressure and gravity are used.
     """
-    nominal = SensorLayout(case.nominal_finger(layout.finger), layout.sections, borders=layout.borders)
-    scale, shape = CALIBRATIONS[case.calibration](nominal, readings.free), readings.pressed.shape[:-1]
+    nominal = SensorLayout(condition.nominal_finger(layout.finger), layout.sections, borders=layout.borders)
+    scale, shape = CALIBRATIONS[condition.calibration](nominal, readings.free), readings.pressed.shape[:-1]
     pressure, gravity = (
         np.broadcast_to(factor * known, shape)
         for factor, known in ((scale.pressure, contacts.pressure), (scale.gravity, contacts.gravity))
     )
-    function = estimator_function(estimator, nominal, Uncertainty(reading=case.reading))
+    function = estimator_function(estimator, nominal, Uncertainty(reading=condition.reading))
     found = function(readings.pressed, nominal.finger.pressure_torque(pressure), gravity).contact
     assert found is not None
     return found._replace(force=scale.force * found.force, force_std=scale.force * found.force_std)
 
 
-def _read(layout: SensorLayout, contacts: Contacts, case: Case) -> Readings:
-    if case.preset is None:
+def _read(layout: SensorLayout, contacts: Contacts, condition: Condition) -> ContactReadings:
+    if condition.preset is None:
         return ideal_readings(layout, contacts)
-    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=case.preset)))
+    errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=condition.preset)))
     assert errors is not None
-    return disturbed_readings(layout, contacts, errors, SEEDS, case.averaged)
+    return disturbed_readings(layout, contacts, errors, SEEDS, condition.averaged)

@@ -19,7 +19,7 @@ from soft_gripper.evaluation.contacts.dataset import (
     describe_borders,
     read_finger,
 )
-from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, Case, estimate_contacts, ideal_readings
+from soft_gripper.evaluation.contacts.estimates import ESTIMATOR, Condition, estimate_contacts, ideal_readings
 from soft_gripper.evaluation.contacts.trials import contact_errors
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
@@ -86,7 +86,7 @@ def main(number: int = 400, seed: int = 1) -> None:
         contacts = rubbing_contacts(number, friction, share, seed)
         for sections, borders in LAYOUTS:
             layout = SensorLayout(contacts.finger, sections, borders=borders)
-            found = estimate_contacts(ESTIMATOR, layout, Case(), ideal_readings(layout, contacts), contacts)
+            found = estimate_contacts(ESTIMATOR, layout, Condition(), ideal_readings(layout, contacts), contacts)
             errors = contact_errors(found, contacts)
             numbers = [100 * np.nanpercentile(e, p) for e in (errors.force, errors.place) for p in (50, 90)]
             what = f"{share * friction:<10.2f}{sections}: {describe_borders(layout):<9}{len(contacts.q):>8}"

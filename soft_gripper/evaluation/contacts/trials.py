@@ -28,11 +28,11 @@ from soft_gripper.evaluation.contacts.dataset import (
     save_contacts,
 )
 from soft_gripper.evaluation.contacts.estimates import (
-    CASES,
+    CONDITIONS,
     ESTIMATOR,
-    SHOWN_CASES,
+    SHOWN_CONDITIONS,
     SHOWN_LAYOUT,
-    Case,
+    Condition,
     ContactEstimate,
     contact_estimates,
 )
@@ -48,7 +48,7 @@ _PERCENTILES = 50, 90
 
 @dataclass(frozen=True)
 class ContactErrorRow:
-    """One estimator in one case: of the contacts that it finds, the sizes of the errors."""
+    """One estimator in one condition: of the contacts that it finds, the sizes of the errors."""
 
     estimator: str
     sections: int
@@ -107,7 +107,7 @@ def error_rows(estimates: Sequence[ContactEstimate], contacts: Contacts) -> list
 
 
 def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErrorRow]:
-    errors, case = contact_errors(estimate.contact, contacts), estimate.case
+    errors, condition = contact_errors(estimate.contact, contacts), estimate.condition
     for side in (BOTH, *SIDES):
         chosen = contacts.side == side if side in SIDES else np.ones(len(contacts.side), bool)
         if chosen.any():
@@ -115,10 +115,10 @@ def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErro
                 estimate.estimator,
                 estimate.layout.sections,
                 describe_borders(estimate.layout),
-                case.nominal,
-                case.calibration,
-                case.sensors,
-                case.averaged,
+                condition.nominal,
+                condition.calibration,
+                condition.sensors,
+                condition.averaged,
                 float(contacts.friction[0]),
                 side,
                 int(chosen.sum()),
@@ -164,7 +164,7 @@ def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contac
             for axes, median in zip(column, _medians(estimate, contacts), strict=True):
                 where: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "fontsize": "small"}
                 axes.text(0.98, 0.04, f"median error {median}", **where)
-            column[0].set_title(_describe(estimate.case), fontsize="medium")
+            column[0].set_title(_describe(estimate.condition), fontsize="medium")
         for row, label in zip(panels, _LABELS, strict=True):
             row[0].set_ylabel(f"estimated {label}")
             for axes in row:
@@ -195,13 +195,14 @@ def _medians(estimate: ContactEstimate, contacts: Contacts) -> tuple[str, str]:
     return f"{100 * np.nanmedian(errors.force):.2g} %", f"{100 * np.nanmedian(errors.place):.2g} % of the length"
 
 
-def _describe(case: Case) -> str:
-    """A case in three lines."""
-    sensors = f"{case.sensors} sensors" + (f", mean of {case.averaged} samples" if case.averaged > 1 else "")
-    if case.youngs_modulus is None:
+def _describe(condition: Condition) -> str:
+    """A condition in three lines."""
+    mean = f", mean of {condition.averaged} samples" if condition.averaged > 1 else ""
+    sensors = f"{condition.sensors} sensors{mean}"
+    if condition.youngs_modulus is None:
         return f"{sensors.capitalize()}\nfinger as simulated\n"
-    calibrated = "not calibrated" if case.calibration == "none" else f"calibrated {case.calibration}"
-    return f"{sensors.capitalize()}\nnominal stiffness {case.youngs_modulus},\n{calibrated}"
+    calibrated = "not calibrated" if condition.calibration == "none" else f"calibrated {condition.calibration}"
+    return f"{sensors.capitalize()}\nnominal stiffness {condition.youngs_modulus},\n{calibrated}"
 
 
 TABLE, ARRAYS = "contacts.csv", "contacts.npz"
@@ -273,7 +274,7 @@ def redrawn(contacts: Sequence[Contact]) -> Counter[str]:
 
 
 ERRORS, FIGURE = "contact_errors.csv", "contact_errors"
-SCORES = len(LAYOUTS) * len(CASES)  # of an estimator
+SCORES = len(LAYOUTS) * len(CONDITIONS)  # of an estimator
 
 
 def score_contacts(
@@ -290,11 +291,11 @@ def score_contacts(
     rows = error_rows(estimates, contacts)
     write_csv(folder / ERRORS, rows)
     shown = [estimate for estimate in estimates if estimate.estimator == estimators[0] and _is_shown(estimate)]
-    shown.sort(key=lambda estimate: SHOWN_CASES.index(estimate.case))
+    shown.sort(key=lambda estimate: SHOWN_CONDITIONS.index(estimate.condition))
     save_figure(contact_errors_figure(shown, contacts), folder / FIGURE)
     return rows
 
 
 def _is_shown(estimate: ContactEstimate) -> bool:
     sensors = estimate.layout.sections, estimate.layout.borders
-    return sensors == SHOWN_LAYOUT and estimate.case in SHOWN_CASES
+    return sensors == SHOWN_LAYOUT and estimate.condition in SHOWN_CONDITIONS

@@ -28,7 +28,7 @@ from soft_gripper.fingers.kinematics import (
     segment_path_lengths,
 )
 from soft_gripper.runs.scores.poses import PoseRow, held_samples, largest_gain, mean_errors
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 @dataclass(frozen=True)

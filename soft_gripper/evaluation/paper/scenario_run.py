@@ -8,7 +8,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_replay
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.evaluation.contacts.dataset import LAYOUTS
@@ -20,8 +20,8 @@ from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.pictures.scenes_figure import largest_pressure
 from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.runs.scores.poses import pose_table
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 FREE = "free_bending"
 CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
@@ -34,7 +34,7 @@ def run_scenario(name: str, folder: Path) -> None:
     """Fills `folder` with all files of a scenario; the folder appears when it is whole, or not at all.
 
     Files: scenario.yaml, recording.nc, metrics.csv, forces.csv, contact.csv, contact_forces.csv, scene.png and
-    replay.html.
+    animation.html.
     """
     scenario = load_scenario(name)
     meshcat = hidden_meshcat()
@@ -48,7 +48,7 @@ def run_scenario(name: str, folder: Path) -> None:
         write_csv(partial / "forces.csv", force_table(name, station, recording, SECTIONS, TORQUE_OF))
         write_csv(partial / "contact.csv", contact_table(name, station, recording))
         write_csv(partial / "contact_forces.csv", contact_force_table(name, station, recording, LAYOUTS))
-        write_replay(meshcat, partial / "replay.html")
+        write_animation(meshcat, partial / "animation.html")
         (partial / "scenario.yaml").write_text(dump_scenario(scenario), encoding="utf-8")
 
 

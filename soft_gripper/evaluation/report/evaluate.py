@@ -31,13 +31,13 @@ from soft_gripper.files.output import atomic_folder, read_folder, write_folder
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.scenes_figure import scenes_figure, section_figure
-from soft_gripper.pictures.shapes import shape_figure
+from soft_gripper.pictures.shape_figure import shape_figure
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.scores.poses import PoseRow, of_estimator
 from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
 from soft_gripper.runs.study import run_study
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 GRIP, TASK = "tip_distance_steps", "pick_and_place_box"

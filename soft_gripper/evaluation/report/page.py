@@ -47,7 +47,7 @@ def write_report(out: Path, scenarios: Sequence[str], found: Evaluation, figures
 
     Args:
         out: the folder of the evaluation.
-        scenarios: those with a picture and a replay.
+        scenarios: those with a picture and an animation.
         found: the tables.
         figures: name of each figure (its SVG lies in `out`, its place in the template has its name) and its caption.
         task: the picture of the task, a PNG.
@@ -95,12 +95,12 @@ def _difference(row: Difference) -> str:
 def _scene(folder: Path) -> str:
     name, heading = escape(folder.name), escape(title(folder.name))
     picture = base64.b64encode((folder / "scene.png").read_bytes()).decode()
-    replay = base64.b64encode(gzip.compress((folder / "replay.html").read_bytes(), mtime=0)).decode()
+    animation = base64.b64encode(gzip.compress((folder / "animation.html").read_bytes(), mtime=0)).decode()
     return (
         f'<div class="scene"><div class="stage"><img alt="{heading}" src="data:image/png;base64,{picture}"></div>'
         f'<div class="caption"><span><b>{heading}</b><br>{escape(load_scenario(folder.name).description)}</span>'
-        f'<button data-replay="replay-{name}">3-D replay</button></div>'
-        f'<script type="application/gzip" id="replay-{name}">{replay}</script></div>'
+        f'<button data-animation="animation-{name}">3-D animation</button></div>'
+        f'<script type="application/gzip" id="animation-{name}">{animation}</script></div>'
     )
 
 

@@ -38,8 +38,8 @@ from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners, points_along
 

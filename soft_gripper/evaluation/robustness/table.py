@@ -30,8 +30,8 @@ from soft_gripper.runs.estimator_functions import estimator_function
 from soft_gripper.runs.scores.readings import with_sections
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import StrainErrors
@@ -116,7 +116,7 @@ _SIZES = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency
 
 
 @dataclass(frozen=True)
-class NominalCase:
+class NominalError:
     """By which shares the nominal model differs from the simulated one."""
 
     modulus: float = 0.0  # of Young's modulus of the silicone
@@ -141,7 +141,7 @@ class NominalCase:
 
 
 # Too soft a finger and too high a pressure both promise too much bend: the signs are those that add up.
-NOMINAL_CASES = (NominalCase(), NominalCase(-0.1, 0.01), NominalCase(0.1, -0.01))
+NOMINAL_ERRORS = (NominalError(), NominalError(-0.1, 0.01), NominalError(0.1, -0.01))
 
 
 def errors_at(noise: float) -> StrainErrors | None:
@@ -177,7 +177,7 @@ def robustness_table(
     noise: float,
     seeds: int,
     estimators: Sequence[str],
-    cases: Sequence[NominalCase] = NOMINAL_CASES,
+    nominal_errors: Sequence[NominalError] = NOMINAL_ERRORS,
 ) -> list[RobustnessRow]:
     """A row for every nominal model, number of sections and estimator, in this order, at one noise.
 
@@ -185,7 +185,7 @@ def robustness_table(
     """
     found: dict[Key, list[Errors]] = defaultdict(list)
     for finger in fingers:
-        for key, errors in _errors(finger, noise, seeds if noise else 1, estimators, cases):
+        for key, errors in _errors(finger, noise, seeds if noise else 1, estimators, nominal_errors):
             found[key].append(errors)
     return [
         RobustnessRow(name, estimator, nominal, noise, sections, *in_mm(together(parts)), seeds)
@@ -194,18 +194,18 @@ def robustness_table(
 
 
 def _errors(
-    held: FingerAtRest, noise: float, seeds: int, estimators: Sequence[str], cases: Sequence[NominalCase]
+    held: FingerAtRest, noise: float, seeds: int, estimators: Sequence[str], nominal_errors: Sequence[NominalError]
 ) -> Iterator[tuple[Key, Errors]]:
     errors, sensor = errors_at(noise), held.station.scenario.sensor
     readings = {sections: held.readings(sections, errors, seeds) for sections in SECTIONS}
-    for case in cases:
-        nominal = read_nominal_model(case.config).layout(held.simulated, sensor)
-        uncertainty = uncertainty_of(errors, None, case.size)
+    for nominal_error in nominal_errors:
+        nominal = read_nominal_model(nominal_error.config).layout(held.simulated, sensor)
+        uncertainty = uncertainty_of(errors, None, nominal_error.size)
         for sections in SECTIONS:
             layout = with_sections(nominal, sections)
             for estimator in estimators:
-                found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + case.pressure)
-                yield (estimator, case.name, sections), found
+                found = estimated(estimator, layout, uncertainty, held, readings[sections], 1 + nominal_error.pressure)
+                yield (estimator, nominal_error.name, sections), found
 
 
 MODULUS = 0.1  # share, standard deviation of the nominal modulus of rubber

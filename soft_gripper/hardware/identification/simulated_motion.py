@@ -30,7 +30,7 @@ from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.hardware.recordings import HardwareRecording
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 
 _TIP = "tip"
 _ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can cause
@@ -240,8 +240,8 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     robot.append(ET.Element("link", name=_ROOT))
     robot.extend(finger_to_urdf(FingerElement(finger, _ROOT)))
     for link in robot.findall("link"):
-        for shape in [child for child in link if child.tag in _UNSEEN]:
-            link.remove(shape)
+        for geometry in [child for child in link if child.tag in _UNSEEN]:
+            link.remove(geometry)
     plant = builder.AddNamedSystem("plant", MultibodyPlant(time_step))
     (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT))

@@ -30,8 +30,8 @@ from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
-from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
-from soft_gripper.sensors.wire_lengths import WireCalibration
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.sensors.wire_lengths import WireGeometry
 
 _EVERY = 6  # one in so many samples is fitted
 _INDEPENDENT = 20.0  # samples of a recording
@@ -55,7 +55,7 @@ _BASE, _TILT, _DELAY = 0.005, 0.03, 0.15  # m, rad, s
 class ArmGeometry:
     """The geometry that gives body positions from wire lengths."""
 
-    wires: WireCalibration
+    wires: WireGeometry
     parts: RigidParts
     delay: float  # s, delay of the wires relative to motion capture
 
@@ -99,7 +99,7 @@ def _geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
         name: row * width for (name, width), row in zip(_WIDTHS.items(), x[:-3].reshape(-1, len(nominal)), strict=True)
     }
     lengths = nominal + of["length_offset"]
-    wires = WireCalibration(spacing, of["bend_offset"], of["crossing"], lengths, of["bow"])
+    wires = WireGeometry(spacing, of["bend_offset"], of["crossing"], lengths, of["bow"])
     bodies, couplings = in_plane(of["body_across"], of["body_along"]), in_plane(of["coupling"], 0.0)
     base, tilt, delay = x[-3:] * (_BASE, _TILT, _DELAY)
     return ArmGeometry(wires, RigidParts(in_plane(base, 0.0), tilt, couplings, bodies, of["turn"]), delay)

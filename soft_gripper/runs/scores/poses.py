@@ -16,7 +16,7 @@ from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.scenario.nominal_model import describe_nominal_model
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, fingertip_error, pose_error
 
 

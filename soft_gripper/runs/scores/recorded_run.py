@@ -12,8 +12,8 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import parse_scenario
+from soft_gripper.scenario.schema import Scenario
 
 _LARGEST = 1e9  # largest absolute value of any signal, in SI units
 
@@ -57,10 +57,10 @@ def _check_time(file: Path, recording: Recording, period: float) -> None:
         raise InputError(file, f"time[{wrong[0]}]", value, expected)
 
 
-def read_signal(file: object, recording: Recording, name: str, *shape: int, gaps: bool = False) -> Array:
+def read_signal(file: object, recording: Recording, name: str, *shape: int, allow_nan: bool = False) -> Array:
     """A signal of the recording in `file`, (T, *shape).
 
-    With `gaps`, samples may be NaN, as from a sensor with dropouts.
+    With `allow_nan`, samples may be NaN, as from a sensor with dropouts.
 
     Raises:
         InputError: if it was not recorded, or has another shape or type.
@@ -73,7 +73,7 @@ def read_signal(file: object, recording: Recording, name: str, *shape: int, gaps
         raise InputError(
             file, name, f"{values.dtype} {values.shape}", f"give floating-point numbers of shape {expected}"
         )
-    wrong = values[~((np.abs(values) < _LARGEST) | (gaps & np.isnan(values)))]
+    wrong = values[~((np.abs(values) < _LARGEST) | (allow_nan & np.isnan(values)))]
     if len(wrong):
         raise InputError(file, name, float(wrong[0]), f"give finite numbers with absolute values below {_LARGEST:g}")
     return values

@@ -1,1 +1,1 @@
-"""Sweeps: a scenario run with many variations, in one table."""
+"""Sweeps: a scenario run with many values of its fields, in one table."""

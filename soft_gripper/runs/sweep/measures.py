@@ -21,7 +21,7 @@ from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.runs.trials.trial import Judged, judged
 from soft_gripper.scenario.own_functions import find_function
-from soft_gripper.scenario.scenario import Scenario
+from soft_gripper.scenario.schema import Scenario
 
 OPTION = "--measure"
 

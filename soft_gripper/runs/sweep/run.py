@@ -1,4 +1,4 @@
-"""A sweep: many variations of a scenario run by an executor, with a folder from which it can be resumed."""
+"""A sweep: a scenario run with many values of its fields by an executor, with a folder from which it can be resumed."""
 
 import itertools
 import json
@@ -105,7 +105,7 @@ def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array
 
 MOST_RUNS = 10_000  # in a sweep: more than anyone would wait for
 METHODS = ("grid", "latin", "sobol")
-Variation = dict[str, Any]  # values by dotted keys, see `changed_scenario`
+SweepPoint = dict[str, Any]  # values by dotted keys, see `changed_scenario`
 
 _NUMBER = r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)"
 _RANGE = re.compile(rf"\s*{_NUMBER}\s*\.\.\s*{_NUMBER}\s*(%?)\s*(?::\s*([0-9]+))?\s*")
@@ -203,7 +203,7 @@ def _read_range(key: str, text: str, least: str, most: str, percent: str, count:
     return found if count is None else found.spread(int(number))
 
 
-def points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[Variation]:
+def sweep_points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[SweepPoint]:
     """The points of a sweep, in numerical order.
 
     Args:
@@ -250,7 +250,7 @@ def _listed(axis: Axis) -> tuple[Any, ...]:
     return axis.values
 
 
-def run_variation(scenario: str, changes: Mapping[str, Any], own: Sequence[str] = ()) -> dict[str, Any]:
+def run_and_measure(scenario: str, changes: Mapping[str, Any], own: Sequence[str] = ()) -> dict[str, Any]:
     """Runs a scenario with changes, and computes its measures.
 
     Args:
@@ -277,7 +277,7 @@ NUMBER, ERROR = "run", "error"  # the first and the last column
 _DESCRIBES = ("description",)  # keys that have no effect on a run
 
 
-def check_keys(scenario: str, fixed: Mapping[str, Any], variations: Sequence[Variation]) -> None:
+def check_keys(scenario: str, fixed: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
     """Checks the scenario, and the first and last value of each key, before any work is done.
 
     Raises:
@@ -288,12 +288,12 @@ def check_keys(scenario: str, fixed: Mapping[str, Any], variations: Sequence[Var
         check_closed(make_station(base))
     except InputError as error:
         raise error.inside(scenario) from error.__cause__
-    for key in variations[0]:
+    for key in points[0]:
         if key in _DESCRIBES:
             raise InputError("sweep", "--vary", key, "cannot be varied: it has no effect on a run")
-        for variation in (variations[0], variations[-1]):
+        for point in (points[0], points[-1]):
             try:
-                changed = changed_scenario(scenario, {**fixed, key: variation[key]})
+                changed = changed_scenario(scenario, {**fixed, key: point[key]})
             except InputError as error:
                 raise error.inside(f"sweep: --vary {key}") from error.__cause__
             if kind_of(changed) != kind_of(base):
@@ -302,7 +302,7 @@ def check_keys(scenario: str, fixed: Mapping[str, Any], variations: Sequence[Var
 
 def run_sweep(
     scenario: str,
-    variations: Sequence[Variation],
+    points: Sequence[SweepPoint],
     out: Path,
     executor: Executor,
     *,
@@ -311,11 +311,11 @@ def run_sweep(
     resume: bool = False,
     report: Callable[[bool], Any] = lambda fine: None,
 ) -> list[dict[str, str]]:
-    """Runs variations of a scenario, and adds a row to the table in `out` as each ends, including failed ones.
+    """Runs a scenario at many points, and adds a row to the table in `out` as each ends, including failed ones.
 
     Args:
         scenario: name of a shipped one, or path of a file.
-        variations: each with the same keys, see `changed_scenario`.
+        points: each with the same keys, see `changed_scenario`.
         out: a folder, created if needed.
         executor: makes the runs.
         fixed: changes applied to every run.
@@ -331,8 +331,8 @@ def run_sweep(
         InputError: if a key cannot be varied, a measure does not exist, `out` cannot be written to, another process
             writes to it, or the sweep to resume is a different one.
     """
-    fixed, keys = dict(fixed or {}), list(variations[0])
-    check_keys(scenario, fixed, variations)
+    fixed, keys = dict(fixed or {}), list(points[0])
+    check_keys(scenario, fixed, points)
     if scenario.endswith((".yaml", ".yml")):
         scenario = str(Path(scenario).resolve())  # workers may have other working folders
     base = changed_scenario(scenario, fixed)
@@ -342,32 +342,30 @@ def run_sweep(
         if columns.count(column := column_of(name)) > 1:
             raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
     table = StudyTables(lock_folder(out), ABOUT, {TABLE: columns}, 1)
-    table.begin(_about(scenario, dump_scenario(base), variations, own), resume)
+    table.begin(_about(scenario, dump_scenario(base), points, own), resume)
     for (row,) in table.rows.values():
         report(row[-1] == "")
 
     def keep(number: int, measured: dict[str, Any]) -> None:
-        given = {NUMBER: number, **variations[number], **measured}
+        given = {NUMBER: number, **points[number], **measured}
         row = [cell(given.get(column)) for column in columns]
         table.add(row)
         report(row[-1] == "")
 
-    wanted = [(str(number),) for number in range(len(variations))]
+    wanted = [(str(number),) for number in range(len(points))]
     jobs = {
-        number: (scenario, fixed | variations[number], own)
-        for number, key in enumerate(wanted)
-        if key not in table.rows
+        number: (scenario, fixed | points[number], own) for number, key in enumerate(wanted) if key not in table.rows
     }
-    run_study(executor, run_variation, jobs, keep, lambda number, error: {ERROR: describe(error)})
+    run_study(executor, run_and_measure, jobs, keep, lambda number, error: {ERROR: describe(error)})
     table.finish(wanted)
     return [dict(zip(columns, row, strict=True)) for (row,) in table.rows.values()]
 
 
-def _about(scenario: str, base: str, variations: Sequence[Variation], own: Sequence[str]) -> str:
+def _about(scenario: str, base: str, points: Sequence[SweepPoint], own: Sequence[str]) -> str:
     """A description of a sweep."""
     versions = {name: version(name) for name in ("soft-gripper", "drake", "numpy")}
     parts = {"scenario": scenario, "versions": versions, "measures": list(own), "resolved": base.splitlines()}
-    return json.dumps(parts | {"runs": list(variations)}, indent=1, default=str) + "\n"
+    return json.dumps(parts | {"runs": list(points)}, indent=1, default=str) + "\n"
 
 
 def cell(value: Any) -> str:

@@ -15,7 +15,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.runs.trials.trial_run import TrialRun
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, read_scene
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario import ModelConfig, PoseErrorConfig, Scenario, TrialsConfig
+from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, Scenario, TrialsConfig
 
 
 @dataclass(frozen=True)

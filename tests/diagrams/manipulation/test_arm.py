@@ -12,7 +12,7 @@ from soft_gripper.diagrams.arm import carried_models, gripper_model
 from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_links import link_name
-from soft_gripper.scenario.scenario import ModelConfig
+from soft_gripper.scenario.schema import ModelConfig
 
 BALL_ARM = """<sdf version="1.7"><model name="arm"><link name="base"/><link name="flange"/>
 <joint name="shoulder" type="ball"><parent>base</parent><child>flange</child></joint></model></sdf>"""

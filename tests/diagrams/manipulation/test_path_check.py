@@ -17,7 +17,7 @@ from soft_gripper.control.task import Phase
 from soft_gripper.diagrams import task as path_check
 from soft_gripper.diagrams.task import POSTURE_SPACING, TOUCH_DEPTH, check_paths
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
+from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 
 BALL, SMALL = 0.05, 0.006  # m, radii
 AHEAD = 0.3  # m, from the ball on the slide to the thing in its grasp

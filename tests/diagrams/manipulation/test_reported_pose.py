@@ -6,7 +6,7 @@ from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.task import reported_pose
-from soft_gripper.scenario.scenario import ModelConfig, PoseErrorConfig, TaskConfig
+from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, TaskConfig
 
 X_WO = RigidTransform(RollPitchYaw(0.3, -0.2, 0.5), [0.4, -0.1, 0.03])
 MODELS = [ModelConfig("table"), ModelConfig("box", X_PC=Transform(X_WO), free=True)]

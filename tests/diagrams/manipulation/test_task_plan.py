@@ -13,7 +13,7 @@ from scenario_plants import add_scene, arm_of
 from soft_gripper.control.arm_motion import tool_pose
 from soft_gripper.diagrams.task import RESCUE, end_of, plan_phases
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.scenario import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
+from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 
 GANTRY = "".join(
     joint("prismatic", parent, child, axis) + f"<link name='{child}'/>"

@@ -1,4 +1,4 @@
-"""What Meshcat holds after a run, and what a replay keeps of it."""
+"""What Meshcat holds after a run, and what an animation keeps of it."""
 
 import base64
 import gzip
@@ -15,19 +15,19 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, BAND, CONTACT, CURVE
-from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW, upright_view, write_replay
+from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW, upright_view, write_animation
 from soft_gripper.play.session import open_scenario
-from soft_gripper.scenario.scenario import Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import Scenario
 
 
 @pytest.fixture(scope="module")
-def replay(tmp_path_factory: pytest.TempPathFactory) -> tuple[Meshcat, str]:
-    """A short grasp shown in Meshcat, and the page of its replay."""
-    meshcat, path = Meshcat(), tmp_path_factory.mktemp("replay") / "replay.html"
+def animation(tmp_path_factory: pytest.TempPathFactory) -> tuple[Meshcat, str]:
+    """A short grasp shown in Meshcat, and the page of its animation."""
+    meshcat, path = Meshcat(), tmp_path_factory.mktemp("animation") / "animation.html"
     short = ["pressure.steps.all=[50e3, 100e3]", "pressure.settle=0.1", "pressure.hold_samples=1"]
     run_station(make_station(load_scenario("box_grasp", short), meshcat), meshcat)
-    write_replay(meshcat, path)
+    write_animation(meshcat, path)
     return meshcat, unpacked(path)
 
 
@@ -36,8 +36,8 @@ def unpacked(path: Path) -> str:
     return gzip.decompress(base64.b64decode(packed)).decode()
 
 
-def test_meshcat_has_bodies_estimates_and_legend(replay: tuple[Meshcat, str]) -> None:
-    meshcat, _ = replay
+def test_meshcat_has_bodies_estimates_and_legend(animation: tuple[Meshcat, str]) -> None:
+    meshcat, _ = animation
     for finger in ("left_finger", "right_finger"):
         for path in (
             f"{CURVE}/{finger}/0",
@@ -57,12 +57,12 @@ def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
     assert not meshcat.HasPath(f"{ARCS}/left_finger/12")
 
 
-def test_force_and_uncertainty_are_drawn_where_they_are_estimated(replay: tuple[Meshcat, str]) -> None:
+def test_force_and_uncertainty_are_drawn_where_they_are_estimated(animation: tuple[Meshcat, str]) -> None:
     meshcat, short = Meshcat(), ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=contact"]
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
     for path in (f"{CONTACT}/left_finger/arrow/head/left", f"{BAND}/left_finger/12/right"):
         assert meshcat.HasPath(path), path
-        assert not replay[0].HasPath(path), "arcs estimate neither"
+        assert not animation[0].HasPath(path), "arcs estimate neither"
 
 
 def test_arcs_of_unequal_sections_are_drawn_at_their_lengths() -> None:
@@ -74,9 +74,9 @@ def test_arcs_of_unequal_sections_are_drawn_at_their_lengths() -> None:
             np.testing.assert_array_equal(drawn.section_ends, ends)
 
 
-def test_all_that_is_colored_is_there_to_be_colored(replay: tuple[Meshcat, str]) -> None:
+def test_all_that_is_colored_is_there_to_be_colored(animation: tuple[Meshcat, str]) -> None:
     """The paths of the links' shapes are those at which MeshcatVisualizer draws, in this version of Drake."""
-    messages = messages_of(replay[1])
+    messages = messages_of(animation[1])
     objects = {path for kind, path in messages if kind == b"set_object"}
     colored = {path for kind, path in messages if kind == b"set_property" and path.endswith(b"/<object>")}
     links = {path.removesuffix(b"/<object>") for path in colored if path.startswith(b"/drake/visualizer")}
@@ -84,8 +84,8 @@ def test_all_that_is_colored_is_there_to_be_colored(replay: tuple[Meshcat, str])
     assert links <= objects
 
 
-def test_the_recording_holds_colors_poses_and_arcs(replay: tuple[Meshcat, str]) -> None:
-    (animation,) = (data for data in payloads_of(replay[1]) if b"set_animation" in data)
+def test_the_recording_holds_colors_poses_and_arcs(animation: tuple[Meshcat, str]) -> None:
+    (animation,) = (data for data in payloads_of(animation[1]) if b"set_animation" in data)
     for track in (b".material.color[r]", b".position", b".quaternion", b".scale", b".rotation[y]", b".visible"):
         assert track in animation, track
 

@@ -10,7 +10,7 @@ from refusals import refused
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import add_fingers
-from soft_gripper.scenario.scenario import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig
 from soft_gripper.signals import signal_of
 
 COMMANDS = {"left_finger": 40e3, "right_finger": -20e3}  # Pa

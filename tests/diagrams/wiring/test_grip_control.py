@@ -13,8 +13,8 @@ from soft_gripper.diagrams.wiring.grip_control import GripControl, Supply
 from soft_gripper.load.force_estimator import SAMPLES
 from soft_gripper.load.opening import Gripper
 from soft_gripper.runs.scores.steps import step_table
-from soft_gripper.scenario.scenario import ControlConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import ControlConfig
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.diagrams.wiring.drive import pressure_steps, step_source
-from soft_gripper.scenario.scenario import PressureConfig, Scenario, SensorConfig
+from soft_gripper.scenario.schema import PressureConfig, Scenario, SensorConfig
 
 
 def scenario(**steps):

@@ -14,8 +14,8 @@ from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
-from soft_gripper.scenario.scenario import ModelConfig, Scenario
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors
 from soft_gripper.truth.contact import TrueContact
 

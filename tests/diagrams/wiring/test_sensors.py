@@ -13,8 +13,8 @@ from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.diagrams.wiring.sensors import FingerSensors
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import pose_entries
-from soft_gripper.scenario.scenario import SensorConfig
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]

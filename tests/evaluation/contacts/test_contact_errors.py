@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.estimators.estimate import ContactForce
 from soft_gripper.evaluation.contacts.dataset import Contacts, read_finger
-from soft_gripper.evaluation.contacts.estimates import Case, ContactEstimate
+from soft_gripper.evaluation.contacts.estimates import Condition, ContactEstimate
 from soft_gripper.evaluation.contacts.trials import contact_errors, error_rows
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -38,7 +38,7 @@ def test_errors_are_shares_of_force_and_length() -> None:
 
 
 def test_a_row_for_both_and_for_each_side() -> None:
-    both, inner, outer = error_rows([ContactEstimate("contact", LAYOUT, Case("+10 %"), FOUND)], TRUE)
+    both, inner, outer = error_rows([ContactEstimate("contact", LAYOUT, Condition("+10 %"), FOUND)], TRUE)
     assert [row.side for row in (both, inner, outer)] == ["both", "inner", "outer"]
     assert (both.contacts, inner.contacts, outer.contacts) == (4, 2, 2)
     assert (both.sections, both.borders, both.nominal, both.sensors) == (3, "30 60", "youngs_modulus +10 %", "ideal")
@@ -53,7 +53,7 @@ def test_a_row_for_both_and_for_each_side() -> None:
 
 def test_where_nothing_is_found_nothing_is_said() -> None:
     nothing = ContactForce(*np.full((4, 1, 4), np.nan))
-    row = error_rows([ContactEstimate("contact", LAYOUT, Case(), nothing)], TRUE)[0]
+    row = error_rows([ContactEstimate("contact", LAYOUT, Condition(), nothing)], TRUE)[0]
     assert row.found_percent == 0
     assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.evaluation.contacts.dataset import read_finger
-from soft_gripper.evaluation.contacts.estimates import Case, estimate_contacts, ideal_readings
+from soft_gripper.evaluation.contacts.estimates import Condition, estimate_contacts, ideal_readings
 from soft_gripper.evaluation.contacts.friction_cone import rubbing_contacts, rubbing_torque
 from soft_gripper.evaluation.contacts.trials import contact_errors
 from soft_gripper.fingers.kinematics import gravity_torque
@@ -15,7 +15,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 def median_errors(contacts):
     layout = SensorLayout(contacts.finger, 4)
     errors = contact_errors(
-        estimate_contacts("contact", layout, Case(), ideal_readings(layout, contacts), contacts), contacts
+        estimate_contacts("contact", layout, Condition(), ideal_readings(layout, contacts), contacts), contacts
     )
     return np.nanmedian(errors.force), np.nanmedian(errors.place)
 

@@ -8,7 +8,7 @@ from synthetic_hardware import write_beam
 from soft_gripper.evaluation import hardware as experiments
 from soft_gripper.evaluation.hardware import BEAM, SEGMENT, identify_published, published_recordings
 from soft_gripper.hardware.identification.free_parameters import free_parameters
-from soft_gripper.hardware.identification.identification import read_finger
+from soft_gripper.hardware.identification.identified_finger import read_finger
 
 
 @pytest.mark.parametrize("experiment", [BEAM, SEGMENT])

@@ -9,7 +9,7 @@ import pytest
 from soft_gripper.evaluation.hardware import hardware_claims
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.hardware.identification.fit import MotionScore
-from soft_gripper.hardware.replay.recordings import ALL, ReplayRow
+from soft_gripper.hardware.replay.held_out import ALL, ReplayRow
 
 GOOD = MotionScore("a", "test", 1.9, 2.4, 4.9, 10, 10.9, 2, 2.5, 100, 128, 5.0, 5.14, 0.40, 0.45)
 ARM = [

@@ -6,7 +6,7 @@ import xarray as xr
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.runs.scores.poses import held_samples
-from soft_gripper.scenario.scenario import PressureConfig, Scenario, SensorConfig
+from soft_gripper.scenario.schema import PressureConfig, Scenario, SensorConfig
 
 STEPS = 5
 

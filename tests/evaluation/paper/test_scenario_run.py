@@ -20,7 +20,7 @@ FILES = {
     "forces.csv",
     "contact.csv",
     "contact_forces.csv",
-    "replay.html",
+    "animation.html",
 }
 
 

@@ -22,8 +22,8 @@ from soft_gripper.evaluation.random_grasps import (
     run_grasp,
     with_object,
 )
-from soft_gripper.recognition.recognizer import ShapeRecognizer
-from soft_gripper.recognition.shape_model import ShapeModel
+from soft_gripper.recognition.object_classifier import ObjectClassifier
+from soft_gripper.recognition.recognizer import ObjectRecognizer
 from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -121,10 +121,10 @@ def test_the_block_in_a_station_recognizes_as_the_model_does_from_the_recording(
     pressures = np.array(scenario.pressure.steps["all"])
     components = np.random.default_rng(1).normal(size=(1, 4 * 3 * 12))
     means, variances = np.array([[-1.0], [1.0]]), np.array([[[2.0]], [[2.0]]])
-    model = ShapeModel(("one", "other"), 2, 12, 4, pressures, np.zeros(144), components, means, variances)
+    model = ObjectClassifier(("one", "other"), 2, 12, 4, pressures, np.zeros(144), components, means, variances)
     builder = DiagramBuilder()
     station = add_station(builder, with_object(scenario, "cylinder", DRAWN))
-    recognizer = builder.AddNamedSystem("recognizer", ShapeRecognizer(model, NAMES, scenario.sensor.period))
+    recognizer = builder.AddNamedSystem("recognizer", ObjectRecognizer(model, NAMES, scenario.sensor.period))
     for i in range(recognizer.num_input_ports()):
         port = recognizer.get_input_port(i)
         builder.Connect(station.signals[port.get_name()], port)

@@ -28,7 +28,7 @@ from soft_gripper.evaluation.random_grasps import (
     train,
     with_object,
 )
-from soft_gripper.recognition.shape_model import load_shape_model
+from soft_gripper.recognition.object_classifier import load_object_classifier
 from soft_gripper.runs.trials.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -139,7 +139,7 @@ def test_the_figure_shows_every_count_and_the_share_that_is_right():
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_shipped_model_recognizes_a_grasp_that_it_has_not_seen(shape):
     """Trained for another finger or other pressures, it would not."""
-    model = load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
+    model = load_object_classifier("package://soft_gripper/grippers/two_finger_objects.json")
     scenario, drawn = load_scenario("probing_grasp"), RandomObject(2.0, 0.0, 12.0, 40.0, 0.7, 1.0)
     assert list(model.pressures) == scenario.pressure.steps["all"]
     station = make_station(with_object(scenario, shape, drawn))

@@ -39,10 +39,10 @@ PHASES = [PhaseRow("close", 1.35, 1.113, 55.68, 139.39, 149.98), PhaseRow("lift"
 
 
 def page_of(folder: Path, claims: list[Claim]) -> str:
-    """The report of one scenario, of which the pictures and the replay are mere names."""
+    """The report of one scenario, of which the pictures and the animation are mere names."""
     scene = folder / "free_bending"
     scene.mkdir()
-    for name in ("scene.png", "replay.html", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
+    for name in ("scene.png", "animation.html", "../phases.png", *(f"../{figure}.svg" for figure in CAPTIONS)):
         (scene / name).write_text(name)
     found = Evaluation(POSES, [], claims, CONTACTS, DIFFERENCES, REGIMES, PHASES, "done & well")
     write_report(folder, ["free_bending"], found, CAPTIONS, folder / "phases.png")

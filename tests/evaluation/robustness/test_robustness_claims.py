@@ -10,12 +10,14 @@ from soft_gripper.evaluation.paper.scenario_run import SCENARIOS
 from soft_gripper.evaluation.report.bars import BARS
 from soft_gripper.evaluation.robustness.claims import realistic, robustness_claims
 from soft_gripper.evaluation.robustness.plants import PLANTS
-from soft_gripper.evaluation.robustness.table import NOMINAL_CASES, PlantRow, RobustnessRow
+from soft_gripper.evaluation.robustness.table import NOMINAL_ERRORS, PlantRow, RobustnessRow
 
 MEANS = {"arcs": 0.9, "gaussian": 0.8}
 ROWS = [
     RobustnessRow(s, name, nominal.name, noise, n, noise * mean, 2.4 * noise * mean, 9.0, 0.95, 20)
-    for (name, mean), s, nominal, noise, n in product(MEANS.items(), SCENARIOS, NOMINAL_CASES, (1.0, 4.0), (1, 2, 3, 4))
+    for (name, mean), s, nominal, noise, n in product(
+        MEANS.items(), SCENARIOS, NOMINAL_ERRORS, (1.0, 4.0), (1, 2, 3, 4)
+    )
 ]
 OF_PLANT = {1: 2.0, 2: 0.4, 3: 0.2, 4: 0.2}  # mm, within 1.5 times the bars
 PLANT_ROWS = [

@@ -11,7 +11,7 @@ from refusals import refused
 
 from soft_gripper import add_fingers
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.hardware.identification.identification import read_finger, with_finger, write_finger
+from soft_gripper.hardware.identification.identified_finger import read_finger, with_finger, write_finger
 
 
 @pytest.fixture

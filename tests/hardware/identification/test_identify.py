@@ -7,8 +7,8 @@ from identified import LET_GO, RELEASE, recorded, release, step
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware.identification import identification as identify_module
-from soft_gripper.hardware.identification.identification import identify, identify_figure
+from soft_gripper.hardware.identification import identified_finger as identify_module
+from soft_gripper.hardware.identification.identified_finger import identify, identify_figure
 
 
 def test_weight_and_modulus_cannot_be_told_apart(beam, pool):

@@ -10,7 +10,7 @@ from identified import CLOSES, LET_GO, OPENS, REFERENCE, RELEASE, release, step
 from soft_gripper.fingers.finger_parts import PressureLaw, TipLoad
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.hardware.identification.identification import read_finger
+from soft_gripper.hardware.identification.identified_finger import read_finger
 from soft_gripper.hardware.identification.simulated_motion import (
     Setup,
     _pressure,

@@ -24,7 +24,7 @@ from soft_gripper.commands import identify as identify_command
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.hardware.identification.fit import score
 from soft_gripper.hardware.identification.free_parameters import Model
-from soft_gripper.hardware.identification.identification import read_finger
+from soft_gripper.hardware.identification.identified_finger import read_finger
 from soft_gripper.hardware.identification.simulated_motion import Setup, measured_motion
 from soft_gripper.hardware.recordings import find_recordings
 from soft_gripper.models import DIRECTORY

@@ -34,7 +34,7 @@ def test_the_same_as_from_text(tmp_path, describe, unit):
     np.testing.assert_allclose(b.time, a.time, atol=1e-9)
     for name in MARKERS:
         np.testing.assert_allclose(b.markers[name], a.markers[name], atol=1e-8)
-    assert b.gaps == a.gaps
+    assert b.defects == a.defects
 
 
 def test_labels_may_name_their_subject(tmp_path, describe):

@@ -18,7 +18,7 @@ def test_markers_are_metres_in_frame_b(tmp_path, describe):
     x, y, z = np.array(MARKERS["base_1"]) * 1e-3
     np.testing.assert_allclose(recording.markers["base_1"][0], [x - 0.01, z, -y], atol=1e-12)
     np.testing.assert_allclose(recording.time, np.arange(200) / 100)
-    assert recording.gaps == ()
+    assert recording.defects == ()
 
 
 def test_the_reference_is_the_mean_over_its_span(tmp_path, describe):
@@ -93,8 +93,8 @@ def test_gaps_are_reported_and_kept_as_nan(tmp_path, describe):
     recording = read_recording(write_csv(tmp_path / "a.csv", columns), describe())
     assert np.isnan(recording.markers["tip_1"][50:60]).all()
     assert np.isfinite(recording.markers["tip_1"][60:]).all()
-    assert "tip_1: 10 of 200 samples are missing, the first at 0.50 s; the longest gap is 0.11 s" in recording.gaps
-    assert "tip_2: not seen in the reference span" in recording.gaps
+    assert "tip_1: 10 of 200 samples are missing, the first at 0.50 s; the longest gap is 0.11 s" in recording.defects
+    assert "tip_2: not seen in the reference span" in recording.defects
 
 
 def test_rows_that_do_not_parse_are_counted(tmp_path, describe):
@@ -105,7 +105,7 @@ def test_rows_that_do_not_parse_are_counted(tmp_path, describe):
     path.write_text("\n".join(lines))
     recording = read_recording(path, describe())
     assert len(recording.time) == 198
-    assert recording.gaps == ("2 rows do not parse, the first of them row 10",)
+    assert recording.defects == ("2 rows do not parse, the first of them row 10",)
 
 
 def test_a_header_may_be_described(tmp_path, describe):
@@ -202,5 +202,5 @@ def test_published_recordings_are_read_without_gaps(name):
     files = sorted(path for path in published(name).iterdir() if path.suffix in (".csv", ".txt"))
     for path in files:
         recording = read_recording(path, load_description(name))
-        assert recording.gaps == ()
+        assert recording.defects == ()
         assert len(recording.time) > 400

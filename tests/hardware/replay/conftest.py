@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.models import DIRECTORY
 
 SPACING = 0.043

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.hardware.recording_schema import load_description
 from soft_gripper.hardware.recordings import BodyPose, HardwareRecording
-from soft_gripper.hardware.replay.arm_replay import PERIOD, arm_recording
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, arm_recording
 
 
 @pytest.fixture

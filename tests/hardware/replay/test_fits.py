@@ -7,9 +7,9 @@ import pytest
 
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import gravity_torque
-from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
 from soft_gripper.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, fit_geometry, measured
-from soft_gripper.sensors.wire_lengths import WireCalibration
+from soft_gripper.sensors.wire_lengths import WireGeometry
 
 DOWN = np.array([0.0, 0.0, 9.81])
 
@@ -72,7 +72,7 @@ REST = np.array([0.3, -0.2])  # N m, of the sections
 ASIDE = np.array([3.0, 0.0, 9.0])  # m/s^2, gravity in B
 BRANCH = CreepBranch(0.4, 2.0)
 STRAIGHT = ArmGeometry(
-    WireCalibration(0.04, *np.zeros((4, 2))), RigidParts(0j, 0.0, np.zeros(2), np.zeros(2), np.zeros(2)), 0.0
+    WireGeometry(0.04, *np.zeros((4, 2))), RigidParts(0j, 0.0, np.zeros(2), np.zeros(2), np.zeros(2)), 0.0
 )
 
 

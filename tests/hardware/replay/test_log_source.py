@@ -5,7 +5,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.recording import add_logs, read_logs
-from soft_gripper.hardware.replay.arm_replay import LogSource
+from soft_gripper.hardware.replay.arm_estimation import LogSource
 
 
 def test_samples_at_their_times():

@@ -10,8 +10,15 @@ from refusals import refused
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.hardware.recordings import find_recordings
-from soft_gripper.hardware.replay.arm_replay import arm_recording, stretched_arm
-from soft_gripper.hardware.replay.recordings import ALL, estimator_rows, replay_figure, replay_recordings, replay_table
+from soft_gripper.hardware.replay.arm_estimation import arm_recording, stretched_arm
+from soft_gripper.hardware.replay.held_out import (
+    ALL,
+    ArmReplay,
+    estimator_rows,
+    replay_figure,
+    replay_recordings,
+    replay_table,
+)
 
 DOWN = np.array([0.0, 0.0, 9.81])
 ROWS = {"arcs 1": ("arcs", 1), "arcs 2": ("arcs", 2), "gaussian 1": ("gaussian", 1)}
@@ -19,7 +26,7 @@ ROWS = {"arcs 1": ("arcs", 1), "arcs 2": ("arcs", 2), "gaussian 1": ("gaussian",
 
 @pytest.fixture(scope="module")
 def replayed(arms, arm_finger):
-    return replay_recordings(arms, None, ROWS, arm_finger, DOWN)
+    return replay_recordings(arms, None, ROWS, arm_finger, DOWN).replayed
 
 
 @pytest.mark.slow
@@ -76,7 +83,7 @@ def test_the_table_is_of_the_errors(replayed):
 @pytest.mark.slow
 def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, replayed):
     moved = replace(arms[0], positions=arms[0].positions + 0.03, headings=arms[0].headings + 0.1)
-    again = replay_recordings([moved], arms[1:], ROWS, arm_finger, DOWN)[0]
+    again = replay_recordings([moved], arms[1:], ROWS, arm_finger, DOWN).replayed[0]
     for row in ROWS:
         name = f"{row}.body_positions"
         np.testing.assert_array_equal(again.signals[name].values, replayed[0].signals[name].values)
@@ -84,7 +91,7 @@ def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, r
 
 
 def test_fitted_to_chosen_ones(arms, arm_finger):
-    found = replay_recordings(arms[:1], arms[1:], {"arcs 2": ("arcs", 2)}, arm_finger, DOWN)
+    found = replay_recordings(arms[:1], arms[1:], {"arcs 2": ("arcs", 2)}, arm_finger, DOWN).replayed
     assert found[0].fitted_on == ("run_1", "run_2", "run_3")
 
 
@@ -104,7 +111,7 @@ def test_estimators_by_name():
 
 @pytest.mark.slow
 def test_the_figure_has_a_column_a_recording(replayed):
-    assert len(replay_figure(replayed, ROWS).axes) == 3 * 4
+    assert len(replay_figure(ArmReplay(replayed, ROWS)).axes) == 3 * 4
 
 
 @pytest.mark.slow
@@ -114,7 +121,6 @@ def test_the_published_arm(arm_finger):
     recordings = find_recordings(files, "two_segment_arm")
     rows = {"arcs 2": ("arcs", 2)}
     arms = [arm_recording(recording) for recording in recordings]
-    table = replay_table(replay_recordings(arms, None, rows, arm_finger, DOWN), rows)
-    (tip,) = (row for row in table if _is_tip(row))
+    (tip,) = (row for row in replay_recordings(arms, None, rows, arm_finger, DOWN).table if _is_tip(row))
     assert tip.mean_mm < 2.6
     assert tip.percentile_95_mm < 5.6

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from soft_gripper.hardware.replay.recordings import ALL, replay_table
+from soft_gripper.hardware.replay.held_out import ALL, replay_table
 
 ROWS = {"arcs_2": ("arcs", 2)}
 LATE = np.append(np.zeros(98), [7.0, 8.0, 9.0])  # mm, of 101 samples

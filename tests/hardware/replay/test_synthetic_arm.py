@@ -11,9 +11,9 @@ from synthetic_hardware import ARM, ARM_NOMINAL, TRIALS, arm_bodies, arm_state, 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.hardware.recordings import find_recordings
 from soft_gripper.hardware.replay import geometry_fit
-from soft_gripper.hardware.replay.arm_replay import PERIOD, arm_recording
+from soft_gripper.hardware.replay.arm_estimation import PERIOD, arm_recording
 from soft_gripper.hardware.replay.geometry_fit import fit_drive, fit_geometry
-from soft_gripper.hardware.replay.recordings import fit_arm, readings
+from soft_gripper.hardware.replay.held_out import fit_arm, replay_inputs
 
 DOWN = np.array([0.0, 0.0, 9.81])
 KEYS = ("estimator", "sections", "recording", "body")
@@ -179,4 +179,4 @@ def test_noise_of_the_wires_is_the_true_one(trials, arm_finger):
     """Of the extension ratio of a wire as long as the arm's mean."""
     noise = fit_arm(trials[:2], arm_finger, DOWN).arm.uncertainty.reading
     assert noise == pytest.approx(ARM.wire_noise / np.mean([arm.inner[:, -1].mean() for arm in trials[:2]]), rel=0.35)
-    assert readings(trials[0], 0.0).wire_lengths[:, 0] == pytest.approx(trials[0].inner)
+    assert replay_inputs(trials[0], 0.0).wire_lengths[:, 0] == pytest.approx(trials[0].inner)

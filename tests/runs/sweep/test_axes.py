@@ -5,7 +5,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.run import MOST_RUNS, Range, Values, points, read_axis
+from soft_gripper.runs.sweep.run import MOST_RUNS, Range, Values, read_axis, sweep_points
 
 
 @pytest.mark.parametrize(
@@ -68,16 +68,16 @@ def test_more_values_than_anybody_waits_for_are_refused_before_they_are_listed(c
 )
 def test_more_points_than_anybody_waits_for_are_refused_before_they_are_made(arguments):
     with pytest.raises(InputError) as error:
-        points(*arguments)
+        sweep_points(*arguments)
     assert "above the limit of 10000" in error.value.expected
 
 
 def test_as_many_points_as_may_be():
-    assert len(points([Values("a", tuple(range(100))), Values("b", tuple(range(100)))])) == MOST_RUNS
+    assert len(sweep_points([Values("a", tuple(range(100))), Values("b", tuple(range(100)))])) == MOST_RUNS
 
 
 def test_a_grid_has_all_combinations_the_last_key_fastest():
-    grid = points([Values("a", (1, 2)), Values("b", ("x", "y", "z"))])
+    grid = sweep_points([Values("a", (1, 2)), Values("b", ("x", "y", "z"))])
     assert [(point["a"], point["b"]) for point in grid] == [(a, b) for a in (1, 2) for b in "xyz"]
 
 
@@ -85,17 +85,17 @@ def test_a_grid_has_all_combinations_the_last_key_fastest():
 def test_samples_fill_every_axis_evenly(method, number):
     """In each of as many intervals of a range lies one; values and whole numbers come equally often."""
     axes = [Range("a", 0.5, 0.9), Range("n", 1.0, 4.0, is_whole=True), Values("c", ("x", "y"))]
-    found = points(axes, method, number, 3)
+    found = sweep_points(axes, method, number, 3)
     filled = np.floor((np.array([point["a"] for point in found]) - 0.5) / 0.4 * number).astype(int)
     assert sorted(filled) == list(range(number))
     assert [sum(point["n"] == n for point in found) for n in (1, 2, 3, 4)] == [number // 4] * 4
     assert [sum(point["c"] == c for point in found) for c in "xy"] == [number // 2] * 2
-    assert found == points(axes, method, number, 3)
-    assert found != points(axes, method, number, 4)
+    assert found == sweep_points(axes, method, number, 3)
+    assert found != sweep_points(axes, method, number, 4)
 
 
 def test_a_relative_range_gives_changes():
-    assert all(point["a"].endswith(" %") for point in points([Range("a", -5, 5, is_relative=True)], "latin", 3))
+    assert all(point["a"].endswith(" %") for point in sweep_points([Range("a", -5, 5, is_relative=True)], "latin", 3))
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,7 @@ def test_a_relative_range_gives_changes():
 )
 def test_what_cannot_be_sampled_is_refused(axes, arguments, field, value):
     with refused(field, value):
-        points(axes, *arguments)
+        sweep_points(axes, *arguments)
 
 
 @pytest.mark.parametrize("ends", [(2.0, 1.0), (1.0, 1.0), (None, 1.0), ("a", "b"), (float("nan"), 1.0)])
@@ -139,7 +139,7 @@ def test_a_key_takes_one_value_at_least(values):
 )
 def test_points_of_what_is_none(arguments, field):
     with pytest.raises(InputError) as caught:
-        points(*arguments)
+        sweep_points(*arguments)
     assert caught.value.field == field
 
 

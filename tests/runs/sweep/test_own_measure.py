@@ -8,7 +8,7 @@ import pytest
 from command_line import short, soft_gripper
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.run import run_variation
+from soft_gripper.runs.sweep.run import run_and_measure
 
 DOCS = Path(__file__).parents[3] / "docs" / "sweeps.md"
 NAME = "largest_bend_rate_deg_s"
@@ -44,7 +44,7 @@ def test_a_measure_of_ones_own_is_a_column(tmp_path):
 @pytest.mark.parametrize("function", ["fails", "lists"])
 def test_a_measure_that_fails_or_returns_no_value_is_named(function):
     with pytest.raises(InputError) as error:
-        run_variation("free_bending", BRIEF, [f"my_mistakes:{function}"])
+        run_and_measure("free_bending", BRIEF, [f"my_mistakes:{function}"])
     assert (error.value.field, error.value.value) == ("--measure", f"my_mistakes:{function}")
 
 

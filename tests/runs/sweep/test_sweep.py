@@ -9,7 +9,7 @@ from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.files.output import unlock_folders
+from soft_gripper.files.output import release_folders
 from soft_gripper.runs.sweep import run as sweep
 from soft_gripper.runs.sweep.run import ABOUT, TABLE, cell, run_sweep
 
@@ -35,7 +35,7 @@ def executor(monkeypatch):
             raise SimulationDivergedError("the simulation\ndiverged")
         return MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}
 
-    monkeypatch.setattr(sweep, "run_variation", run)
+    monkeypatch.setattr(sweep, "run_and_measure", run)
     monkeypatch.setattr(sweep, "check_closed", lambda station: None)
     monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
     return HereExecutor()
@@ -46,8 +46,8 @@ def records(folder):
         return list(csv.DictReader(file))
 
 
-def swept(folder, executor, variations=SECTIONS, **options):
-    return run_sweep("free_bending", variations, folder, executor, fixed={"sensor.period": 0.02}, **options)
+def swept(folder, executor, points=SECTIONS, **options):
+    return run_sweep("free_bending", points, folder, executor, fixed={"sensor.period": 0.02}, **options)
 
 
 def test_every_run_has_a_row_and_a_failure_says_why(executor, tmp_path):
@@ -98,8 +98,8 @@ def test_what_is_not_text_is_not_resumed(file, executor, tmp_path):
 
 def test_another_sweep_is_not_resumed(executor, tmp_path):
     swept(tmp_path, executor)
-    for other in ({"variations": SECTIONS[:3]}, {"fixed": {"sensor.period": 0.04}}):
-        arguments = {"variations": SECTIONS, "fixed": {"sensor.period": 0.02}} | other
+    for other in ({"points": SECTIONS[:3]}, {"fixed": {"sensor.period": 0.04}}):
+        arguments = {"points": SECTIONS, "fixed": {"sensor.period": 0.02}} | other
         with refused("--resume"):
             run_sweep("free_bending", out=tmp_path, executor=executor, resume=True, **arguments)
 
@@ -111,7 +111,7 @@ def test_two_sweeps_do_not_write_into_one_folder(executor, tmp_path):
         swept(tmp_path, executor)
     os.close(lock)
     swept(tmp_path, executor)
-    unlock_folders()
+    release_folders()
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedE
 from soft_gripper.runs.trials import run as trials
 from soft_gripper.runs.trials.run import run_trials
 from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow, draw, random_numbers
-from soft_gripper.scenario.scenario import TrialsConfig
+from soft_gripper.scenario.schema import TrialsConfig
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")
 COLUMNS = (

@@ -10,8 +10,8 @@ from refusals import refused
 from soft_gripper.diagrams.task import reported_pose
 from soft_gripper.models import DIRECTORY
 from soft_gripper.runs.trials.trial import Variation, draw, random_numbers, varied, vary
-from soft_gripper.scenario.scenario import Scenario, TrialsConfig
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.schema import Scenario, TrialsConfig
 
 SCENARIOS = ["pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate"]
 LOW = np.array([-30, -30, -45, 20, 0.5, 0.9, -3, -3, -3])

@@ -104,7 +104,7 @@ def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int
 
 
 # Points at an arc length, m, and at distances (M,) m from the axis, positive on the inner side: (M, 2) x, z m in B.
-Beside = Callable[[float, Array], Array]
+PointsAcross = Callable[[float, Array], Array]
 
 
 class Arrow(NamedTuple):
@@ -114,29 +114,29 @@ class Arrow(NamedTuple):
     end: Array
 
 
-def arrow_of_force(finger: Finger, beside: Beside, force: float, arc_length: float) -> Arrow | None:
+def arrow_of_force(finger: Finger, points_across: PointsAcross, force: float, arc_length: float) -> Arrow | None:
     """The arrow of a force across the finger; None where it is not known, or next to none.
 
     Args:
         finger: that is pressed.
-        beside: where its points are.
+        points_across: where its points are.
         force: N, positive on the inner side.
         arc_length: m.
     """
     if not abs(force) >= _LEAST or not np.isfinite(arc_length):
         return None
     face = float(face_offset(finger, np.array(arc_length), np.array(force)))
-    begin, end = beside(arc_length, np.array([face, face - _LENGTH * force]))
+    begin, end = points_across(arc_length, np.array([face, face - _LENGTH * force]))
     return Arrow(begin, end) if np.isfinite(begin).all() else None
 
 
-def beside_arcs(arcs: Arcs, s: float, offset: Array) -> Array:
-    """Of a curve of arcs, as `Beside`."""
+def across_arcs(arcs: Arcs, s: float, offset: Array) -> Array:
+    """Of a curve of arcs, as `PointsAcross`."""
     return as_points(sites_on_arcs(arcs, np.full(len(offset), s), offset)[0])
 
 
-def beside_links(finger: Finger, corners: Array, s: float, offset: Array) -> Array:
-    """Of links from corner to corner, (N + 2, 3) m in B, as `Beside`."""
+def across_links(finger: Finger, corners: Array, s: float, offset: Array) -> Array:
+    """Of links from corner to corner, (N + 2, 3) m in B, as `PointsAcross`."""
     link = int(np.searchsorted(finger.joint_arc_lengths, s))
     x, z = (corners[link + 1] - corners[link])[::2]
     points: Array = points_along(finger, corners, np.array([s]))[:, ::2] + np.outer(offset / np.hypot(x, z), [z, -x])
@@ -168,7 +168,7 @@ WIDTH = 8.4  # inches
 _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
 
 
-class Shape(NamedTuple):
+class Snapshot(NamedTuple):
     """One finger at one time of a recording, in B."""
 
     corners: Array  # (N + 2, 3) m, the true base, joints and tip
@@ -182,31 +182,31 @@ class Shape(NamedTuple):
     std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if available
 
 
-def read_shape(layout: MeasurementModel, recording: Recording, time: float) -> Shape:
-    """The shape, at a time, s, of the finger of `layout`, which was recorded with these sensors."""
+def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -> Snapshot:
+    """The finger of `layout`, which was recorded with these sensors, at a time, s."""
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
     arcs = arcs_of_table(signals["arcs"])
-    return Shape(
+    return Snapshot(
         true,
         arcs,
         as_planar(signals["joint_positions"]),
         signals["external_torque"],
         signals["true_external_torque"],
         float(signals["pose_error"].item()),
-        _arrow(layout.finger, partial(beside_links, layout.finger, true), signals, "true_contact"),
-        _arrow(layout.finger, partial(beside_arcs, arcs), signals, "contact"),
+        _arrow(layout.finger, partial(across_links, layout.finger, true), signals, "true_contact"),
+        _arrow(layout.finger, partial(across_arcs, arcs), signals, "contact"),
         signals.get("position_std"),
     )
 
 
-def _arrow(finger: Finger, beside: Beside, signals: Mapping[str, Array], which: str) -> Arrow | None:
+def _arrow(finger: Finger, points_across: PointsAcross, signals: Mapping[str, Array], which: str) -> Arrow | None:
     """The arrow of the true or the estimated contact; None if there is none, or it is not recorded."""
     if f"{which}_force" not in signals:
         return None
     force, s = (float(signals[f"{which}_{name}"].item()) for name in ("force", "arc_length"))
-    return arrow_of_force(finger, beside, force, s)
+    return arrow_of_force(finger, points_across, force, s)
 
 
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
@@ -218,23 +218,23 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     Drawn in frame B, mm, with the base at the top. Segments and arcs are coloured by the true and the
     estimated external torque, on one scale; the numbers at the arcs are their radii.
     """
-    finger, shape = layout.finger, read_shape(layout, recording, time)
-    arcs = len(shape.arcs.theta)
+    finger, snapshot = layout.finger, read_snapshot(layout, recording, time)
+    arcs = len(snapshot.arcs.theta)
     if arcs != layout.sections:  # an estimator may have one arc per segment
         layout = replace(layout, sections=arcs, borders=None)
-    limit = torque_limit([shape.torque, shape.true_torque])
-    x_limits, z_limits = _limits(layout, shape)
+    limit = torque_limit([snapshot.torque, snapshot.true_torque])
+    x_limits, z_limits = _limits(layout, snapshot)
     widths = [float(np.ptp(limits)) for limits in x_limits]
     height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, min(max(height, 3.2), 4.2)), layout="compressed")
         panels = figure.subplots(1, 3, sharey=True, width_ratios=widths)
-        draw_segments(panels[0], finger, shape.corners, color(shape.true_torque, limit))
-        draw_segments(panels[1], finger, shape.corners, np.full((finger.segments, 3), 0.94))
-        draw_arcs(panels[1], layout, shape.arcs)
-        _draw_joints(panels[1], shape)
-        draw_tube(panels[2], layout, shape.arcs, color(shape.torque, limit))
-        _draw_contact(panels, finger, shape)
+        draw_segments(panels[0], finger, snapshot.corners, color(snapshot.true_torque, limit))
+        draw_segments(panels[1], finger, snapshot.corners, np.full((finger.segments, 3), 0.94))
+        draw_arcs(panels[1], layout, snapshot.arcs)
+        _draw_joints(panels[1], snapshot)
+        draw_tube(panels[2], layout, snapshot.arcs, color(snapshot.torque, limit))
+        _draw_contact(panels, finger, snapshot)
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=True):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
@@ -245,34 +245,36 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     return figure
 
 
-def _limits(layout: MeasurementModel, shape: Shape) -> tuple[list[Array], Array]:
+def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], Array]:
     """Limits of x in the three panels, and of z, mm; the centres of arcs are shown if they are near."""
-    x, z = 1e3 * shape.corners[:, ::2].T
+    x, z = 1e3 * snapshot.corners[:, ::2].T
     free = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
-    arrows = [arrow for arrow in (shape.true_contact, shape.contact) if arrow is not None]
+    arrows = [arrow for arrow in (snapshot.true_contact, snapshot.contact) if arrow is not None]
     tips = [1e3 * arrow.end[0] for arrow in arrows]
     finger = np.array([min([min(x) + outer, *tips]) - free / 2, max([max(x) + inner, *tips]) + free / 2])
-    centers = in_mm(shape.arcs.centers)[:, 0]
+    centers = in_mm(snapshot.arcs.centers)[:, 0]
     near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
     with_centers = np.array([min([finger[0] - free, *(near - 5)]), max([finger[1] + free, *(near + 5)])])
     return [finger, with_centers, finger], np.array([max(*z + free, 0.9e3 * layout.finger.length), -0.7 * free])
 
 
-def _draw_contact(panels: Sequence[Axes], finger: Finger, shape: Shape) -> None:
+def _draw_contact(panels: Sequence[Axes], finger: Finger, snapshot: Snapshot) -> None:
     """Draws the true force in the first and last panels, and the estimate in the last."""
-    if shape.std is not None:
-        draw_band(panels[2], finger, shape.arcs, shape.std)
-    if shape.true_contact is not None:
-        draw_force(panels[0], shape.true_contact, TRUE_COLOR, "true contact force", _TRUE_WIDTH)
-    if shape.contact is not None:
-        draw_force(panels[2], shape.contact, ESTIMATED_COLOR, "estimated contact force")
-        if shape.true_contact is not None:
-            draw_force(panels[2], shape.true_contact, TRUE_COLOR, "_true, beside it", _TRUE_WIDTH)
+    if snapshot.std is not None:
+        draw_band(panels[2], finger, snapshot.arcs, snapshot.std)
+    if snapshot.true_contact is not None:
+        draw_force(panels[0], snapshot.true_contact, TRUE_COLOR, "true contact force", _TRUE_WIDTH)
+    if snapshot.contact is not None:
+        draw_force(panels[2], snapshot.contact, ESTIMATED_COLOR, "estimated contact force")
+        if snapshot.true_contact is not None:
+            draw_force(panels[2], snapshot.true_contact, TRUE_COLOR, "_true, beside it", _TRUE_WIDTH)
 
 
-def _draw_joints(axes: Axes, shape: Shape) -> None:
-    estimated = f"estimated joints (mean error {1e3 * shape.pose_error:.2f} mm)"
-    axes.plot(*(1e3 * shape.corners[1:-1, ::2].T), "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
-    axes.plot(*in_mm(shape.joints).T, ".", ms=4, color="black", label=estimated)
+def _draw_joints(axes: Axes, snapshot: Snapshot) -> None:
+    estimated = f"estimated joints (mean error {1e3 * snapshot.pose_error:.2f} mm)"
+    axes.plot(
+        *(1e3 * snapshot.corners[1:-1, ::2].T), "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints"
+    )
+    axes.plot(*in_mm(snapshot.joints).T, ".", ms=4, color="black", label=estimated)
     axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the arc centres")

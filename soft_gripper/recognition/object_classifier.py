@@ -1,4 +1,4 @@
-"""Which shape is held: what a grasp shows of it, the discriminant of shapes, its training and its file.
+"""Which object is held: the features of a grasp, the discriminant of object shapes, its training and its file.
 
 The model is regularised quadratic discriminant analysis on principal components; its file is JSON.
 """
@@ -32,8 +32,8 @@ def grasp_features(angles: Array, torques: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class ShapeModel:
-    """A quadratic discriminant of grasp features; which shape is likeliest, if all are equally common.
+class ObjectClassifier:
+    """A quadratic discriminant of grasp features: the most likely shape of the object, if all are equally common.
 
     The features are projected onto D components; in those the grasps of each shape are normally distributed.
 
@@ -41,7 +41,7 @@ class ShapeModel:
         InputError: if something does not fit, or is not finite.
     """
 
-    shapes: tuple[str, ...]  # names, (C)
+    shapes: tuple[str, ...]  # of the objects, names, (C)
     fingers: int
     joints: int  # of each finger, N
     sections: int  # of the sensors that it was trained with
@@ -64,13 +64,13 @@ class ShapeModel:
         for name, shape in expected.items():
             found = getattr(self, name)
             if found.shape != shape:
-                raise InputError("shape model", name, f"an array {found.shape}", f"give one of {shape}")
+                raise InputError("object classifier", name, f"an array {found.shape}", f"give one of {shape}")
             if not np.isfinite(found).all():
-                raise InputError("shape model", name, "NaN or infinite", "give finite numbers")
+                raise InputError("object classifier", name, "NaN or infinite", "give finite numbers")
         if not (self.pressures > 0).all():
-            raise InputError("shape model", "pressures", self.pressures.tolist(), "give pressures above 0, Pa")
+            raise InputError("object classifier", "pressures", self.pressures.tolist(), "give pressures above 0, Pa")
         if not (np.linalg.eigvalsh(self.covariances) > 0).all():
-            raise InputError("shape model", "covariances", "...", "give matrices that are positive definite")
+            raise InputError("object classifier", "covariances", "...", "give matrices that are positive definite")
 
     def probabilities(self, angles: Array, torques: Array) -> Array:
         """Of the shapes, (..., C), from what `grasp_features` takes; NaN if something in it is."""
@@ -92,9 +92,9 @@ SHRINKAGE = 0.1  # of the covariance of a shape, toward that of all
 _LEAST = 1e-6  # variance within a shape, of the whole along a component
 
 
-def train_shape_model(
+def train_object_classifier(
     labels: Sequence[str], angles: Array, torques: Array, pressures: Sequence[float], sections: int
-) -> ShapeModel:
+) -> ObjectClassifier:
     """The quadratic discriminant of M grasps.
 
     Args:
@@ -111,10 +111,12 @@ def train_shape_model(
     shapes = tuple(dict.fromkeys(labels))
     if len(shapes) < 2 or min(labels.count(shape) for shape in shapes) < 2:
         counts = {shape: labels.count(shape) for shape in shapes}
-        raise InputError("shape model", "grasps", counts, "give two shapes or more, and two grasps or more of each")
+        raise InputError(
+            "object classifier", "grasps", counts, "give two shapes or more, and two grasps or more of each"
+        )
     if not np.isfinite(features).all():
         bad = int(np.argmin(np.isfinite(features).all(axis=-1)))
-        raise InputError("shape model", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
+        raise InputError("object classifier", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
     center, components = principal_components(features)
     parts = (features - center) @ components.T
     means = np.array([parts[names == shape].mean(axis=0) for shape in shapes])
@@ -123,7 +125,7 @@ def train_shape_model(
     shrunk = (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _LEAST * np.eye(len(components))
     fingers, joints = angles.shape[-2:]
     levels = np.array(pressures, dtype=float)
-    return ShapeModel(shapes, fingers, joints, sections, levels, center, components, means, shrunk)
+    return ObjectClassifier(shapes, fingers, joints, sections, levels, center, components, means, shrunk)
 
 
 def principal_components(features: Array) -> tuple[Array, Array]:
@@ -149,7 +151,7 @@ def _covariance(residuals: Array) -> Array:
 _DIGITS = 9  # of a weight
 
 
-def save_shape_model(model: ShapeModel, path: Path) -> None:
+def save_object_classifier(model: ObjectClassifier, path: Path) -> None:
     """Writes a model, a line a field."""
     content = {
         name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(model).items()
@@ -159,14 +161,14 @@ def save_shape_model(model: ShapeModel, path: Path) -> None:
         partial.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
-def load_shape_model(file: Path | str) -> ShapeModel:
-    """Reads what `save_shape_model` wrote.
+def load_object_classifier(file: Path | str) -> ObjectClassifier:
+    """Reads what `save_object_classifier` wrote.
 
     Args:
         file: a path or package://soft_gripper/... URI.
 
     Raises:
-        InputError: if the file is missing, no shape model, or what is in it does not fit.
+        InputError: if the file is missing, not an object classifier, or what is in it does not fit.
     """
     path = model_path(str(file))
     text = read_text(path)
@@ -174,12 +176,12 @@ def load_shape_model(file: Path | str) -> ShapeModel:
         content = json.loads(text)
     except (ValueError, RecursionError):
         raise InputError(path, "file", path.name, "is not JSON") from None
-    names = [field.name for field in fields(ShapeModel)]
+    names = [field.name for field in fields(ObjectClassifier)]
     if not isinstance(content, dict) or sorted(content) != sorted(names):
         found = list(content) if isinstance(content, dict) else type(content).__name__
-        raise InputError(path, "fields", found, f"a shape model has: {', '.join(names)}")
+        raise InputError(path, "fields", found, f"an object classifier has: {', '.join(names)}")
     try:
-        return ShapeModel(**{name: _value(name, content[name]) for name in names})
+        return ObjectClassifier(**{name: _value(name, content[name]) for name in names})
     except InputError as error:
         raise error.inside(path) from None
 
@@ -192,7 +194,7 @@ def _value(name: str, value: Any) -> Any:
         return tuple(map(str, value)) if name == "shapes" else np.array(value, dtype=float)
     except (TypeError, ValueError):
         expected = "give whole numbers" if name in ("fingers", "joints", "sections") else "give a list, as it was saved"
-        raise InputError("shape model", name, value, expected) from None
+        raise InputError("object classifier", name, value, expected) from None
 
 
 def _rounded(value: Any) -> Any:

@@ -10,10 +10,10 @@ from matplotlib.patches import Polygon
 from soft_gripper.estimators.arcs import join_arcs
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
-from soft_gripper.pictures.shapes import arrow_of_force, beside_arcs, beside_links, draw_band
+from soft_gripper.pictures.shape_figure import across_arcs, across_links, arrow_of_force, draw_band
 from soft_gripper.truth.poses import corners
 
-STRAIGHT = partial(beside_arcs, join_arcs(np.zeros(12), np.full(12, 0.01)))
+STRAIGHT = partial(across_arcs, join_arcs(np.zeros(12), np.full(12, 0.01)))
 
 
 @pytest.mark.parametrize(("force", "face"), [(0.5, "inner_face"), (-0.5, "outer_face")])
@@ -36,7 +36,7 @@ def test_points_beside_a_chain_are_those_of_its_links(shipped_finger: Finger) ->
     offset = np.array([-0.01, 0.0, 0.02])
     for s in (*shipped_finger.joint_arc_lengths, 0.053, shipped_finger.length):
         expected = as_points(chain.at(np.full(3, s), offset).points)
-        np.testing.assert_allclose(beside_links(shipped_finger, ends, s, offset), expected, atol=1e-15)
+        np.testing.assert_allclose(across_links(shipped_finger, ends, s, offset), expected, atol=1e-15)
 
 
 def test_a_band_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) -> None:

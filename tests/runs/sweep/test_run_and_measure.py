@@ -7,7 +7,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.evaluation.paper.forces import recorded_force_table
 from soft_gripper.runs.scores.poses import recorded_pose_table
-from soft_gripper.runs.sweep.run import run_variation
+from soft_gripper.runs.sweep.run import run_and_measure
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 SHORT = {"pressure.steps": {"all": [0.0, 60e3]}, "pressure.settle": 0.2, "pressure.hold_samples": 5}
@@ -16,7 +16,7 @@ NOISY = {**SHORT, "sensor.errors.preset": "realistic"}
 
 def test_measures_are_those_of_the_tables():
     changes = {**NOISY, "models.gripper.fingers.all.youngs_modulus": "+10 %"}
-    found = run_variation("box_grasp", changes)
+    found = run_and_measure("box_grasp", changes)
     station = make_station(changed_scenario("box_grasp", changes))
     recording = run_station(station)
     rows = recorded_pose_table("", station, recording)
@@ -35,14 +35,16 @@ def test_measures_are_those_of_the_tables():
 
 @pytest.mark.slow
 def test_tasks_and_closed_loops_have_measures_of_their_own():
-    steps = run_variation("tip_distance_steps", {"control.set_points": [0.06], "control.hold": 1.0})
+    steps = run_and_measure("tip_distance_steps", {"control.set_points": [0.06], "control.hold": 1.0})
     assert 0 < steps["mean_settling_s"] < 1
-    task = run_variation("arm_motion", {"task.time_limit": 0.5})
+    task = run_and_measure("arm_motion", {"task.time_limit": 0.5})
     assert task == {"outcome": "running", "duration_s": 0.5}
-    held = run_variation("pick_and_place_box", {"task.time_limit": 0.5})
+    held = run_and_measure("pick_and_place_box", {"task.time_limit": 0.5})
     assert (held["success"], held["cause"][:8]) == (False, "not over")
 
 
 def test_a_scenario_without_fingers_has_nothing_to_be_measured():
     with refused("models", ["package://soft_gripper/objects/table.sdf"]):
-        run_variation("box_grasp", {"models": [{"name": "table", "file": "package://soft_gripper/objects/table.sdf"}]})
+        run_and_measure(
+            "box_grasp", {"models": [{"name": "table", "file": "package://soft_gripper/objects/table.sdf"}]}
+        )

@@ -1,4 +1,4 @@
-"""A replay, opened from its file in a real browser: it draws, without a network, and its colours change with time."""
+"""An animation, opened from its file in a real browser: it draws offline, and its colours change with time."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -10,7 +10,7 @@ from pydrake.geometry import Meshcat
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.view.meshcat_view import write_replay
+from soft_gripper.diagrams.view.meshcat_view import write_animation
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -23,14 +23,14 @@ Look = Callable[[float], Pixels]
 
 @pytest.fixture(scope="module")
 def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """The browser, with the replay of a gripper, one finger of which closes against a peg."""
-    folder = tmp_path_factory.mktemp("replay")
+    """The browser, with the animation of a gripper, one finger of which closes against a peg."""
+    folder = tmp_path_factory.mktemp("animation")
     steps = {"left_finger": [0.0, 180e3], "right_finger": [0.0, -50e3]}  # the other finger keeps out of the way
     short = [f"pressure.steps={steps}", "pressure.settle=0.39", "pressure.hold_samples=1"]
     meshcat = Meshcat()
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
-    write_replay(meshcat, folder / "replay.html")
-    driver = open_offline(folder / "replay.html", folder / "profile")
+    write_animation(meshcat, folder / "animation.html")
+    driver = open_offline(folder / "animation.html", folder / "profile")
     driver.set_script_timeout(60)
     # Two frames after all has come, so that textures are there too.
     driver.execute_async_script(
@@ -47,7 +47,7 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @pytest.fixture
 def look(driver: Any) -> Look:
-    """The page at a time of the replay."""
+    """The page at a time of the animation."""
 
     def look(time: float) -> Pixels:
         driver.execute_async_script(

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.drake_reading import add_text, drake_reads, of_drake
+from soft_gripper.scenario.drake_parsing import add_text, drake_reads, of_drake
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a\nb"), ValueError("a"), IndexError("a"), SystemExit("a")])

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import matplotlib as mpl
 import numpy as np
@@ -18,7 +19,13 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
-from soft_gripper.hardware.replay.arm_replay import PERIOD, ArmRecording, NominalArm, Readings, replay
+from soft_gripper.hardware.replay.arm_estimation import (
+    PERIOD,
+    ArmRecording,
+    NominalArm,
+    ReplayInputs,
+    estimate_recording,
+)
 from soft_gripper.hardware.replay.geometry_fit import fit_drive, fit_geometry, measured
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
@@ -56,9 +63,36 @@ def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
     return {f"{name} {count}": (name, count) for count in sorted({1, sections}) for name in chosen}
 
 
+@dataclass(frozen=True)
+class ReplayRow:
+    """Errors of one estimator over a recording, or over all samples of all of them."""
+
+    estimator: str
+    sections: int  # sensors per side
+    recording: str
+    body: str
+    mean_mm: float
+    median_mm: float
+    percentile_95_mm: float
+    max_mm: float
+
+
+@dataclass(frozen=True)
+class ArmReplay:
+    """Recordings of one arm with their estimates, and the errors of these."""
+
+    replayed: list[Replayed]
+    rows: Rows
+
+    @cached_property
+    def table(self) -> list[ReplayRow]:
+        """Errors of each estimator, see `replay_table`."""
+        return replay_table(self.replayed, self.rows)
+
+
 def replay_recordings(
     reported: Sequence[ArmRecording], fitted: Sequence[ArmRecording] | None, rows: Rows, finger: Finger, gravity: Array
-) -> list[Replayed]:
+) -> ArmReplay:
     """Estimates recordings; a recording is never part of the data that its own estimates were fitted to.
 
     Args:
@@ -89,9 +123,9 @@ def replay_recordings(
             "fitted_on": ", ".join(fitted_on),
             "wires_late_by_s": f"{of_recording.delay:g}",
         }
-        signals = replay(of_recording.arm, readings(recording, of_recording.delay), rows, about)
+        signals = estimate_recording(of_recording.arm, replay_inputs(recording, of_recording.delay), rows, about)
         replayed.append(Replayed(recording.name, fitted_on, of_recording, signals))
-    return replayed
+    return ArmReplay(replayed, rows)
 
 
 def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
@@ -104,11 +138,11 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     return Fitted(arm, geometry.delay)
 
 
-def readings(recording: ArmRecording, delay: float) -> Readings:
+def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
     """The inputs of the diagram from a recording; body positions are those a `delay` (s) earlier."""
     bodies, _ = measured(recording, delay)
     wires = np.stack([recording.inner, recording.outer], axis=1)
-    return Readings(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
+    return ReplayInputs(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
 
 
 def _noise(recordings: Sequence[ArmRecording]) -> float:
@@ -122,20 +156,6 @@ def _noise(recordings: Sequence[ArmRecording]) -> float:
 
 
 ALL = "all"
-
-
-@dataclass(frozen=True)
-class ReplayRow:
-    """Errors of one estimator over a recording, or over all samples of all of them."""
-
-    estimator: str
-    sections: int  # sensors per side
-    recording: str
-    body: str
-    mean_mm: float
-    median_mm: float
-    percentile_95_mm: float
-    max_mm: float
 
 
 def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
@@ -168,9 +188,9 @@ def drawn_rows(rows: Rows) -> dict[str, str]:
     return dict(zip(drawn[:_MOST], ESTIMATOR_COLORS[1:], strict=False))
 
 
-def replay_figure(replayed: Sequence[Replayed], rows: Rows) -> Figure:
+def replay_figure(replay: ArmReplay) -> Figure:
     """Plots tip position across the arm, tip error and shape, with a column for each recording."""
-    colors = drawn_rows(rows)
+    colors, replayed = drawn_rows(replay.rows), replay.replayed
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(1.2 + 2.5 * len(replayed), 8.2), layout="constrained")
         heights = {"height_ratios": [1, 0.8, 1.9]}

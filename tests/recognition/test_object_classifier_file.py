@@ -7,10 +7,10 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.recognition.shape_model import ShapeModel, load_shape_model, save_shape_model
+from soft_gripper.recognition.object_classifier import ObjectClassifier, load_object_classifier, save_object_classifier
 
 RNG = np.random.default_rng(1)
-MODEL = ShapeModel(
+MODEL = ObjectClassifier(
     ("ball", "can"),
     fingers=2,
     joints=3,
@@ -25,19 +25,19 @@ MODEL = ShapeModel(
 
 @pytest.fixture
 def file(tmp_path):
-    save_shape_model(MODEL, tmp_path / "shapes.json")
+    save_object_classifier(MODEL, tmp_path / "shapes.json")
     return tmp_path / "shapes.json"
 
 
 def test_a_model_is_the_same_after_reading(file):
-    found = load_shape_model(file)
+    found = load_object_classifier(file)
     assert (found.shapes, found.fingers, found.joints, found.sections) == (("ball", "can"), 2, 3, 4)
     for name in ("pressures", "center", "components", "means", "covariances"):
         np.testing.assert_allclose(getattr(found, name), getattr(MODEL, name), rtol=1e-8)
 
 
 def test_the_shipped_model_is_of_the_shipped_gripper():
-    found = load_shape_model("package://soft_gripper/grippers/two_finger_shapes.json")
+    found = load_object_classifier("package://soft_gripper/grippers/two_finger_objects.json")
     assert found.shapes == ("sphere", "cylinder", "box", "irregular")
     assert (found.fingers, found.joints, found.sections) == (2, 12, 4)
 
@@ -56,7 +56,7 @@ def test_the_shipped_model_is_of_the_shipped_gripper():
 def test_a_field_that_is_wrong_is_named(file, change, words):
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
     with pytest.raises(InputError) as error:
-        load_shape_model(file)
+        load_object_classifier(file)
     assert all(word in str(error.value) for word in [str(file), *words])
 
 
@@ -66,9 +66,9 @@ def test_a_field_that_is_wrong_is_named(file, change, words):
 def test_a_file_that_is_no_model_is_refused(file, text, field, value):
     file.write_text(text)
     with refused(field, value):
-        load_shape_model(str(file))
+        load_object_classifier(str(file))
 
 
 def test_an_unknown_file_is_named(tmp_path):
     with refused("file", "nosuch.json"):
-        load_shape_model(tmp_path / "nosuch.json")
+        load_object_classifier(tmp_path / "nosuch.json")

@@ -38,7 +38,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.wire_lengths import WireCalibration, as_strain
+from soft_gripper.sensors.wire_lengths import WireGeometry, as_strain
 from soft_gripper.signals import XZ, describe
 
 
@@ -149,7 +149,7 @@ PATHS = ("inner", "outer")
 
 
 class WireStrain(LeafSystem):
-    """Computes strain and length of an arm of S sections with calibrated wires.
+    """Computes strain and length of an arm of S sections from its wires.
 
     ::
 
@@ -160,11 +160,11 @@ class WireStrain(LeafSystem):
     Estimators bend a finger of constant length; the lengths bypass them, to StretchedArm. Stateless.
     """
 
-    def __init__(self, calibration: WireCalibration, finger: Finger, sections: int):
+    def __init__(self, geometry: WireGeometry, finger: Finger, sections: int):
         """`sections` of the strain sensors, which divides S."""
         super().__init__()
-        self._calibration, self._finger, self._sections = calibration, finger, sections
-        count = len(calibration.bend_offsets)
+        self._geometry, self._finger, self._sections = geometry, finger, sections
+        count = len(geometry.bend_offsets)
         self._wires = self.DeclareVectorInputPort("wire_lengths", 2 * count)
         describe(
             self.DeclareVectorOutputPort("strain", 2 * sections, self._calc_strain), path=PATHS, section=range(sections)
@@ -173,11 +173,11 @@ class WireStrain(LeafSystem):
         describe(lengths, "m", arm_section=range(count))
 
     def _calc_strain(self, context: Context, output: BasicVector) -> None:
-        theta = self._calibration.sections(*self._sides(context)).theta
+        theta = self._geometry.sections(*self._sides(context)).theta
         output.SetFromVector(as_strain(self._finger, theta, self._sections)[1])
 
     def _calc_lengths(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._calibration.sections(*self._sides(context)).length)
+        output.SetFromVector(self._geometry.sections(*self._sides(context)).length)
 
     def _sides(self, context: Context) -> np.ndarray:
         return np.asarray(self._wires.Eval(context)).reshape(2, -1)
@@ -190,14 +190,14 @@ class NominalArm:
     finger: Finger  # with creep
     gains: Array  # (N, C) N m/Pa, torque per pressure
     rest: Array  # (N,) N m, torque without pressure
-    wires: WireCalibration
+    wires: WireGeometry
     parts: RigidParts
     uncertainty: Uncertainty
     gravity: Array  # (3,) m/s^2 in B
 
 
 @dataclass(frozen=True)
-class Readings:
+class ReplayInputs:
     """T recorded samples, `period` s apart."""
 
     period: float
@@ -250,14 +250,14 @@ class ArmEstimation(Diagram):
         wires.build_into(self)
 
 
-def replay(
-    arm: NominalArm, readings: Readings, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
+def estimate_recording(
+    arm: NominalArm, inputs: ReplayInputs, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
 ) -> Recording:
     """Feeds recorded readings to estimators.
 
     Args:
         arm: nominal model of the arm.
-        readings: readings of one recording.
+        inputs: of one recording.
         estimators: name of an estimator and its sensors per side, by the name of the row.
         about: attributes of the result.
 
@@ -268,25 +268,25 @@ def replay(
         InputError: if there is no such estimator.
     """
     builder = DiagramBuilder()
-    sections, chambers = range(readings.wire_lengths.shape[2]), range(readings.pressures.shape[1])
+    sections, chambers = range(inputs.wire_lengths.shape[2]), range(inputs.pressures.shape[1])
     sources: dict[str, tuple[str, Array, dict[str, Sequence[Any]]]] = {
-        "wire_lengths": ("m", readings.wire_lengths, {"path": PATHS, "arm_section": sections}),
-        "pressures": ("Pa", readings.pressures, {"chamber": chambers}),
-        "measured_bodies": ("m", readings.measured_bodies, {"body": list(readings.bodies), "xz": XZ}),
+        "wire_lengths": ("m", inputs.wire_lengths, {"path": PATHS, "arm_section": sections}),
+        "pressures": ("Pa", inputs.pressures, {"chamber": chambers}),
+        "measured_bodies": ("m", inputs.measured_bodies, {"body": list(inputs.bodies), "xz": XZ}),
     }
     known = {}
     for name, (unit, samples, axes) in sources.items():
-        source = builder.AddNamedSystem(name, LogSource(name, samples, readings.period, unit, **axes))
+        source = builder.AddNamedSystem(name, LogSource(name, samples, inputs.period, unit, **axes))
         known[name] = source.get_output_port()
     signals = dict(known)
     for row, (estimator, count) in estimators.items():
-        estimation = ArmEstimation(arm, estimator, count, readings.bodies, readings.period)
+        estimation = ArmEstimation(arm, estimator, count, inputs.bodies, inputs.period)
         builder.AddNamedSystem(row, estimation)
         connect_known(builder, estimation, known, "estimation")
         signals |= {f"{row}.{name}": port for name, port in vector_outputs(estimation).items()}
-    logs = add_logs(builder, signals, readings.period)
+    logs = add_logs(builder, signals, inputs.period)
     simulator = Simulator(builder.Build())
-    simulator.AdvanceTo((len(readings.pressures) - 1) * readings.period)
+    simulator.AdvanceTo((len(inputs.pressures) - 1) * inputs.period)
     return read_logs(logs, simulator.get_context(), about)
 
 

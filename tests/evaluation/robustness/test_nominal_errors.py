@@ -2,7 +2,7 @@
 
 import pytest
 
-from soft_gripper.evaluation.robustness.table import NOMINAL_CASES, NominalCase, errors_at
+from soft_gripper.evaluation.robustness.table import NOMINAL_ERRORS, NominalError, errors_at
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.sensors.strain_errors import StrainErrors
 
@@ -27,12 +27,12 @@ def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -
 
 
 def test_nominal_models_have_names() -> None:
-    assert [nominal.name for nominal in NOMINAL_CASES] == ["as simulated", "E -10 %, p +1 %", "E +10 %, p -1 %"]
-    assert NominalCase(modulus=0.05).name == "E +5 %"
+    assert [nominal.name for nominal in NOMINAL_ERRORS] == ["as simulated", "E -10 %, p +1 %", "E +10 %, p -1 %"]
+    assert NominalError(modulus=0.05).name == "E +5 %"
 
 
 def test_a_nominal_model_is_wrong_by_its_size(shipped_finger) -> None:
-    nominal = read_nominal_model(NominalCase(-0.1).config).finger(shipped_finger)
+    nominal = read_nominal_model(NominalError(-0.1).config).finger(shipped_finger)
     assert nominal.base.youngs_modulus == pytest.approx(0.9 * shipped_finger.base.youngs_modulus)
-    assert read_nominal_model(NominalCase(pressure=0.01).config).finger(shipped_finger) == shipped_finger
-    assert NominalCase(0.03, -0.04).size == pytest.approx(0.05)
+    assert read_nominal_model(NominalError(pressure=0.01).config).finger(shipped_finger) == shipped_finger
+    assert NominalError(0.03, -0.04).size == pytest.approx(0.05)
