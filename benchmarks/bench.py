@@ -1,7 +1,7 @@
-"""What the closed diagram costs, and its blocks beside the bare plant.
+"""The cost of the closed diagram, and of its blocks compared with the bare plant.
 
 Speed is simulated time over computing time of whole runs, logging included. "all blocks" is a difference: the time
-of a sample in the closed diagram, with its share of the recording, less that of the plant alone, run in turns. The
+of a sample in the closed diagram, with its share of the recording, less that of the plant alone, run alternately. The
 single blocks written in Python are measured as they cost where all their ports are read, which most are not: a run
 pauses midway between samples, when the new sample is taken but nothing is computed from it yet; a block's inputs are
 evaluated, then its output ports (and its next sample, if it takes samples), less the time of reading the same ports
@@ -36,7 +36,7 @@ from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
-# Scenario, and how many times faster than real time it runs at least.
+# Scenario, and the least speed relative to real time.
 SPEED_BARS = (
     ("free_bending", 33.0),
     ("box_grasp", 13.0),
@@ -48,7 +48,7 @@ SPEED_BARS = (
 BLOCKS_SCENARIO = ("free_bending", ["pressure.steps.all=[60.0e3, 150.0e3, -30.0e3, 90.0e3]"])
 ESTIMATOR_BARS = {"arcs": 60.0, "spline": 60.0, "gaussian": 60.0, "contact": 500.0, "recursive": 500.0}  # us a sample
 BLOCKS_BAR = 0.2  # ms a sample at most, all blocks of both fingers together
-CREEP_BAR = 1.15  # times as long at most takes a grasp whose nominal fingers creep
+CREEP_BAR = 1.15  # a grasp whose nominal fingers creep takes at most this many times as long
 CREEP = {"share": "0.1 0.1", "time": "0.5 4"}
 REPEATS = 5
 SAMPLES = 500  # of every block measured by itself, in every repeat
@@ -122,7 +122,7 @@ def _print_estimator(name: str, bar: float) -> bool:
 
 
 def _print_creep(name: str) -> bool:
-    """A grasp by a gripper, the first model, that creeps: with creep in the nominal model over without."""
+    """A grasp with fingers that creep, of the first model: time with creep in the nominal model over time without."""
     tree = ElementTree.parse(model_path(load_scenario(name).models[0].file))
     for finger in tree.iter("finger"):
         ElementTree.SubElement(finger, "creep", CREEP)

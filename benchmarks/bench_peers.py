@@ -1,6 +1,6 @@
 """The same two fingers in other simulators: a table, docs/peers.png and .svg, and whether the bars are met.
 
-Every setting of settings.yaml is run, all in turns, and of every simulator the fastest one is compared that is as good
+Every setting of settings.yaml is run, alternately, and of every simulator the fastest one is compared that is as good
 as ours under its default: by the error of the tips against the simulator's own converged run where nothing is grasped,
 by the creep of the object where something is. Times are CPU time of stepping and sensing, models being built; medians.
 

@@ -1,8 +1,8 @@
-"""This checkout against another one: `python compare.py OTHER [SCENARIO ...]`.
+"""Compares this checkout with another one: `python compare.py OTHER [SCENARIO ...]`.
 
 OTHER is a folder in which `make .venv/ready` was run. The checkouts take turns, each run in a process of its own and
-timed by the checkout's own timed_run.py. Of every part of a run the mean of its two shortest times counts, which leaves
-out as much as possible of what else the machine does.
+timed by the checkout's own timed_run.py. For every part of a run the mean of its two shortest times counts, which
+excludes as much as possible of the machine's other load.
 """
 
 import json
@@ -19,7 +19,7 @@ Runs = dict[tuple[str, str], list[list[float]]]  # times of the parts, by checko
 
 
 def main(other: Path, scenarios: list[str]) -> None:
-    """Prints a line a scenario."""
+    """Prints a line per scenario."""
     print("scenario               faster  blocks  closed / bare, other  closed / bare, here")
     for name in scenarios or SCENARIOS:
         times = {key: shortest(runs) for key, runs in run_in_turns(other, name).items()}

@@ -1,9 +1,9 @@
-"""What learning costs: a reset, a step in one process, and in two; medians of rounds in turns.
+"""The cost of learning: a reset, a step in one process, and in two; medians of alternating rounds.
 
     python benchmarks/learning.py
 
-Of one environment CPU time; beside it box_grasp in the same run, for a machine that is busy. Of two
-processes the clock: how many times as many steps a second two give as one does, which a busy machine spoils.
+For one environment, CPU time; box_grasp is timed in the same run, since the machine may be busy. For two processes,
+wall-clock time: how many times as many steps per second as with one, which a busy machine distorts.
 """
 
 import os
@@ -30,7 +30,7 @@ def action(step: int) -> np.ndarray:
 
 
 def clocked(work: Callable[[], object], clock: Callable[[], float]) -> float:
-    """Time that work takes, s."""
+    """Duration of a piece of work, s."""
     begin = clock()
     work()
     return clock() - begin

@@ -1,4 +1,4 @@
-"""What many runs cost: runs a second against processes, what a run costs beyond its simulation, and memory over RUNS.
+"""The cost of many runs: runs per second against processes, overhead of a run, and memory over RUNS.
 
 Prints a table, and draws docs/many_runs.png and .svg. Runs are of free bending for 0.3 s, in sweeps whose station is
 used again (another seed of the sensors), or built anew for each (another modulus of the fingers).
@@ -79,7 +79,7 @@ def timed_in_turns(jobs: list[int]) -> tuple[float, dict[tuple[str, int], float]
 
 
 def sweep(kind: str, runs: int, jobs: int) -> Swept:
-    """So many runs by so many processes, after the first two of each, which import everything."""
+    """A number of runs by a number of processes, after the first two of each, which import everything."""
     again = kind == KINDS[0]
     axis = (
         Values("sensor.seed", tuple(range(runs))) if again else Range("models.0.fingers.all.youngs_modulus", 2e5, 3e5)
@@ -99,7 +99,7 @@ def sweep(kind: str, runs: int, jobs: int) -> Swept:
 
 
 def draw(jobs: list[int], rates: dict[str, list[float]], long: dict[str, Swept]) -> None:
-    """Runs a second, and memory."""
+    """Runs per second, and memory."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 2.8), layout="constrained")
         left, right = figure.subplots(1, 2)

@@ -43,7 +43,7 @@ class Player(SignalFeed):
 
 
 def moves(sliders: list[Slider]) -> Iterator[tuple[float, Slider, float]]:
-    """When which slider goes where; the first is that of all fingers."""
+    """The times and positions of the sliders; the first slider is that of all fingers."""
     grip = sliders[0]
     yield CLOSE, grip, 0.6 * grip.value if "opening" in grip.name else (grip.low + grip.high) / 2
     yield OPEN, grip, grip.value
@@ -60,8 +60,8 @@ def factor(name: str, folder: Path) -> float:
 
 
 def main(names: list[str]) -> int:
-    """Prints a line a scenario."""
-    logging.getLogger("drake").setLevel(logging.WARNING)  # which names the address of every Meshcat
+    """Prints a line per scenario."""
+    logging.getLogger("drake").setLevel(logging.WARNING)  # whose log names the address of every Meshcat
     slow = 0
     with TemporaryDirectory() as folder:
         for name in names or scenario_names():

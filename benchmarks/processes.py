@@ -1,4 +1,4 @@
-"""What runs on this machine, as /proc has it."""
+"""The processes on this machine, from /proc."""
 
 import resource
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Process(NamedTuple):
-    """One that is no zombie."""
+    """A process that is not a zombie."""
 
     pid: int
     parent: int
@@ -36,7 +36,7 @@ def processes() -> list[Process]:
 
 
 def family(pid: int) -> list[Process]:
-    """A process and all that it has begun."""
+    """A process and all its descendants."""
     everyone = processes()
     kin = {pid}
     while more := {one.pid for one in everyone if one.parent in kin} - kin:

@@ -1,7 +1,7 @@
 """How the cost grows with segments, fingers, objects and sections: a table, and docs/scaling.png and .svg.
 
 Two free fingers through one step of pressure; one thing is varied at a time. CPU time of a simulated second, of the
-plant with its drive alone and with sensing and estimation, logs included; medians, all in turns.
+plant with its drive alone and with sensing and estimation, logs included; medians of alternating runs.
 """
 
 import os
@@ -30,13 +30,13 @@ FLOOR = -0.3  # m, height of the table, which no finger reaches
 
 
 def with_segments(scenario: Scenario, number: int) -> None:
-    """Fingers of so many segments."""
+    """Fingers with a number of segments."""
     for model in scenario.models:
         model.segments = number
 
 
 def with_fingers(scenario: Scenario, number: int) -> None:
-    """So many fingers side by side."""
+    """A number of fingers side by side."""
     scenario.models = [deepcopy(scenario.models[0]) for _ in range(number)]
     for place, model in enumerate(scenario.models):
         model.name = f"finger_{place}"
@@ -44,7 +44,7 @@ def with_fingers(scenario: Scenario, number: int) -> None:
 
 
 def with_objects(scenario: Scenario, number: int) -> None:
-    """So many boxes that rest on a table."""
+    """A number of boxes that rest on a table."""
     scenario.models.append(ModelConfig("table", "package://soft_gripper/objects/table.sdf", child="surface"))
     scenario.models[-1].X_PC.translation = np.array([0, 0, FLOOR])
     for place in range(number):
@@ -54,7 +54,7 @@ def with_objects(scenario: Scenario, number: int) -> None:
 
 
 def with_sections(scenario: Scenario, number: int) -> None:
-    """So many strain sensors along each side of a finger."""
+    """A number of strain sensors along each side of a finger."""
     scenario.sensor.sections = number
 
 
@@ -91,7 +91,7 @@ def _scenario(vary: Callable[[Scenario, int], None], value: int) -> Scenario:
 
 
 def draw(costs: Costs) -> None:
-    """A panel for everything that is varied."""
+    """A panel for each varied quantity."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 2.8), layout="constrained")
         for axes, (name, seconds) in zip(figure.subplots(1, len(costs), sharey=True), costs.items(), strict=True):

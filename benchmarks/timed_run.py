@@ -25,7 +25,7 @@ OF_A_TASK = 8.0  # s, in which every task of the scenarios handles its object
 
 
 def main(name: str) -> None:
-    """The closed diagram; and the bare plant with its drive, where no task leads it."""
+    """The closed diagram; and the bare plant with its drive, if no task commands it."""
     scenario = load_scenario(name)
     station = make_station(scenario)
     simulator = make_simulator(station)
@@ -48,7 +48,7 @@ def bare_diagram(scenario: Scenario):
 
 
 def part_times(simulator: Simulator, scenario: Scenario, finish: Callable[[], object]) -> list[float]:
-    """CPU time of every part of a run, and at last of what finishes it, s; not of what is imported for that."""
+    """CPU time of every part of a run, and finally of its completion, s; without the imports for that."""
     simulator.Initialize()
     finish()
     end = OF_A_TASK if scenario.task is not None else scenario.duration

@@ -68,7 +68,7 @@ LOOK = {  # of lines, and of the labels beside their points
 
 
 class Result(NamedTuple):
-    """What a solver costs, and how far its fingertips are off."""
+    """Cost of a solver, and error of its fingertips."""
 
     seconds: float  # CPU time for a simulated second
     settled: float  # m, worst over steps and fingers of the means over the settled samples
@@ -94,7 +94,7 @@ def main() -> None:
 
 
 def measure(reference: Planar) -> Results:
-    """All settings in turns, so that a busy machine slows all alike; the computing times are medians."""
+    """All settings alternately, so that a busy machine slows them equally; the computing times are medians."""
     stations = {key: make(overrides) for key, overrides in SETTINGS.items()}
     repeats = [{key: run(station) for key, station in stations.items()} for _ in range(REPEATS)]
     results = {}
@@ -139,7 +139,7 @@ def print_results(results: Results) -> None:
 
 
 def print_floor(reference: Planar) -> None:
-    """What limits cenic while the tip moves: shorter steps and an input without lag beside the shipped settings."""
+    """The limits of cenic while the tip moves: shorter steps, and an input without lag, and the shipped settings."""
     without_lag = run(make([*REFERENCE, *NO_LAG]))[1]
     print("Moving tip under cenic [mm]\n")
     print("| accuracy | steps up to 10 ms | up to 1 ms | up to 10 ms, no pressure lag |")
@@ -152,7 +152,7 @@ def print_floor(reference: Planar) -> None:
 
 
 def draw(results: Results) -> None:
-    """The figure: a panel for the settled and one for the moving tip, a line a solver, a point a setting."""
+    """The figure: a panel for the settled and one for the moving tip, a line per solver, a point per setting."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9, 4), layout="constrained")
         settled, moving = figure.subplots(1, 2, sharex=True)

@@ -1,4 +1,4 @@
-"""Learns a gentle grasp with CMA-ES, tries it and the hand-tuned one on unseen objects, and draws the results.
+"""Learns a gentle grasp with CMA-ES, tests it and the hand-tuned one on unseen objects, and draws the results.
 
     python examples/learn_grasp.py [FOLDER]
 
@@ -25,7 +25,7 @@ from gentle_grasp.learn import learn, load_learned, save_learned
 from gentle_grasp.policies import GentleGrasp, HandTuned
 
 GENERATIONS, POPULATION, EPISODES, SEED = 9, 8, 8, 1
-UNSEEN = range(100)  # seeds of the objects that both are tried on
+UNSEEN = range(100)  # seeds of the objects that both are tested on
 
 
 def write_episodes(file: Path, policies: dict[str, list[Episode]]) -> None:

@@ -1,4 +1,4 @@
-"""Learns SoftReach-v0 with the PPO of Stable-Baselines3, which is no dependency: pip install stable-baselines3.
+"""Learns SoftReach-v0 with the PPO of Stable-Baselines3, which is not a dependency: pip install stable-baselines3.
 
 python examples/learn_with_sb3.py [STEPS]
 """

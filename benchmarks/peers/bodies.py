@@ -1,4 +1,4 @@
-"""What stands around the fingers, read off Drake's plant, so that no file has to be understood twice."""
+"""The bodies around the fingers, read from Drake's plant, so that no file needs a second parser."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -30,7 +30,7 @@ class Body(NamedTuple):
 
 
 def bodies_of(scenario: Scenario) -> list[Body]:
-    """Those of all models that are no URDF: a gripper comes as a file."""
+    """The bodies of all models that are not URDF files: grippers are read from theirs."""
     builder = DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
     diagram = builder.Build()

@@ -1,4 +1,4 @@
-"""A task as PyBullet bodies: the expanded URDF, read by PyBullet itself, and what stands around it."""
+"""A task as PyBullet bodies: the expanded URDF, read by PyBullet itself, and the bodies around it."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -48,14 +48,14 @@ def _add_gripper(client: BulletClient, task: Task, number: int, setting: Setting
     joints = [named[joint_name(finger.name, i)] for finger in expanded.fingers for i in range(finger.segments)]
     damping = [value for finger in expanded.fingers for value in finger.damping]
     for joint, value in zip(joints, damping, strict=True):
-        # Every joint has a motor that holds it, unless it is taken away; implicit torques bring the damping along.
+        # Every joint has a motor that holds it, unless it is disabled; implicit torques include the damping.
         client.setJointMotorControl2(body, joint, pybullet.VELOCITY_CONTROL, force=0)
         client.changeDynamics(body, joint, jointDamping=0.0 if setting["implicit"] else value)
     return Gripper(body, expanded.fingers, joints)
 
 
 def _finger_friction(task: Task) -> float:
-    """PyBullet multiplies the frictions of two surfaces; against what is touched Drake's value is to come out."""
+    """PyBullet multiplies the frictions of two surfaces; this friction makes the product Drake's value."""
     touched = task.free or next(iter(task.bodies), None)
     if touched is None:
         return 0.0

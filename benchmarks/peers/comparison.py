@@ -1,4 +1,4 @@
-"""Every setting of every simulator in every task, in turns; and which of them match ours."""
+"""Runs every setting of every simulator in every task, alternately; and finds those that match ours."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ class Result(NamedTuple):
 
     @property
     def quality(self) -> float:
-        """What has to be equal: the creep of what is held, or the error of the tips."""
+        """The quantity that has to match: the creep of the held object, or the error of the tips."""
         return self.error if np.isnan(self.creep) else self.creep
 
     def matches(self, ours: "Result") -> bool:
@@ -39,12 +39,12 @@ class Result(NamedTuple):
         return self.holds and self.quality <= SLACK * ours.quality
 
     def times_behind(self, ours: "Result") -> float:
-        """How many times as long as ours it takes; median over the rounds, in which they took turns."""
+        """How many times as long as ours it takes; median over the alternating rounds."""
         return float(np.median(self.seconds / ours.seconds))
 
 
 def installed(names: Iterable[str]) -> list[str]:
-    """The simulators that are there; says which are not."""
+    """The installed simulators; prints which are missing."""
     found = []
     for name in names:
         try:

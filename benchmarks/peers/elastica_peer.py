@@ -1,4 +1,4 @@
-"""The tasks in PyElastica: a Cosserat rod a finger. Nothing but a free finger is said of it here."""
+"""The tasks in PyElastica: one Cosserat rod per finger. Only free fingers are covered."""
 
 from time import process_time
 
@@ -15,7 +15,7 @@ _DOWN = (0.0, 0.0, 1.0)  # a finger hangs: gravity pulls along z of its frame B
 
 
 class _Rods(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping):
-    """What PyElastica wants to be told: which of its features are in use."""
+    """The features of PyElastica in use, which it requires as base classes."""
 
 
 def make_run(task: Task, setting: Setting) -> Run:

@@ -1,4 +1,4 @@
-"""How good a run is: error of the fingertips, creep of what is held."""
+"""Quality of a run: error of the fingertips, creep of the held object."""
 
 import numpy as np
 
@@ -11,8 +11,8 @@ CREEPING = 2.0  # s, at the end
 def tip_error(task: Task, trial: Trial, reference: Trial) -> float:
     """The larger one of two errors, m: root mean square of the moving and worst mean of the settled tips.
 
-    Where something is grasped only the last step counts, and of it only what is settled: where the object comes to
-    lie before that differs from run to run.
+    If something is grasped, only the settled part of the last step counts: where the object comes to
+    rest before that differs from run to run.
     """
     held = round(task.scenario.step_duration / task.period)
     difference = (trial.tips - reference.tips).reshape(-1, held, trial.tips.shape[1])
@@ -24,7 +24,7 @@ def tip_error(task: Task, trial: Trial, reference: Trial) -> float:
 
 
 def creep(task: Task, trial: Trial) -> float:
-    """How fast the held object moves in the end, m/s; NaN where there is none."""
+    """Final speed of the held object, m/s; NaN without an object."""
     if task.free is None:
         return float("nan")
     samples = round(CREEPING / task.period)
@@ -32,7 +32,7 @@ def creep(task: Task, trial: Trial) -> float:
 
 
 def holds(task: Task, trial: Trial, reach: float = 0.01) -> bool:
-    """Whether nothing has diverged, and an object is still within `reach` m of where it began."""
+    """Whether nothing has diverged and the object is still within `reach` m of its initial position."""
     if not np.isfinite(trial.tips).all() or np.abs(trial.tips).max() > 2 * task.fingers[0].length:
         return False
     if task.free is None:

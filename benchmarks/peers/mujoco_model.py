@@ -1,4 +1,4 @@
-"""A task as a MuJoCo model: the expanded URDF, read by MuJoCo itself, with what URDF cannot say."""
+"""A task as a MuJoCo model: the expanded URDF, read by MuJoCo itself, with what URDF cannot express."""
 
 import mujoco
 import numpy as np
@@ -58,7 +58,7 @@ def _set_options(spec: mujoco.MjSpec, task: Task, setting: Setting) -> None:
 def _add_gripper(spec: mujoco.MjSpec, model: ModelConfig, expanded: ExpandedUrdf, first_bit: int) -> None:
     gripper = mujoco.MjSpec.from_string(expanded.text)
     for number, finger in enumerate(expanded.fingers):
-        own = 1 << (first_bit + number)  # links of one finger overlap in a bend, which is no contact
+        own = 1 << (first_bit + number)  # links of one finger overlap when it bends, which is not a contact
         for i in range(finger.segments):
             gripper.joint(joint_name(finger.name, i)).stiffness = [finger.stiffness[i], 0, 0]
         for i in range(finger.segments + 1):
@@ -79,7 +79,7 @@ def _add_chamber(spec: mujoco.MjSpec, model: ModelConfig, finger: Finger, lag: f
 
 
 def _add_body(spec: mujoco.MjSpec, task: Task, body: Body, setting: Setting) -> None:
-    """A body whose friction is what it has against a finger; where it meets a table, the table decides."""
+    """A body, with its friction against a finger; against a table, the friction of the table applies."""
     placed = spec.worldbody.add_body(name=body.name)
     _place(placed, body.X_WB)
     if body.free:
@@ -94,7 +94,7 @@ def _add_body(spec: mujoco.MjSpec, task: Task, body: Body, setting: Setting) -> 
     _place(geom, body.X_BG)
     _shape(geom, body)
     if body.mesh is not None:
-        # A flat table meets a body where it meets the convex hull, which is exact, and found at once.
+        # A flat table touches a body where it touches its convex hull: exact, and fast.
         geom.conaffinity = _ALL & ~_TABLE
         foot = placed.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="surface", contype=0, conaffinity=_TABLE)
         _place(foot, body.X_BG)

@@ -1,4 +1,4 @@
-"""The tasks in this project: plant, drive and logs; where sensing is asked for, its blocks too."""
+"""The tasks in this project: plant, drive and logs; with the blocks of sensing if requested."""
 
 from time import process_time
 
@@ -43,7 +43,7 @@ def make_run(task: Task, setting: Setting) -> Run:
         simulator.AdvanceTo(scenario.duration)
         seconds = process_time() - start
         recording = read_logs(logs, simulator.get_context())
-        if task.sensed:  # what nothing in the loop asks for may be computed where it is read
+        if task.sensed:  # signals that nothing in the loop reads may be computed when they are read
             seconds = process_time() - start
         q = np.array([recording[f"{finger.name}.joint_angles"].values[1:] for finger in scene.fingers])
         tips = forward_kinematics(q, task.fingers[0].segment_length).tip.T

@@ -16,12 +16,12 @@ _COLUMNS = "task | simulator | setting | times real time | tip error [mm] | cree
 
 
 def print_heading() -> None:
-    """Of the table, in Markdown."""
+    """The lines of the table, in Markdown."""
     print(f"| {_COLUMNS} |\n|---|---|---|---:|---:|---:|---:|---|", flush=True)
 
 
 def print_rows(results: list[Result]) -> None:
-    """Of a task: its chosen settings."""
+    """The lines of a task: its chosen settings."""
     for result in chosen(results):
         row = f"{result.task} | {result.simulator} | {_words(result)} | {_figures(result, results[0])}"
         print(f"| {row} |", flush=True)
@@ -54,7 +54,7 @@ def _figures(result: Result, ours: Result) -> str:
 
 
 def draw(results: dict[str, list[Result]], stem: Path) -> None:
-    """A panel a task: what is to be equal against the speed, a point a setting that holds. Better is down and right."""
+    """A panel per task: the matched quantity against speed, a point per setting that holds. Better: down and right."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 6), layout="constrained")
         panels = figure.subplots(2, -(-len(results) // 2), squeeze=False).ravel()

@@ -1,4 +1,4 @@
-"""What our blocks compute at every sample, by the same functions, for all fingers of another simulator at once."""
+"""Computes what our blocks compute at every sample, with the same functions, for all fingers of another simulator."""
 
 import numpy as np
 

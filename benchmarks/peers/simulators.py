@@ -11,7 +11,7 @@ _MODULES = {OURS: "ours", "MuJoCo": "mujoco_peer", "PyBullet": "bullet_peer", "P
 
 
 def find_simulator(name: str) -> MakeRun:
-    """What makes the runs of a simulator.
+    """The function that makes the runs of a simulator.
 
     Raises:
         ModuleNotFoundError: if it is not installed.

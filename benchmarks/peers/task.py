@@ -1,4 +1,4 @@
-"""A task: what is simulated, sampled and compared, in whichever simulator; and what a run of it leaves."""
+"""A task: what is simulated, sampled and compared, in any simulator; and the result of a run."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ Setting = dict[str, Any]  # of a simulator, as in settings.yaml
 class Trial(NamedTuple):
     """A run, sampled at the end of every period of the sensors; T samples, F fingers."""
 
-    seconds: float  # CPU time of stepping, and of sensing where that is asked for
+    seconds: float  # CPU time of stepping, and of sensing if requested
     tips: Planar  # (T, F) m, fingertips in their frames B
     held: Array  # (T, 3) m in the world, of the free body; (T, 0) where there is none
 
@@ -31,7 +31,7 @@ Run = Callable[[], Trial]  # from the beginning, every time
 
 @dataclass(frozen=True)
 class Task:
-    """A scenario with pressures in steps; `sensed` asks for strain, shape and external torque at every sample."""
+    """A scenario with pressures in steps; `sensed` requests strain, shape and external torque at every sample."""
 
     scenario: Scenario
     sensed: bool = False
@@ -49,12 +49,12 @@ class Task:
 
     @cached_property
     def bodies(self) -> list[Body]:
-        """All that is no gripper, in its place."""
+        """All bodies that are not grippers, in their poses."""
         return bodies_of(self.scenario)
 
     @property
     def free(self) -> Body | None:
-        """What is grasped."""
+        """The grasped object."""
         return next((body for body in self.bodies if body.free), None)
 
     @property

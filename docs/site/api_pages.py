@@ -56,7 +56,7 @@ def _page(name: str) -> str:
     value, path = public(name), _source(name)
     where = f"From [{path}](../files/{path}.md)."
     kind = "class" if inspect.isclass(value) else "function" if inspect.isfunction(value) else ""
-    # Orphans: in the tree of contents that every page carries, so many pages cost more than all else.
+    # Orphans: so many pages would dominate the table of contents, which is part of every page.
     parts = [f"---\norphan: true\n---\n\n# {name}", where]
     parts.append(
         _autodoc(kind, name) if kind else f"```python\n{_assignment(name.rpartition('.')[2], ROOT / path)}\n```"

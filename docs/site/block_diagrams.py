@@ -1,4 +1,4 @@
-"""Pictures of the block diagrams, from the diagrams themselves: a box a block, an arrow for all wires between two."""
+"""Pictures of the block diagrams, from the diagrams themselves: a box per block, an arrow for all wires between two."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -44,7 +44,7 @@ def save_diagrams(folder: Path) -> None:
 
 
 def draw(diagram: Diagram, path: Path, but: tuple[str, ...] = ()) -> None:
-    """Writes a picture of what is in a diagram, without logs, and without what begins with one of `but`."""
+    """Draws the contents of a diagram, without logs and without names that begin with one of `but`."""
     blocks = {system.get_name(): system for system in diagram.GetSystems()}
     blocks = {name: system for name, system in blocks.items() if not name.startswith((*but, *_LEFT_OUT))}
     graph = pygraphviz.AGraph(directed=True)
@@ -98,5 +98,5 @@ def _color(system: System) -> str:
 
 
 def _names(ports: list[str]) -> str:
-    """At an arrow, without names of Drake's primitives that say nothing."""
+    """The label of an arrow, without the uninformative names of Drake's primitives."""
     return "\n".join(name for name in ports if name not in _NAMELESS)

@@ -1,4 +1,4 @@
-"""What autodoc makes of the project's docstrings and types."""
+"""Adapts the project's docstrings and types for autodoc."""
 
 import re
 from typing import Any
@@ -13,16 +13,16 @@ from sphinx.util.typing import stringify_annotation
 
 from soft_gripper.arrays import Array, Planar
 
-# Types by the names that the project gives them, in the place of what numpy spells out.
+# Types by the names that the project gives them, instead of those that numpy spells out.
 _TYPES = {"Array": Array, "Planar": Planar, "NDArray[int]": NDArray[np.int_], "NDArray[bool]": NDArray[np.bool_]}
 _SPELLED = {stringify_annotation(of, "smart"): name for name, of in _TYPES.items()}
 _PATH = re.compile(r"~(\w+\.)+")  # of a type, as autodoc hands it to Sphinx, which shows its last part
-_TUPLE = re.compile(r"tuple\[~[\w.]+\.(\w+), \.\.\.\]")  # beside a default Sphinx shows it as it is
+_TUPLE = re.compile(r"tuple\[~[\w.]+\.(\w+), \.\.\.\]")  # Sphinx shows it unchanged next to a default
 _NOUNS = ("property", "attribute", "data")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """To be loaded beside autodoc and napoleon, which itself is switched off."""
+    """To be loaded with autodoc and napoleon; napoleon's own processing is switched off."""
     app.connect("autodoc-process-docstring", _read_sections)
     app.connect("autodoc-process-signature", _shorten)
     app.connect("doctree-read", _shorten_properties)
@@ -30,7 +30,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 def _read_sections(app: Sphinx, what: str, name: str, of: object, options: object, lines: list[str]) -> None:
-    """Args, Returns and Raises; not of properties, in which napoleon takes what stands before a colon for the type."""
+    """Args, Returns and Raises; not for properties, where napoleon takes the text before a colon for the type."""
     if what not in _NOUNS:
         lines[:] = GoogleDocstring(lines, app.config, app, what, name, of, options).lines()
 
@@ -44,7 +44,7 @@ def _shorten(
 
 
 def _shorten_properties(app: Sphinx, page: nodes.document) -> None:
-    """The types of properties, which go past the event of signatures."""
+    """Shortens the types of properties, for which no signature event is sent."""
     for annotation in page.findall(addnodes.desc_annotation):
         for spelled, name in _SPELLED.items():
             if (shown := _PATH.sub("", spelled)) in annotation.astext():

@@ -1,4 +1,4 @@
-"""One system of every block of the project: those of a few stations, and what no station has."""
+"""One system of every block of the project: those of a few stations, and those that no station has."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -73,7 +73,7 @@ def _creeping_finger() -> Station:
 
 
 def _arm_estimation() -> ArmEstimation:
-    """The estimation of an arm of two sections and two chambers, straight and as if its wires were perfect."""
+    """The estimation of an arm of two sections and two chambers, straight, with ideal wires."""
     finger = station("tip_distance_steps").fingers[0].finger
     zeros = np.zeros(2)
     arm = NominalArm(

@@ -1,4 +1,4 @@
-"""Where the links of a page lead: pages stay pages, other files of the repository get a page that shows them."""
+"""Rewrites the links of a page: pages stay pages, other files of the repository get a page that shows them."""
 
 import json
 import posixpath
@@ -31,7 +31,7 @@ def links(page: str, text: str) -> list[str]:
 
 
 def linked_path(page: str, target: str) -> str | None:
-    """What a link of a page leads to in the repository, relative to its root; None if it leads elsewhere.
+    """Target of a link in the repository, relative to its root; None if it leads elsewhere.
 
     Both are relative paths with slashes, `target` to the page. What follows # is left out.
     """

@@ -52,7 +52,7 @@ def to_mathml(tex: str, as_block: bool = False) -> str:
 
 def save_font(path: Path) -> None:
     """Writes the font of the equations, WOFF."""
-    getLogger("fontTools").setLevel(WARNING)  # every table is news to it
+    getLogger("fontTools").setLevel(WARNING)  # it logs every table
     font = TTFont(_FONT)
     options = Options(name_IDs=["*"])
     options.layout_features += ["ssty"]  # the forms of subscripts

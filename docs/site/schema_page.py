@@ -71,7 +71,7 @@ def _parts(hint: object) -> Iterator[type]:
 
 
 def _rules_of(of: type) -> Mapping[str, Rule]:
-    """The rules of a config of Drake's, which stand at the field of the scenario that holds it."""
+    """The rules of a config of Drake, which are at the field of the scenario that holds it."""
     hints = typing.get_type_hints(Scenario)
     return next((rule.parts for name, rule in rules(Scenario).items() if hints[name] is of), {})
 

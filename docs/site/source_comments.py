@@ -1,4 +1,4 @@
-"""What the source of a class says of its fields: unit and range, and the comment beside each, or above it."""
+"""Reads the source of a class for its fields: unit and range, and the comment next to each, or above it."""
 
 import ast
 import inspect
@@ -19,7 +19,7 @@ class FieldText:
     name: str
     type: str
     default: str  # empty: it must be given
-    values: str  # unit and range, or what there is to choose from
+    values: str  # unit and range, or the choices
     comment: str
 
 
@@ -79,7 +79,7 @@ def _default(value: ast.expr) -> str:
 
 
 def _comment(node: ast.AnnAssign, lines: list[str]) -> str:
-    """What stands behind the field, after the whole lines of comment above it."""
+    """The comment after the field, preceded by the comment lines above it."""
     above = []
     for line in reversed(lines[: node.lineno - 1]):
         if not line.lstrip().startswith("#"):

@@ -1,4 +1,4 @@
-"""Puts together what Sphinx builds the site from: `python docs/site/stage.py FOLDER`, which is emptied before.
+"""Assembles the sources from which Sphinx builds the site: `python docs/site/stage.py FOLDER`, which is emptied before.
 
 Pages and notebooks come from the repository, with links that hold on the site; the rest is made from the code.
 
@@ -43,7 +43,7 @@ def made_pages() -> Iterator[tuple[str, str]]:
 
 
 def shown_files(pages: Mapping[str, str], made: Mapping[str, str]) -> set[str]:
-    """Files and folders of the repository that pages link to and that are no pages."""
+    """Files and folders of the repository that pages link to and that are not pages."""
     linked = {linked_path(path, target) for path, text in pages.items() for target in links(path, text)}
     listed = {found for text in made.values() for found in _SHOWN.findall(text)}
     shown = {path for path in linked | listed if path is not None and site_path(path).startswith("files/")}
@@ -82,7 +82,7 @@ def _inside(folder: str) -> list[str]:
 
 
 def _files(folder: str, ending: str = "") -> list[str]:
-    """Files below a folder of the repository, without those that are hidden."""
+    """Files below a folder of the repository, except hidden ones."""
     found = (path for path in (ROOT / folder).rglob(f"*{ending}") if path.is_file())
     paths = sorted(path.relative_to(ROOT) for path in found)
     return [path.as_posix() for path in paths if not any(part.startswith((".", "__")) for part in path.parts)]

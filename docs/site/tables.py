@@ -1,11 +1,11 @@
-"""Markdown tables, and what goes into their cells."""
+"""Markdown tables and their cells."""
 
 import re
 from collections.abc import Iterable, Sequence
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; what is in its cells is Markdown, in which only | is taken care of."""
+    """A table, whose cells are Markdown; only | is escaped."""
     lines = [columns, ["---"] * len(columns), *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
 
@@ -16,6 +16,6 @@ def code(text: object) -> str:
 
 
 def prose(text: str) -> str:
-    """A comment or docstring, whose < and * are no Markdown, but whose backticks are."""
+    """A comment or docstring, in which < and * are not Markdown, but backticks are."""
     parts = re.split(r"(`[^`]*`)", text)
     return "".join(part if part.startswith("`") else part.replace("<", "&lt;").replace("*", "\\*") for part in parts)

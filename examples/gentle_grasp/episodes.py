@@ -45,7 +45,7 @@ class Episode:
 
 
 def learner_environment() -> SoftGripperEnv:
-    """SoftGrasp-v0 as it is."""
+    """SoftGrasp-v0, unchanged."""
     return SoftGripperEnv("soft_grasp")
 
 
@@ -82,7 +82,7 @@ class Interval(NamedTuple):
 
 
 def share(successes: int, number: int) -> Interval:
-    """The share of successes, with the score interval of Wilson (J. Am. Stat. Assoc. 22, 1927, 209-212)."""
+    """The share of successes, with Wilson's score interval (J. Am. Stat. Assoc. 22, 1927, 209-212)."""
     found, square = successes / number, _Z**2 / number
     middle = (found + square / 2) / (1 + square)
     half = _Z * np.sqrt(found * (1 - found) / number + square / (4 * number)) / (1 + square)
@@ -117,7 +117,7 @@ def summary(policy: str, episodes: Sequence[Episode]) -> Summary:
 
 
 def saved_force(first: Sequence[Episode], second: Sequence[Episode]) -> Interval:
-    """By how much the second presses less than the first, N: the mean over the same objects.
+    """How much less force the second applies than the first, N: the mean over the same objects.
 
     Raises:
         ValueError: if they are not the same.

@@ -1,4 +1,4 @@
-"""Learns the gentle grasp: CMA-ES over its few parameters, and the file that holds the result."""
+"""Learns the gentle grasp with CMA-ES over its few parameters, and stores the result in a file."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
@@ -16,9 +16,9 @@ from soft_gripper.learning import SoftGripperEnv
 
 SHIPPED = Path(__file__).with_name("learned.yaml")
 
-FAILURE = 20.0  # N, what an object that is not held up counts as
-LARGEST = 2.0  # N, beyond which a force counts no more, lest one accident hide all else
-SPREAD = 0.2  # of the logarithm of each parameter, at first
+FAILURE = 20.0  # N, the cost of an object that is not held up
+LARGEST = 2.0  # N, at which a force is capped, so that one accident does not hide everything else
+SPREAD = 0.2  # initial one, of the logarithm of each parameter
 FIRST_SEED = 1_000_000  # of the objects that are learned from; those that are compared have smaller ones
 OBJECTS = 100  # of which some are chosen
 
@@ -42,10 +42,10 @@ def cost(episodes: Sequence[Episode]) -> float:
 def learn(
     env: SoftGripperEnv, population: int, episodes: int, seed: int
 ) -> Iterator[tuple[GentleParameters, Generation]]:
-    """Learns for as long as it is asked to: of every generation the mean of its distribution, and what it came to.
+    """Yields the mean of the distribution and the results of every generation, for as long as it is iterated.
 
-    All candidates meet the same objects: were there others in every generation, one without hard objects would reward
-    whoever drops them.
+    All candidates meet the same objects: with other objects in every generation, one without hard objects would
+    reward candidates that drop them.
 
     Args:
         env: SoftGrasp-v0.
@@ -67,7 +67,7 @@ def learn(
 
 
 def training_seeds(env: SoftGripperEnv, number: int) -> list[int]:
-    """Seeds of `number` objects: half of them as they come, and half the hardest to hold of a hundred."""
+    """Seeds of `number` objects: half of them random, and half the hardest to hold of a hundred."""
     common, others = number // 2, range(FIRST_SEED, FIRST_SEED + OBJECTS)
     needed = {seed: _needed(env.reset(seed=seed)[1]) for seed in others}
     hardest = sorted(others[common:], key=needed.__getitem__)[common - number :]
@@ -80,12 +80,12 @@ def _needed(info: Mapping[str, Any]) -> float:
 
 
 def save_learned(path: Path, parameters: GentleParameters, curve: list[Generation]) -> None:
-    """Writes parameters, and how the search went."""
+    """Writes the parameters and the history of the search."""
     document = {"parameters": asdict(parameters), "curve": [each._asdict() for each in curve]}
     path.write_text(yaml.safe_dump(document), encoding="utf-8")
 
 
 def load_learned(path: Path = SHIPPED) -> tuple[GentleParameters, list[Generation]]:
-    """Reads what `save_learned` wrote; by default, the result that is shown in the docs."""
+    """Reads a file written by `save_learned`; by default, the result shown in the docs."""
     document = yaml.safe_load(path.read_text(encoding="utf-8"))
     return GentleParameters(**document["parameters"]), [Generation(**each) for each in document["curve"]]

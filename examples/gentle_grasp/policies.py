@@ -1,4 +1,4 @@
-"""Two ways to close on an object and lift it, from estimates alone: one to be learned, one tuned by hand."""
+"""Two ways to close on an object and lift it, from estimates alone: one learned, one tuned by hand."""
 
 from dataclasses import astuple, dataclass, fields
 from typing import Protocol
@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-STEP = 0.1  # s, from an action to the next
+STEP = 0.1  # s, from one action to the next
 LIFT = 0.08  # m, to which the gripper is lifted
-LATEST_LIFT = 3.0  # s, whatever has been grasped by then
+LATEST_LIFT = 3.0  # s, at which it lifts, whatever has been grasped
 _PRESSURES = np.array([-20e3, 130e3])  # Pa, of SoftGrasp-v0 at -1 and at 1
 _OPENINGS = np.array([0.0, 0.1])  # m, of the hand-tuned grasp
 _UNIT = np.array([-1.0, 1.0])
@@ -19,7 +19,7 @@ class Policy(Protocol):
     """Acts in SoftGrasp-v0, episode after episode."""
 
     def begin(self) -> None:
-        """Forgets the episode before."""
+        """Forgets the previous episode."""
 
     def act(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The action (2): of the grip and of the lift."""
@@ -27,13 +27,13 @@ class Policy(Protocol):
 
 @dataclass(frozen=True)
 class GentleParameters:
-    """What is learned."""
+    """The learned parameters."""
 
     approach: float = 40e3  # Pa/s, at which the pressure rises until the object is touched
     touch: float = 0.012  # N m, grip torque that counts as touch
-    squeeze: float = 12e3  # Pa/s, at which it rises from there at most
+    squeeze: float = 12e3  # Pa/s, at most, at which it rises from there
     target: float = 0.06  # N m, grip torque that is held
-    gain: float = 5e5  # Pa/(N m s), from what is missing of it to the rate of the pressure
+    gain: float = 5e5  # Pa/(N m s), from the missing torque to the rate of the pressure
     ready: float = 0.9  # share of it with which the lift begins
     lift: float = 0.08  # m/s, at which the gripper is lifted
 
@@ -49,7 +49,7 @@ NUMBER = len(fields(GentleParameters))
 class GentleGrasp:
     """Raises the pressure until the object is touched, slowly on to a grip torque, and lifts.
 
-    Observations are those of SoftGrasp-v0; of them the mean torque at the bases of the fingers, the grip torque.
+    Of the observations of SoftGrasp-v0 it uses the grip torque, the mean torque at the bases of the fingers.
     """
 
     def __init__(self, parameters: GentleParameters):
@@ -75,7 +75,7 @@ class GentleGrasp:
 
 
 def grip_torque(observation: NDArray[np.float32]) -> float:
-    """Mean torque that opens the fingers at their bases, N m, as SoftGrasp-v0 has it observed."""
+    """Mean torque that opens the fingers at their bases, N m, as observed in SoftGrasp-v0."""
     return -0.1 * float(observation[4:6].mean())
 
 

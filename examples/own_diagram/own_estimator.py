@@ -1,4 +1,4 @@
-"""An estimator of one's own, named in a scenario: the bend of every section, smoothed along the finger."""
+"""An estimator of your own, named in a scenario: the bend of every section, smoothed along the finger."""
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -24,7 +24,7 @@ class SmoothBend(LeafSystem):
 
 
 def make(layout, gravity, period):
-    """What the scenario names; `layout` has the nominal sensors and finger."""
+    """The function that the scenario names; `layout` has the nominal sensors and finger."""
     return SmoothBend(layout)
 
 

@@ -1,4 +1,4 @@
-"""A sensor of one's own with three more outputs, each of which gets a log."""
+"""A sensor of your own with three additional outputs, each of which gets a log."""
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem

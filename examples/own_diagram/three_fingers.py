@@ -7,7 +7,7 @@ scenario = sg.Scenario(
         sg.ModelConfig(name="gripper", file="package://soft_gripper/grippers/three_finger.urdf"),
         sg.ModelConfig(name="apple", file="package://soft_gripper/objects/apple.obj", free=True),
     ],
-    gravity=[0.0, 0.0, 0.0],  # the apple floats before the palm
+    gravity=[0.0, 0.0, 0.0],  # the apple floats in front of the palm
     control=sg.ControlConfig(
         set_points=[0.085, 0.03],  # m, twice the mean distance of the tips from their centroid
         hold=1.5,  # s

@@ -1,4 +1,4 @@
-"""Two equal grippers in a plant of one's own: drive, sensing and logs."""
+"""Two equal grippers in a plant of your own: drive, sensing and logs."""
 
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser

@@ -1,6 +1,6 @@
 """Makes irregular.obj: an uneven, non-convex body like a turnip, watertight, on a foot that is wider than its neck.
 
-Its sides follow roughly what a soft finger does that closes on them, so that fingers wrap around it.
+Its sides roughly follow the curve of a soft finger that closes on them, so that fingers wrap around it.
 """
 
 from pathlib import Path
