@@ -12,7 +12,7 @@ from peers.comparison import Result, chosen
 from peers.simulators import OURS
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 
-_COLUMNS = "task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | takes, of ours | as good"
+_COLUMNS = "task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | time ÷ ours | as good"
 
 
 def print_heading() -> None:

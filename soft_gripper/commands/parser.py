@@ -228,7 +228,7 @@ COMMANDS = (
         (
             "box_grasp                          write tables and every signal to results/box_grasp",
             "box_grasp --meshcat                watch it in a browser",
-            "box_grasp --html animation.html    keep a 3-D animation that opens offline",
+            "box_grasp --html animation.html    save a 3-D animation that opens offline",
             "my_scenario.yaml --set sensor.sections=2 --json",
         ),
         (
