@@ -1,6 +1,6 @@
-"""ArrayBlock: a block that is made of functions over arrays whose leading axes are free.
+"""ArrayBlock: a block made of functions over arrays whose leading axes are free.
 
-Its ports call the functions for one sample. A recording calls them once for all samples, so that signals which nothing
+Its ports call the functions for one sample. A recording calls them once for all samples, so that signals that nothing
 in a diagram reads cost next to nothing while it runs.
 """
 
@@ -18,21 +18,21 @@ from soft_gripper.signals import describe
 
 
 class _Step(NamedTuple):
-    """Something that is known of a sample."""
+    """A quantity known for every sample."""
 
     read: Callable[[Context], Any]
     tickets: set[Any]
     sources: tuple[str, ...] = ()
     over_time: Callable[..., Any] | None = None  # from those of the sources, at all samples; None: only a run knows
-    period: float | None = None  # s, of the samples that it remembers, if it does
-    is_logged: bool = False  # by a port of its own, and so known at all samples as inputs are
+    period: float | None = None  # s, of the samples that it remembers, if any
+    is_logged: bool = False  # by a port of its own, and so known at all samples, as inputs are
 
 
 class ArrayBlock(LeafSystem):
     """A block whose outputs follow from its inputs by functions, given in its constructor step by step.
 
-    A step has a name and follows from those before it. Functions take the steps that they name, arrays with the shape
-    (..., size) where it is an input, and give an array, or anything else that keeps the leading axes. Caches and
+    A step has a name and follows from those before it. Functions take the steps that they name, of shape
+    (..., size) if they are inputs, and return an array, or anything else that keeps the leading axes. Caches and
     prerequisites are as narrow as the steps say.
     """
 
@@ -51,16 +51,16 @@ class ArrayBlock(LeafSystem):
     def derive(
         self, name: str, function: Callable[..., Any], *sources: str, over_time: Callable[..., Any] | None = None
     ) -> None:
-        """Declares a step that several others name, which is computed once a sample.
+        """Declares a step that several others use, computed once per sample.
 
-        `over_time` takes the place of the function where it is for a single sample.
+        `over_time` replaces the function for a whole recording, if the function handles a single sample only.
         """
         reads, tickets = self._reads(sources), self._tickets(sources)
         step = _Step(self._read_all(function, reads), set(), sources, over_time or function)
         self._keep(name, step, tickets)
 
     def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
-        """Declares a step, and an output that holds it, of what is not an array; at all samples it is a list."""
+        """Declares a step that is not an array, and an output that holds it; over all samples it is a list."""
         self._calcs[name] = function
         calc = partial(weakly(self._calc_step), name)
         port = self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(object()), calc, tickets)
@@ -74,10 +74,10 @@ class ArrayBlock(LeafSystem):
         over_time: Callable[..., Any] | None = None,
         period: float | None = None,
     ) -> None:
-        """Declares a step that follows from the discrete state too.
+        """Declares a step that also depends on the discrete state.
 
-        `over_time` gives it at all samples of a recording, from the times of these, (T,) s, and the sources, if they
-        are `period` s apart; None: what is remembered follows from a run alone.
+        `over_time` computes it at all samples of a recording, from their times, (T,) s, and the sources, if they are
+        `period` s apart; None: the memory is known only during a run.
         """
         step = _Step(function, set(), ("time", *sources), over_time, period)
         self._keep(name, step, self._tickets(sources) | {self.xd_ticket()})
@@ -107,19 +107,19 @@ class ArrayBlock(LeafSystem):
         return self._steps[name].read(context)
 
     def follows(self, output: str, period: float) -> bool:
-        """Whether an output at all samples of a recording, `period` s apart, follows from what `leaves` names."""
+        """Whether `leaves` determine an output at all samples of a recording, `period` s apart."""
         return output in self._outputs and all(self._follows(step, period) for step in self._outputs[output][1])
 
     def leaves(self, output: str) -> list[str]:
-        """Names of the inputs, and of the outputs of what is shown, that an output follows from."""
+        """Names of the inputs, and of the outputs declared by `show`, that determine an output."""
         return list(dict.fromkeys(leaf for step in self._outputs[output][1] for leaf in self._leaves(step)))
 
     def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
-        """Outputs that follow, at all T samples, (T, size) each.
+        """Outputs at all T samples, (T, size) each.
 
         Args:
             time: of the samples, s, (T,).
-            leaves: at these, (T, size) each, or a list of T, by the names of the ports.
+            leaves: values at these times, (T, size) each, or a list of T, by port name.
             outputs: names of ports.
         """
         known: dict[str, Any] = {"time": time, **leaves}

@@ -1,4 +1,4 @@
-"""The types of arrays that all maths here speaks of."""
+"""The array types used throughout."""
 
 from typing import Any
 

@@ -1,8 +1,9 @@
 """Cached: what a block computes once for its inputs and state. weakly: methods that do not keep their block alive.
 
 Drake holds the function behind a cache entry or an abstract output port where Python's garbage collector cannot see it.
-A function that leads back to its block, and a cache entry that the block keeps, would therefore keep the block and the
-whole diagram for as long as the process runs. So would whatever belongs to a plant (ports, bodies, ids of shapes).
+A function that refers to its block, and a cache entry that the block keeps, would therefore keep the block and the
+whole diagram alive until the process ends. So would anything that belongs to a plant (ports, bodies, ids of
+geometries).
 """
 
 from collections.abc import Callable
@@ -15,7 +16,7 @@ from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
 
 def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
-    """A bound method of a block as one that does not keep the block alive, and costs no call of its own."""
+    """A bound method that does not keep its block alive, and costs no extra call."""
     bound = cast(MethodType, method)
     return MethodType(bound.__func__, proxy(bound.__self__))
 
@@ -24,7 +25,7 @@ class Cached:
     """A value of any kind in the cache of a block's context."""
 
     def __init__(self, block: LeafSystem, name: str, calc: Callable[[Context, AbstractValue], None], tickets: set[Any]):
-        """`calc` sets the value from what has the `tickets`, and does not keep the block, see `weakly`."""
+        """`calc` sets the value from what the `tickets` stand for, and must not keep the block alive, see `weakly`."""
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
         self._block = block
         self._index = block.DeclareCacheEntry(name, producer, tickets).cache_index()

@@ -5,7 +5,7 @@ _LONGEST_PART = 800  # of its other parts
 
 
 class InputError(ValueError):
-    """Something the user wrote is wrong; its one line says where, which value, and what would do."""
+    """Something the user wrote is wrong; its one line names the place, the value, and what would be right."""
 
     def __init__(self, where: object, field: str, value: object, expected: str):
         super().__init__(where, field, value, expected)
@@ -16,12 +16,12 @@ class InputError(ValueError):
         return in_one_line(f"{where}: {field} = {_shown(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
-        """The same mistake, seen from the file or option that holds it."""
+        """The same error, reported from the file or option that contains the mistake."""
         return InputError(f"{place}: {self.where}", self.field, self.value, self.expected)
 
 
 class SimulationDivergedError(RuntimeError):
-    """The simulation left the finite numbers; the message names the time, the state and the likely cause."""
+    """The state is no longer finite; the message names the time, the state and the likely cause."""
 
 
 class WorkerDiedError(RuntimeError):
@@ -29,13 +29,13 @@ class WorkerDiedError(RuntimeError):
 
 
 def first_line(error: BaseException) -> str:
-    """What an exception says, short enough for a message of one line."""
+    """The first line of an exception's message."""
     lines = str(error).strip().splitlines()
     return lines[0] if lines else type(error).__name__
 
 
 def described(error: BaseException) -> str:
-    """An exception by its type and the first line of what it says."""
+    """The type of an exception and the first line of its message."""
     if isinstance(error, SystemExit):
         return f"sys.exit({'' if error.code is None else repr(error.code)}) was called"
     said = first_line(error)
@@ -43,12 +43,12 @@ def described(error: BaseException) -> str:
 
 
 def in_one_line(text: str) -> str:
-    """Text without what would break the line or move the cursor of a terminal."""
+    """Text without characters that break the line or move the cursor of a terminal."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def _shown(value: object) -> str:
-    """A value as it is repeated."""
+    """A value as a message repeats it."""
     try:
         return shortened(repr(value), _LONGEST)
     except ValueError:  # Python's own limit

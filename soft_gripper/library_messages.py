@@ -10,7 +10,7 @@ from typing import Any
 
 from soft_gripper.errors import in_one_line
 
-# The temporary folder in which Drake reads a file that was made of another one, and what is added to the file's name.
+# The temporary folder in which Drake reads a file made from another one, and what is added to the file's name.
 PREFIX, MARK = "soft-gripper-", ".expanded"
 _OWN_FOLDER = re.compile(rf"/\S*/{PREFIX}[^/\s]+/([^/\s]+){re.escape(MARK)}")
 _MOST = 5  # notes of a command
@@ -18,7 +18,7 @@ _DRAKE = "drake"  # the logger whose level a command may lower
 
 
 def of_drake(message: str) -> str:
-    """A message from Drake, in which temporary files have the names of the files that they were made of."""
+    """A message from Drake, with the names of temporary files replaced by those of the files they were made from."""
     return _OWN_FOLDER.sub(r"\1", message)
 
 
@@ -43,7 +43,7 @@ class _NotePrinter(logging.Handler):
 
 @contextmanager
 def printed_as_notes() -> Iterator[None]:
-    """Prints what libraries log, and Python's warnings, as notes; most of the warnings are of numbers out of range."""
+    """Prints log messages of libraries, and Python's warnings, as notes; most are about numbers out of range."""
     root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _NotePrinter()
 
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:

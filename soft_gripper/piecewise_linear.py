@@ -20,8 +20,8 @@ from soft_gripper.errors import InputError
 class PiecewiseLinear:
     """One curve through M points, or N curves side by side, each through its own M points.
 
-    `x` and `y` have shape (M,) or (N, M); x increases strictly along the last axis, and so does y if the
-    inverse is wanted.
+    `x` and `y` have shape (M,) or (N, M); x increases strictly along the last axis, and so must y for the
+    inverse.
     """
 
     x: Array
@@ -30,7 +30,7 @@ class PiecewiseLinear:
     def __post_init__(self) -> None:
         """
         Raises:
-            InputError: if there are not two points, as many numbers of both kinds, and `x` increasing.
+            InputError: unless there are two points or more, as many `x` as `y`, and `x` increases.
         """
         x, y = np.asarray(self.x), np.asarray(self.y)
         fits = x.dtype.kind in "fi" and y.dtype.kind in "fi" and x.shape == y.shape and x.ndim in (1, 2)
@@ -67,7 +67,7 @@ class PiecewiseLinear:
         return (self.x[..., 0], self.y[..., 0], self.slopes[..., 0]) if single else None
 
     def inverse(self) -> "PiecewiseLinear":
-        """The curve that leads from y back to x."""
+        """The curve from y back to x."""
         return PiecewiseLinear(self.y, self.x)
 
 
@@ -81,7 +81,7 @@ class PiecewiseLinearBlock(Diagram):
                      +----------------------+
 
     A piecewise linear curve is a sum: for every piece, its slope times x, held within the piece. So there is one
-    Saturation a piece, a MatrixGain of the slopes, and a constant.
+    Saturation per piece, a MatrixGain of the slopes, and a constant.
     """
 
     def __init__(self, curves: PiecewiseLinear):

@@ -1,4 +1,4 @@
-"""What the fields of a dataclass may hold, said beside them: unit, range, choice, length of a list.
+"""What the fields of a dataclass may hold, declared beside them: unit, range, choices, length of a list.
 
     period: float = quantity(0.01, "s", above=0)
     gravity: list[float] = quantity([0.0, 0.0, -9.81], "m/s^2", length=3)
@@ -17,7 +17,7 @@ from functools import cache
 from typing import Any, TypeVar
 
 NAME_RULE = "must be a name of up to 60 letters (a to z), digits, _ and -, beginning with a letter"
-SMALLEST, LARGEST = 1e-15, 1e15  # of the size of a number that is not 0; beyond, what follows from it leaves the range
+SMALLEST, LARGEST = 1e-15, 1e15  # of the size of a number that is not 0; beyond it, computed values overflow
 Misfit = tuple[str, object, str]  # a field, its value, and what would be right
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
 _RULE = "rule"
@@ -61,7 +61,7 @@ class Rule:
         return tuple(self.known() if callable(self.known) else self.known)
 
     def of_text(self, value: str) -> str | None:
-        """What a text would have to be; None if it is."""
+        """What a text would have to be; None if it is valid."""
         if self.is_name and not is_name(value):
             return NAME_RULE
         if self.known and value not in self.choices:
@@ -69,7 +69,7 @@ class Rule:
         return "must not be empty" if self.filled and not value else None
 
     def of_number(self, value: float) -> str | None:
-        """What a number would have to be; None if it is."""
+        """What a number would have to be; None if it is valid."""
         low_enough = (self.below is None or value < self.below) and (self.most is None or value <= self.most)
         high_enough = (self.above is None or value > self.above) and (self.least is None or value >= self.least)
         if not (low_enough and high_enough):
@@ -79,7 +79,7 @@ class Rule:
         return None if fits else f"must be a finite number: 0, or {least:g} to {most:g} in size"
 
     def of_group(self, value: Sequence[object] | Mapping[str, object]) -> str | None:
-        """What a list or mapping would have to be; None if it is."""
+        """What a list or mapping would have to be; None if it is valid."""
         if self.filled and not value:
             return "must not be empty"
         unit = f", {self.unit}" if self.unit else ""
@@ -109,7 +109,7 @@ def quantity(default: _T, unit: str = "", **rule: Any) -> _T:
 
 
 def like(cls: type, name: str) -> Any:
-    """A field that may be None, which it is by default, and else what another class has under that name."""
+    """A field that is None by default, and otherwise follows the rule of a field of another class."""
     return field(default=None, metadata={_RULE: rules(cls)[name]})
 
 
@@ -120,5 +120,5 @@ def rules(cls: type) -> dict[str, Rule]:
 
 
 def misfits(config: object) -> Iterator[Misfit]:
-    """What the fields of a dataclass, each of them valid, do not do together."""
+    """Rules across fields that a dataclass breaks, whose fields are valid one by one."""
     return config.misfits() if hasattr(config, "misfits") else iter(())

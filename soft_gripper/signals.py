@@ -1,4 +1,4 @@
-"""What a port carries: its unit and its axes, declared beside the port and read by whatever logs it."""
+"""What a port carries: its unit and its axes, declared beside the port and read by all that log it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ def describe(
         axes: labels along each axis, by its name, from the slowest; their product is the size of the port.
 
     Raises:
-        ValueError: if the axes do not fill the port, or the units not the last axis.
+        ValueError: if the axes do not fill the port, or the units do not fill the last axis.
     """
     if not axes and port.size() > 1:
         raise ValueError(f"port '{port.get_name()}': give axes for its entries, such as joint=range({port.size()})")
@@ -57,14 +57,14 @@ def describe(
 
 
 def signal_of(port: OutputPort) -> Signal:
-    """What a vector port carries; where nothing is declared, no unit, and entries that are counted."""
+    """What a vector port carries; if nothing is declared, no unit, and entries numbered from 0."""
     declared: dict[str, Signal] = getattr(port.get_system(), _DECLARED, {})
     counted = {"entry": range(port.size())} if port.size() > 1 else {}
     return declared.get(port.get_name(), Signal(axes=counted))
 
 
 def export_outputs(diagram: Diagram, sources: Mapping[str, OutputPort]) -> None:
-    """Declares for the ports of a built diagram, by name, what the ports inside carry."""
+    """Declares that the ports of a built diagram carry what the ports inside of the same names do."""
     for name, source in sources.items():
         _declare(diagram.GetOutputPort(name), signal_of(source))
 

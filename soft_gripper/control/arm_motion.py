@@ -124,6 +124,7 @@ def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:
 
 TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
 MIN_STEPS = 6  # of a straight path
+MOST_STEPS = 10_000  # 100 m, farther than any arm reaches
 BRANCH_JUMP = 0.2  # rad or m, of a joint between waypoints: more is another branch, or the tool could leave the line
 LIMIT_GRID = np.linspace(0.0, 1.0, 301)  # parts of the duration at which the limits are checked
 DURATION_MARGIN = 1.001  # safety factor on the duration, for times between the grid points
@@ -181,11 +182,15 @@ def straight_path(
     Exact at waypoints at most `spacing` m apart, with a cubic spline of continuous second derivatives between them.
 
     Raises:
-        UnreachableError: if a waypoint is out of reach, or only reached by a jump to another branch.
+        UnreachableError: if a waypoint is out of reach or only reached by a jump to another branch, or there are more
+            than MOST_STEPS of them.
     """
     X_WStart = tool_pose(plant, tool, q0)
     line = PiecewisePose.MakeLinear([0.0, 1.0], [X_WStart, X_WTool])
-    s = np.linspace(0.0, 1.0, 1 + _steps(X_WStart.InvertAndCompose(X_WTool), spacing))
+    steps = _steps(X_WStart.InvertAndCompose(X_WTool), spacing)
+    if steps > MOST_STEPS:
+        raise UnreachableError(f"the straight path would be {steps * spacing:.4g} m long")
+    s = np.linspace(0.0, 1.0, 1 + steps)
     postures = [q0]
     for part in s[1:]:
         q = solve_posture(plant, tool, line.GetPose(part), postures[-1])

@@ -1,7 +1,7 @@
 """The bending plane of a finger in the world, from the sampled pose of its base.
 
 Ports carry the pose of B as the 12 numbers of the matrix [R | p], row after row, so that it can be sampled and logged
-as any other signal.
+like any other signal.
 """
 
 from typing import NamedTuple

@@ -1,6 +1,6 @@
 """Files: what comes in and goes out.
 
-Input is checked where it enters, and nowhere else: YAML in `yaml_text` (plain data, bounded in depth and size) and
+Input is checked where it enters, and only there: YAML in `yaml_text` (plain data, bounded in depth and size) and
 `document` (finite numbers; names, which become signals and files), XML in `xml_text` (no DOCTYPE, bounded in depth),
 numbers of models in `scenario.model_numbers`, before Drake, some of whose conditions end the process; the length of a
 run in `scenario.checks`; contacts (npz) in `evaluation.contacts.dataset`; output paths in `output`. Log messages and

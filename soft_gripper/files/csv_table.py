@@ -26,7 +26,7 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, bool, int or float.
 
     Raises:
-        InputError: if the file is missing, or holds anything else, or no rows.
+        InputError: if the file is missing, has no rows, or contains anything else.
     """
     names = columns(row)
     try:
@@ -52,7 +52,7 @@ def cells(row: Any) -> list[str]:
 
 
 def of_cells(texts: Sequence[str], row: type[Row]) -> Row:
-    """The row of which these are the cells; raises a ValueError if they are of no such row."""
+    """The row with these cells; raises a ValueError if they do not fit."""
     kinds = [field.type for field in fields(row)]  # type: ignore[arg-type]
     return row(*(_value(text, kind) for text, kind in zip(texts, kinds, strict=True)))
 

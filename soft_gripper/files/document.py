@@ -26,7 +26,7 @@ def require(fine: bool, where: Path | str, field: str, value: object, expected: 
 
 
 def given(value: _T | None, where: Path | str, field: str, expected: str) -> _T:
-    """A value that there must be; raises an InputError if it is None."""
+    """A value that is required; raises an InputError if it is None."""
     if value is None:
         raise InputError(where, field, None, expected)
     return value
@@ -59,17 +59,17 @@ def load_config(path: Path, document: Any, schema: type[_T], retain_map_defaults
 
 
 def check_config(where: Path | str, config: Any) -> None:
-    """Checks a dataclass that was made in Python, with all that it holds; numbers of numpy are numbers.
+    """Checks a dataclass made in Python, and all that it contains; NumPy numbers count as numbers.
 
     Raises:
-        InputError: for the first field that has another type, is out of range, or does not go with another one.
+        InputError: for the first field that has another type, is out of range, or contradicts another one.
     """
     check_document(where, config, type(config))
     _check_misfits(where, config)
 
 
 def _check_misfits(where: Path | str, config: Any, field: str = "") -> None:
-    """Checks the rules across fields of a dataclass and of those in it, whose fields are each valid."""
+    """Checks the rules across fields of a dataclass, and of those inside it; the fields themselves are valid."""
     if isinstance(config, list | tuple | dict):
         for key, part in config.items() if isinstance(config, dict) else enumerate(config):
             _check_misfits(where, part, f"{field}.{key}" if isinstance(config, dict) else f"{field}[{key}]")
@@ -90,11 +90,11 @@ def check_document(
 
     Args:
         where: file or part, for messages.
-        value: plain data, as from a YAML file, in which defaults are left out, or objects.
+        value: plain data, as from a YAML file, in which defaults may be left out, or objects.
         schema: the type that it must have.
-        field: that holds it, with dots.
+        field: its place, with dots.
         rule: of that field.
-        strict: whether a number may not be given as text, as which YAML reads 1e3.
+        strict: whether numbers given as text, as YAML reads 1e3, are refused.
 
     Raises:
         InputError: for an unknown key, with the nearest known one, a value of another type, or one that breaks a rule.
@@ -123,7 +123,7 @@ def check_document(
 
 @cache
 def _taken_apart(schema: Any) -> tuple[bool, Any, Any]:
-    """Whether a type may be None, what it is else, and the type of the entries of a list or mapping."""
+    """Whether a type may be None, what it is otherwise, and the type of the entries of a list or mapping."""
     parts = get_args(schema)
     # From Python 3.14 on the unions of Drake's configs are of that type too.
     if get_origin(schema) is UnionType and NoneType in parts and len(parts) == 2:
@@ -180,7 +180,7 @@ def _is_finite(pose: Transform) -> bool:
 
 
 def _check_transform(where: Path | str, value: dict[str, Any], field: str) -> None:
-    """Poses are known: no random ones, and none in a frame that Drake would leave aside here."""
+    """Poses are fixed: not random, and not in a frame, which Drake would ignore here."""
     base = value.get("base_frame")
     require(base is None, where, f"{field}.base_frame", base, "leave it out; `parent` of a model names a frame")
     _check_three(where, value.get("translation", [0, 0, 0]), f"{field}.translation", "must be three numbers, m")

@@ -27,7 +27,7 @@ def write_checksums(folder: Path) -> None:
 
 
 def is_whole(folder: Path) -> bool:
-    """Whether all files are in a folder that `write_checksums` saw there, and none of them has changed."""
+    """Whether a folder still has all files that `write_checksums` found, unchanged."""
     try:
         written = (folder / SUMS).read_text(encoding="utf-8").splitlines()
         return bool(written) and set(written) <= set(_checksums(folder).splitlines())
@@ -45,16 +45,16 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-_PREFIX = ".soft-gripper-"  # of what is not whole yet; host and process follow, so that nobody else's is removed
+_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
 _HOST = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
 _KEPT = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
 
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """A name to write to; when the block ends without an error, what was written takes the place of `path`.
+    """A name to write to; when the block ends without an error, the file written replaces `path`.
 
-    A symlink is followed. What is not a regular file, such as a named pipe, stays and is written to.
+    A symlink is followed. A file that is not regular, such as a named pipe, is kept and written to.
     """
     _require_name(path)
     target = Path(os.path.realpath(path))
@@ -86,7 +86,7 @@ def _written_through(target: Path, name: str) -> Iterator[Path]:
 
 
 def _is_special(path: Path) -> bool:
-    """Whether there is something that is not a regular file; a folder is not meant."""
+    """Whether a path leads to something that is neither a regular file nor a folder."""
     try:
         return not stat.S_ISREG(path.stat().st_mode)
     except FileNotFoundError:
@@ -97,8 +97,8 @@ def _is_special(path: Path) -> bool:
 def atomic_folder(folder: Path) -> Iterator[Path]:
     """A folder to fill; when the block ends without an error, it appears as `folder`.
 
-    If `folder` is there already, it keeps its other files: only those of the same names are replaced. It then holds the
-    checksums of the files that were written, by which `is_whole` knows it.
+    If `folder` exists, it keeps its other files: only those of the same names are replaced. It then has the
+    checksums of the files that were written, which `is_whole` compares.
     """
     partial = _partial(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -115,7 +115,7 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
 
 
 def _move(partial: Path, folder: Path) -> None:
-    """Moves a folder or, file by file, into one that is there; its checksums leave first and come last."""
+    """Moves a folder, or its files into a folder that exists; old checksums are removed first, new ones come last."""
     if not folder.is_dir():
         partial.rename(folder)
         return
@@ -133,7 +133,7 @@ def read_folder(folder: Path) -> dict[str, bytes]:
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Writes what `read_folder` gave, whole.
+    """Writes what `read_folder` returned, all or nothing.
 
     Raises:
         InputError: if it cannot be written.
@@ -147,12 +147,12 @@ def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def _partial(path: Path) -> Path:
-    """Where something is written until it takes the place of `path`."""
+    """Where something is written until it replaces `path`."""
     return path.with_name(f"{_PREFIX}{_HOST}-{os.getpid()}-{path.name[-_KEPT:]}")
 
 
 def writable_folder(path: Path) -> Path:
-    """Makes a folder for output, or says before any work is done that it cannot be written to.
+    """Makes a folder for output, so that one that cannot be written to is reported before any work is done.
 
     Raises:
         InputError: if the folder cannot be made or written to.
@@ -163,7 +163,7 @@ def writable_folder(path: Path) -> Path:
 
 
 def _remove_left_over(folder: Path) -> None:
-    """Removes the files that killed processes of this machine left half written, see `atomic_file`; nothing else."""
+    """Removes only files that killed processes of this machine left half written, see `atomic_file`."""
     with os.scandir(folder) as entries:
         left = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_left_over(Path(entry))]
     for entry in left:
@@ -189,7 +189,7 @@ def _is_alive(pid: int) -> bool:
 
 
 def check_file(path: Path) -> None:
-    """Says before any work is done whether a file of this name can be written; makes the folder for it.
+    """Checks, before any work is done, that a file can be written; makes the folder for it.
 
     Raises:
         InputError: if it cannot.
@@ -205,7 +205,7 @@ def check_file(path: Path) -> None:
 
 
 def keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
-    """Says before any work is done whether an output would take the place of a file that is read.
+    """Checks, before any work is done, that no output would replace a file that is read.
 
     Raises:
         InputError: if one would.
@@ -217,7 +217,7 @@ def keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
 
 
 def _are_same(one: Path, other: Path) -> bool:
-    """Whether two paths lead to one file, which may be lost: not a pipe or a device."""
+    """Whether two paths lead to one file that can be lost, so not to a pipe or a device."""
     try:
         return one.samefile(other) and not _is_special(one)
     except (OSError, ValueError):  # there is no such file

@@ -18,13 +18,13 @@ def name_of(name_or_path: object) -> str:
 
 
 def check_regular(path: Path) -> None:
-    """Looks at a file before it is opened: to read from a pipe would be to wait for it.
+    """Checks a file before it is opened: reading from a pipe would block.
 
     Raises:
         InputError: if there is none, or it is not a regular file.
     """
     try:
-        os.stat(path)  # says what is wrong, as a loop of symlinks
+        os.stat(path)  # reports what is wrong, such as a loop of symlinks
         if not os.path.isfile(path):
             raise InputError(path, "file", path.name, "cannot be read: it is not a regular file")
     except OSError as error:

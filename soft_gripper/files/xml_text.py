@@ -1,4 +1,4 @@
-"""XML text of the user's: the one place where it is parsed."""
+"""XML text from users: the only place where it is parsed."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -21,7 +21,7 @@ def parse_xml(where: Path | str, text: str) -> ET.Element:
     A DOCTYPE is refused: no model file needs one, and its entities can grow without bound or name other files.
 
     Raises:
-        InputError: if the text is not well-formed, has a DOCTYPE, or is nested without end.
+        InputError: if the text is not well-formed, has a DOCTYPE, or is nested too deeply.
     """
     try:
         return ET.fromstring(text, ET.XMLParser(target=_Builder(where)))
@@ -50,7 +50,7 @@ class _Builder(ET.TreeBuilder):
         return super().end(tag)
 
 
-LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: all that models are made of, in SI units
+LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?inf(inity)?", re.ASCII | re.IGNORECASE)
 _WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
 
@@ -61,10 +61,10 @@ def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[fl
     Args:
         where, field: for the message.
         text: numbers with white space between them.
-        counts: how many there may be; none: any number of them.
+        counts: how many are allowed; none: any number.
 
     Raises:
-        InputError: if it holds something else, or another number of them.
+        InputError: if it contains anything else, or another number of them.
     """
     words = text.split()
     if any(_NUMBER.fullmatch(word) is None for word in words) or (counts and len(words) not in counts):
@@ -74,13 +74,13 @@ def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[fl
 
 
 def finite_numbers(where: object, field: str, text: str, *counts: int, least: float = LEAST) -> tuple[float, ...]:
-    """The numbers of a text, as `read_numbers`, but finite and of a size that can be meant.
+    """The numbers of a text, as `read_numbers`, but finite and of a plausible size.
 
-    `least` is 0 where rounding leaves numbers of any size that stand for 0, as in places, angles and products of
+    `least` is 0 where rounding leaves tiny numbers in the place of 0, as in positions, angles and products of
     inertia.
 
     Raises:
-        InputError: if it holds anything else.
+        InputError: if it contains anything else.
     """
     numbers = read_numbers(where, field, text, *counts)
     for number in numbers:
@@ -91,10 +91,10 @@ def finite_numbers(where: object, field: str, text: str, *counts: int, least: fl
 
 
 def number(where: object, element: ET.Element | None, attribute: str) -> float:
-    """The value of an attribute; 0, as URDF has it, if the attribute or the element is missing.
+    """The value of an attribute; 0, as in URDF, if the attribute or the element is missing.
 
     Raises:
-        InputError: if it is no number.
+        InputError: if it is not a number.
     """
     text = "0" if element is None else element.get(attribute, "0")
     tag = "" if element is None else element.tag

@@ -1,4 +1,4 @@
-"""YAML text of the user's -> plain data: the one place where it is parsed."""
+"""YAML text from users -> plain data: the only place where it is parsed."""
 
 import copy
 import unicodedata
@@ -13,7 +13,7 @@ from soft_gripper.errors import InputError, first_line, in_one_line
 from soft_gripper.files.text import read_text
 
 _DEEPEST = 40  # mappings and lists inside each other
-_LARGEST = 100_000  # values, those behind an alias counted every time
+_LARGEST = 100_000  # values; those of an alias count every time
 _TAGS = ("!Rpy",)  # Drake's, of poses; others are of random quantities
 
 
@@ -25,10 +25,10 @@ def read_yaml(path: Path) -> Any:
 def parse_yaml(where: Path | str, text: str) -> Any:
     """The data of YAML text: mappings with text as keys, lists, text, numbers, true, false and null.
 
-    Keys of the outermost mapping that begin with _ are templates, and left out. A tag is the key `_tag`.
+    Keys of the outermost mapping that begin with _ are templates, and are left out. A tag is the key `_tag`.
 
     Raises:
-        InputError: if the text is no YAML, holds anything else, a key twice, or is nested or repeated without end.
+        InputError: if the text is not YAML, contains anything else, repeats a key, or is nested or repeated too deeply.
     """
     return copy.deepcopy(_parsed(where, text))
 
@@ -59,7 +59,7 @@ class _Open:
 
 
 def _check_size(where: Path | str, text: str) -> None:
-    """Looks at the events of the parser, which is no deeper in itself for what is nested."""
+    """Checks the parser's events, which need no recursion for what is nested."""
     sizes: dict[str, int] = {}
     path = [_Open(yaml.SequenceStartEvent(None, None, True))]
     for event in yaml.parse(text, Loader=yaml.SafeLoader):
@@ -81,7 +81,7 @@ def _check_size(where: Path | str, text: str) -> None:
 
 
 def _count(where: Path | str, holder: _Open, size: int, key: str) -> None:
-    """Adds a value, or a key, to what holds it."""
+    """Counts a value, or a key, of the mapping or list that contains it."""
     holder.size += size
     if holder.size > _LARGEST:
         raise InputError(where, "size", holder.size, f"give no more than {_LARGEST} values")

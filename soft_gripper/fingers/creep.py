@@ -12,18 +12,18 @@ the last of which is the memory torque: creep drives the finger on as pressure d
 convention of finite element programs (J. C. Simo, T. J. R. Hughes: *Computational Inelasticity*, 1998, chapter 10), and
 for an angle that is linear between samples, z follows exactly (same, 10.3).
 
-A pressure law says that the finger bends s(p) = P(p) / p times as far as the chamber law has it. It is the chamber that
-widens, and with it whatever bends it is multiplied, what creeps as well:
+With a pressure law the finger bends s(p) = P(p) / p times as far as with the chamber law alone. It is the chamber that
+widens, which multiplies all that bends the finger, creep included:
 
     dz_i/dt = (q / s - z_i) / time_i ,    memory torque = s sum of  share_i k z_i .
 
-So a finger that is emptied remembers as much of its bend as the same stress would have left in a finger without a law.
+So an emptied finger remembers as much of its bend as the same stress would have left in a finger without a law.
 
 Leading axes are free; B branches, N joints.
 
 CreepTorque: the state of the plant -> the memory torque of a finger that creeps, as actuation of its model.
 
-PressureSoftening and Softened beside it multiply what goes in and what comes out, for a finger with a pressure law.
+PressureSoftening and Softened scale its input and its output, for a finger with a pressure law.
 """
 
 from collections.abc import Sequence
@@ -50,7 +50,7 @@ class Recursion(NamedTuple):
 
 
 def recursion(branches: Sequence[CreepBranch], period: float) -> Recursion:
-    """Exact for angles that are linear over the period (s), which leads on to every exponential in closed form."""
+    """Exact for angles that are linear over the period (s), for which every integral has a closed form."""
     periods = period / np.array([branch.time for branch in branches])[:, None]
     kept, mean = np.exp(-periods), -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
     return Recursion(kept, mean - kept, 1 - mean)
@@ -74,7 +74,7 @@ def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Arr
 def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Array:
     """Torque of creep that drives the joints, (..., B, N) rad -> (..., N) N m, positive where it closes.
 
-    `pressure`, (...) Pa, is that in the chamber; it matters to a finger with a pressure law.
+    `pressure`, (...) Pa, is that in the chamber; it matters only to a finger with a pressure law.
     """
     torque: Array = finger.softening(pressure)[..., None] * (shares(finger) @ z * finger.stiffness)
     return torque
@@ -94,8 +94,8 @@ class CreepTorque(LinearSystem):
         state (nq + nv) of plant --> | CreepTorque | ---> actuation (nu) N m, of the model's joints
                                      +-------------+
 
-    Beside a continuous plant the state is z. Beside a discrete one it is what of z the present joint angles q do not
-    decide, w = z - after q; then z is exact for angles that are linear over each step, and nothing is late:
+    With a continuous plant the state is z. With a discrete one it is the part of z that does not depend on the present
+    joint angles q, w = z - after q; then z is exact for angles that are linear over each step, and nothing is late:
 
         w' = kept w + (before + kept after) q ,    z = w + after q .
 
@@ -123,7 +123,7 @@ class CreepTorque(LinearSystem):
         )
 
     def set_internal_angles(self, context: Context, z: Array, q: Array) -> None:
-        """Sets where the branches are, as a simulation begins.
+        """Sets the internal angles with which a simulation begins.
 
         Args:
             context: of this system.
@@ -138,7 +138,7 @@ class CreepTorque(LinearSystem):
 
 
 class PressureSoftening(Diagram):
-    """What a pressure law says of how far the finger bends, P(p) / p; see `PressureLaw.softening`.
+    """How much further a finger bends with its pressure law, P(p) / p; see `PressureLaw.softening`.
 
     ::
 
@@ -146,7 +146,7 @@ class PressureSoftening(Diagram):
         pressure (1) Pa ---> | PressureSoftening | ---> softening (1)
                              +-------------------+
 
-    All of Drake's C++ blocks, since it runs at the plant's rate.
+    Made of Drake's C++ blocks, since it runs at the plant's rate.
     """
 
     def __init__(self, law: PressureLaw):

@@ -19,23 +19,23 @@
 
 `base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, which lies on the
 neutral axis. All elements from `contact` on and `origin` may be left out, as may `segments`, `relaxation_time`, the
-chamber and the strain-limiting layer; the rest may not. What the elements mean is in `finger_parts`; beside that:
+chamber and the strain-limiting layer; the rest may not. `finger_parts` explains the elements; in addition:
 
 - `material` of `base` and `tip`, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `SILICONES`.
 - `shear_factor` of `body` (none: rigid in shear) is the shear correction factor of Timoshenko's beam, 0.857 for a
   rectangle of what is incompressible (G. R. Cowper, *The Shear Coefficient in Timoshenko's Beam Theory*, J. Appl.
   Mech. 33, 1966: 10 (1 + nu) / (12 + 11 nu)).
 - An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file; it
-  takes the place of Young's modulus, which is left to damping, creep and shear.
+  replaces Young's modulus, which then determines damping, creep and shear only.
 - A tip load is a point mass at `xyz` m in the frame {finger}_tip; y is 0.
 
-For the frame beside the fingers see `urdf`.
+`urdf` explains the <frame>.
 
-Silicones that soft fingers are commonly moulded of, by their names in a <finger>.
+Silicones of which soft fingers are commonly moulded, by their names in a <finger>.
 
-Where the maker states the stress at 100 % strain alone, Young's modulus is that of a neo-Hookean solid with that
+Where the maker states only the stress at 100 % strain, Young's modulus is that of a neo-Hookean solid with that
 stress: at stretch 2 the nominal stress is  E / 3 (2 - 1 / 2^2) . For Dragon Skin 10 (22 psi) that rule gives 260 kPa,
-and bending of a cantilever 264 kPa. Batches differ by more than that: a finger of one's own is best identified.
+and bending of a cantilever 264 kPa. Batches differ by more than that: identify your own finger.
 """
 
 import difflib
@@ -54,7 +54,7 @@ _PSI = 6894.757  # Pa
 
 
 class Silicone(NamedTuple):
-    """What of it a cross-section needs, and where the values come from."""
+    """The properties that a cross-section needs, and where the values come from."""
 
     youngs_modulus: float  # Pa, of small strains
     density: float  # kg/m^3
@@ -100,7 +100,7 @@ _CHILDREN = {
     "pressure_law": [f.name for f in fields(PressureLaw)],
     "tip_load": ["mass", "xyz"],
 }
-# What the file calls the fields of a Finger that have another name there.
+# Names in the file of those fields of a Finger that have another name there.
 _IN_FILE = {
     "length": "body.length",
     "segments": "body.segments",
@@ -127,7 +127,7 @@ class FingerElement:
 
 
 class _Reader:
-    """Reads the attributes of one <finger>, so that every complaint can say where it stands."""
+    """Reads the attributes of one <finger>; every error names the place."""
 
     def __init__(self, file: str, element: ET.Element):
         name = element.get("name")
@@ -236,7 +236,7 @@ def _check_names(where: str, kind: str, names: list[str], known: list[str]) -> N
 
 
 def read_finger_element(file: str, element: ET.Element, segments: int | None = None) -> FingerElement:
-    """The finger that a <finger> element describes; `segments` takes the place of the file's number.
+    """The finger that a <finger> element describes; `segments` replaces the number in the file.
 
     Raises:
         InputError: naming file, finger, field and value, if anything is missing, misspelt or out of range.

@@ -1,7 +1,7 @@
 """A finger as plain URDF: links, joints and spring-damper pairs, as XML elements.
 
 A link that slides in shear has a millionth of a finger link's mass, since cenic rejects massless bodies. Its spring
-begins a finger's length away along the axis, which makes it linear.
+is attached a finger's length away along the axis, which makes it linear.
 """
 
 import xml.etree.ElementTree as ET
@@ -122,8 +122,8 @@ def _ball(load: TipLoad, length: float) -> ET.Element:
 def _knuckle(finger: Finger, width: float, s: float) -> ET.Element:
     """A visual cylinder at the joint, in the middle of the section: it fills the wedge that opens on the outer side.
 
-    It is a little narrower than the link, so that no two surfaces coincide and flicker. Where it would stand out at the
-    base or the tip, a block as long as there is room takes its place.
+    It is a little narrower than the link, so that no two surfaces coincide and flicker. Where it would protrude at the
+    base or the tip, a block that fits replaces it.
     """
     section, room = finger.section(s), min(s, finger.length - s)
     thickness = float(section.thickness)
@@ -218,8 +218,8 @@ def _spring(
 def _shear(finger: Finger, index: int) -> list[ET.Element]:
     """Shear before a joint: a nearly massless link that slides along x on the previous link.
 
-    Its spring lies along x too, so that it is linear, and begins a length of the finger away, where nothing gets to.
-    Without any mass cenic refuses the link.
+    Its spring lies along x too, and is attached a finger's length away, out of reach, so that it is linear. Cenic
+    rejects a link without mass.
     """
     before, sliding, height = link_name(finger.name, index), _before(finger, index), _joint_height(finger, index)
     mass = _SLIDING * float(finger.link_masses[index])

@@ -12,7 +12,7 @@ from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Misfit, quantity, valid
 
-NO_PRESSURE = 1.0  # Pa, below which a pressure law is as there
+NO_PRESSURE = 1.0  # Pa, below which the ratio of a pressure law is taken as there
 
 
 def _not_curves(law: Any) -> Iterator[Misfit]:
@@ -49,7 +49,7 @@ class ElasticLaw:
 class CreepBranch:
     """A Maxwell branch of a Prony series: a fraction of the stiffness that decays while the finger is held bent.
 
-    Young's modulus is the instantaneous one. A step of the angle calls up
+    Young's modulus is the instantaneous one. A step of the angle requires the torque
     k (1 - sum over branches of  share (1 - exp(-t / time))) q .
     """
 
@@ -61,7 +61,7 @@ class CreepBranch:
 class PressureLaw:
     """The effective pressure, with which the chamber law gives the actual bend, over the chamber pressure, as points.
 
-    Linear between the points, and straight on beyond them. So a chamber that widens under pressure bends further.
+    Linear between the points and extrapolated beyond them. It describes a chamber that widens, and so bends further.
     """
 
     pressure: tuple[float, ...] = field(metadata=valid("Pa"))  # increasing

@@ -18,7 +18,7 @@ from soft_gripper.fingers.finger_links import joint_name, link_name, shear_joint
 class PlantFinger:
     """A finger of one model instance of a plant.
 
-    Ask it when the plant is finalized; a model that is read later may change its name.
+    Use it once the plant is finalized; a model that is read later may change its name.
     """
 
     finger: Finger
@@ -27,7 +27,7 @@ class PlantFinger:
 
     @property
     def name(self) -> str:
-        """Of its blocks and signals: the finger's own; "{model}.{finger}" if another model has one of that name."""
+        """Name in blocks and signals: the finger's own; "{model}.{finger}" if another model has a finger so named."""
         own = self.finger.name
         alone = self.plant.NumBodiesWithName(link_name(own, 0)) == 1
         return own if alone else f"{self.model_name}.{own}"
@@ -70,16 +70,16 @@ class PlantFinger:
 
     @property
     def actuator_names(self) -> list[str]:
-        """The joints that the actuators of the model drive, in the order of these."""
+        """The joints that the actuators of the model drive, in the order of the actuators."""
         indices = self.plant.GetJointActuatorIndices(self.model)
         return [self.plant.get_joint_actuator(index).joint().name() for index in indices]
 
     def position_selector(self) -> Array:
-        """Matrix that picks the joint angles out of the plant's state, (N, nq + nv)."""
+        """Matrix that selects the joint angles from the plant's state, (N, nq + nv)."""
         return self._position_selector(joint_name)
 
     def shear_selector(self) -> Array:
-        """Matrix that picks what a finger with a shear factor slides before its joints, m, (N, nq + nv)."""
+        """Matrix that selects the shear displacements of a finger with a shear factor, m, (N, nq + nv)."""
         return self._position_selector(shear_joint_name)
 
     def _position_selector(self, name: Callable[[str, int], str]) -> Array:
@@ -88,13 +88,13 @@ class PlantFinger:
         return np.eye(self.plant.num_multibody_states())[starts]
 
     def torque_selector(self) -> Array:
-        """Matrix that picks the joints out of the generalized forces of their model, (N, model's nv)."""
+        """Matrix that selects the joints from the generalized forces of their model, (N, model's nv)."""
         of_plant = np.zeros((len(self.joints), self.plant.num_velocities()))
         starts = [joint.velocity_start() for joint in self.joints]
         of_plant[np.arange(len(starts)), starts] = 1.0
         return np.array([self.plant.GetVelocitiesFromArray(self.model, row) for row in of_plant])
 
     def actuator_selector(self) -> Array:
-        """Matrix that spreads torques on the joints over the actuators of their model, (N, nu)."""
+        """Matrix that assigns joint torques to the actuators of their model, (N, nu)."""
         names = self.actuator_names
         return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints]]

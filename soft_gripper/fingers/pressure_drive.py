@@ -1,4 +1,4 @@
-"""PressureDrive: pressures -> torques on the joints, all of Drake's C++ primitives.
+"""PressureDrive: pressures -> torques on the joints, made of Drake's C++ primitives.
 
 Pressure acts through actuators, which the expanded URDF declares: cenic integrates actuation twice as fast as applied
 generalized forces.
@@ -25,7 +25,7 @@ from soft_gripper.signals import describe
 
 
 class PressureDrive(Diagram):
-    """Commanded pressures, limited and delayed, as torques on the joints of a model.
+    """Turns commanded pressures, limited and delayed, into torques on the joints of a model.
 
     ::
 
@@ -53,8 +53,8 @@ class PressureDrive(Diagram):
                 `pressure_torque_map`.
             minimum, maximum: limits of the pressure, Pa.
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
-            time_step: of a discrete plant, s; the lag then goes in the same steps. 0 for a continuous one.
-            laws: of the fingers' pressures; None: pressure bends as it is.
+            time_step: of a discrete plant, s; the lag then uses the same steps. 0 for a continuous one.
+            laws: pressure laws of the fingers; None: the effective pressure is that in the chamber.
         """
         super().__init__()
         builder = DiagramBuilder()

@@ -1,4 +1,4 @@
-"""A finger in balance: what pressure alone bends, and what pressure and weight do to a finger that has crept.
+"""A finger in balance: under pressure alone, and under pressure and weight after it has crept.
 
 Leading axes are free; N joints.
 """
@@ -22,7 +22,7 @@ def free_bending_angles(finger: Finger, pressure: Array) -> Array:
 
 
 def relaxed_law(finger: Finger) -> PiecewiseLinear:
-    """Torque against angle of every joint that has been held for long: what creep leaves of the elastic torque."""
+    """Torque against angle of every joint after a long hold: the elastic torque that remains after creep."""
     law, crept = finger.joint_law, float(shares(finger).sum()) * finger.stiffness
     return PiecewiseLinear(law.x, law.y - crept[:, None] * law.x)
 
@@ -30,8 +30,8 @@ def relaxed_law(finger: Finger) -> PiecewiseLinear:
 def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | complex) -> Array:
     """Joint angles of a finger that has crept, in balance with pressure (...) Pa and its own weight, rad, (..., N).
 
-    `gravity` is as for `gravity_torque`, a number or (...) m/s^2. Found by repetition, which converges as long as the
-    finger does not buckle under its weight.
+    `gravity` is as for `gravity_torque`, a number or (...) m/s^2. Found by fixed-point iteration, which converges
+    unless the finger buckles under its weight.
     """
     driven, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
     angle = relaxed_law(finger).inverse()

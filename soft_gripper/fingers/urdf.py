@@ -1,11 +1,11 @@
 """URDF files with <finger> components, expanded to plain URDF that any Drake loads.
 
-Drake skips an element that it does not know without a word, and so the fingers of a file that is not expanded. Beside
-its <finger>s a file has an element that makes Drake refuse it, with a message that says what to do:
+Drake silently skips elements that it does not know, and so it would skip the fingers of a file that is not expanded.
+Therefore a file with <finger>s also has an element that makes Drake refuse it, with a message that says what to do:
 
     <frame name="fingers: load with soft_gripper.add_fingers, or soft-gripper expand"/>
 
-Drake wants every <frame> to name a link. Expanding takes it out.
+Drake requires every <frame> to name a link. Expanding removes the element.
 """
 
 import os
@@ -22,10 +22,10 @@ from soft_gripper.fingers.finger_links import DRAKE, finger_to_urdf
 
 
 def remove_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
-    """Takes links out of a <robot>, with all that hangs on them, the joints before them, and what is said of those.
+    """Removes links from a <robot>, with all links beyond them, the joints before them, and what refers to these.
 
     Raises:
-        InputError: if there is no such link, or it is what all others hang on.
+        InputError: if there is no such link, or it is the root.
     """
     if not names:
         return
@@ -59,7 +59,7 @@ def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
 
 
 def _is_of(element: ET.Element, links: set[str], joints: set[str | None]) -> bool:
-    """Whether a child of <robot> is, or speaks of, what is cut."""
+    """Whether a child of <robot> is, or refers to, what is removed."""
     if element.tag == "joint":
         return element.get("name") in joints
     if element.tag == "link":
@@ -92,12 +92,12 @@ def expand_urdf(
     """Replaces every <finger> of a URDF by links, joints and springs.
 
     Args:
-        file: relative mesh names in it become absolute, so that the result may be kept elsewhere.
-        segments: takes the place of every finger's own number of segments.
+        file: relative mesh names in it become absolute, so that the result can be stored elsewhere.
+        segments: replaces every finger's own number of segments.
         only_name: name of the finger if the file holds just one, so that a file can be loaded twice.
         without: links that are left out, see `remove_links`.
         model_name: name of the robot in the result; None: as in the file.
-        change: gives each finger in the place of that in the file.
+        change: returns the finger that replaces each finger of the file.
 
     Raises:
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
@@ -134,7 +134,7 @@ def _read_robot(path: Path) -> ET.Element:
 
 
 def _take_guard(path: Path, robot: ET.Element) -> None:
-    """Takes out the element by which Drake alone refuses the file; a file with fingers must have it."""
+    """Removes the element that makes Drake refuse the file; a file with fingers must have it."""
     guards = [frame for frame in robot.findall("frame") if frame.get("name") == GUARD]
     for guard in guards:
         robot.remove(guard)

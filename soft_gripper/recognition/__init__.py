@@ -1,4 +1,4 @@
-"""Recognition of the object that is held."""
+"""Recognition of the held object."""
 
 import lazy_loader
 

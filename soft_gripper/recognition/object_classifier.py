@@ -38,7 +38,7 @@ class ObjectClassifier:
     The features are projected onto D components; in those the grasps of each shape are normally distributed.
 
     Raises:
-        InputError: if something does not fit, or is not finite.
+        InputError: if sizes do not fit, or a number is not finite.
     """
 
     shapes: tuple[str, ...]  # of the objects, names, (C)
@@ -73,7 +73,7 @@ class ObjectClassifier:
             raise InputError("object classifier", "covariances", "...", "give matrices that are positive definite")
 
     def probabilities(self, angles: Array, torques: Array) -> Array:
-        """Of the shapes, (..., C), from what `grasp_features` takes; NaN if something in it is."""
+        """Of the shapes, (..., C), from the arguments of `grasp_features`; NaN if any of these is."""
         parts = (grasp_features(angles, torques) - self.center) @ self.components.T
         from_means = parts[..., None, :] - self.means
         distances = ((from_means[..., None, :] @ self._precisions)[..., 0, :] * from_means).sum(axis=-1)
@@ -102,7 +102,7 @@ def train_object_classifier(
         angles: estimated joint angles at every level of pressure, rad, (M, L, F, N).
         torques: estimated external torques, N m, (M, L, F, N).
         pressures: of the levels, Pa, (L).
-        sections: of the sensors that the estimates are from.
+        sections: of the sensors behind the estimates.
 
     Raises:
         InputError: unless there are two shapes or more, each with two grasps or more, all of them finite.
@@ -129,10 +129,10 @@ def train_object_classifier(
 
 
 def principal_components(features: Array) -> tuple[Array, Array]:
-    """Centre (K) and components (D, K) of features (M, K): their products with what is off the centre vary by 1.
+    """Centre (K) and components (D, K) of features (M, K): projections onto them have variance 1.
 
-    The features are standardised first, so that radians and newton metres count alike; one that does not vary counts
-    for nothing.
+    The features are standardised first, so that radians and newton metres count alike; one that does not vary does not
+    count.
     """
     center, scale = features.mean(axis=0), features.std(axis=0)
     scale[scale < 1e-12 * np.abs(features).max()] = np.inf
@@ -152,7 +152,7 @@ _DIGITS = 9  # of a weight
 
 
 def save_object_classifier(model: ObjectClassifier, path: Path) -> None:
-    """Writes a model, a line a field."""
+    """Writes a model, one line per field."""
     content = {
         name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(model).items()
     }
@@ -168,7 +168,7 @@ def load_object_classifier(file: Path | str) -> ObjectClassifier:
         file: a path or package://soft_gripper/... URI.
 
     Raises:
-        InputError: if the file is missing, not an object classifier, or what is in it does not fit.
+        InputError: if the file is missing, is not an object classifier, or its contents do not fit.
     """
     path = model_path(str(file))
     text = read_text(path)
@@ -187,7 +187,7 @@ def load_object_classifier(file: Path | str) -> ObjectClassifier:
 
 
 def _value(name: str, value: Any) -> Any:
-    """A field from what JSON makes of it."""
+    """A field from its JSON value."""
     try:
         if name in ("fingers", "joints", "sections"):
             return int(value)

@@ -24,12 +24,12 @@ class ObjectRecognizer(LeafSystem):
         {finger}.external_torque (N) N m ----------> | ObjectRecognizer | ---> object_probabilities (C), sum 1
         {finger}.sampled_pressure (1) Pa ----------> +------------------+
 
-    Of every level the last sample counts at which all fingers were within 1 kPa of it, as at the sample before. The
-    order of the levels is free; samples that are not finite are left out. Probabilities are NaN until every level has
+    For every level, the last sample counts at which all fingers were within 1 kPa of it, as one sample earlier. The
+    order of the levels is free; samples that are not finite are ignored. Probabilities are NaN until every level has
     its sample, and again once a finger has less than half the pressure of the lowest level: the gripper has let go.
 
-    Wire it to the signals of a station, which have these names, or to ports of one's own. All are sampled together
-    every `period` s; what comes out is held for a period, and so is a sample late.
+    Wire it to the signals of a station, which have these names, or to your own ports. All are sampled together
+    every `period` s; the output is held for a period, and so is one sample late.
     """
 
     def __init__(self, model: ObjectClassifier, fingers: Sequence[str], period: float):
@@ -40,7 +40,7 @@ class ObjectRecognizer(LeafSystem):
             period: of the samples, s.
 
         Raises:
-            InputError: if the model is of another number of fingers.
+            InputError: if the model is for another number of fingers.
         """
         super().__init__()
         if len(fingers) != model.fingers:
@@ -50,7 +50,7 @@ class ObjectRecognizer(LeafSystem):
         self._torques = self._declare(fingers, "external_torque", model.joints)
         self._pressures = self._declare(fingers, "sampled_pressure", 1)
         size = len(model.pressures) * 2 * model.fingers * model.joints
-        self._levels = self.DeclareDiscreteState(np.full(size, np.nan))  # what was seen at each
+        self._levels = self.DeclareDiscreteState(np.full(size, np.nan))  # the features seen at each
         self._level = self.DeclareDiscreteState([NO_LEVEL])  # of the present sample
         self._probabilities = self.DeclareDiscreteState(np.full(shapes, np.nan))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)

@@ -1,4 +1,4 @@
-"""URDF files of real arms, made such that Drake simulates them."""
+"""URDF files of real arms, adapted so that Drake can simulate them."""
 
 import math
 import os
@@ -18,7 +18,7 @@ from soft_gripper.scenario.model_numbers import repair_inertia
 
 
 def is_known_package(name: str) -> bool:
-    """Whether a mesh lies in a package that the parser finds without help."""
+    """Whether a mesh is in a package that the parser finds without help."""
     package = name.removeprefix("package://").partition("/")[0]
     return name.startswith("package://") and package_map().Contains(package)
 
@@ -26,8 +26,8 @@ def is_known_package(name: str) -> bool:
 def mesh_file(name: str, urdf: Path) -> Path:
     """The file behind a mesh name in a URDF file.
 
-    Packages are looked for above the URDF file and along ROS_PACKAGE_PATH and AMENT_PREFIX_PATH: folders of the
-    package's name, or whose package.xml gives it.
+    Packages are looked for above the URDF file and along ROS_PACKAGE_PATH and AMENT_PREFIX_PATH: folders with the
+    package's name, or with a package.xml that gives it.
 
     Raises:
         InputError: if there is no such file.
@@ -81,15 +81,15 @@ _LIMIT = "<limit lower='...' upper='...' velocity='...' effort='...'/> in rad, r
 
 
 def movable_joints(robot: ET.Element) -> list[ET.Element]:
-    """The joints of one degree of freedom, in the order of the file."""
+    """The joints with one degree of freedom, in the order of the file."""
     return [joint for joint in robot.findall("joint") if joint.get("type") in _MOVABLE]
 
 
 def check_limits(path: Path, joint: ET.Element) -> None:
-    """Looks at what an arm needs to know of a joint.
+    """Checks that a joint has the limits that an arm needs.
 
     Raises:
-        InputError: if there is no range of positions, unless the joint is continuous, no velocity or no effort.
+        InputError: if the limits of velocity, effort or, unless the joint is continuous, position are missing.
     """
     where, limit = f"{path}: joint '{joint.get('name')}'", joint.find("limit")
     if limit is None:
@@ -165,13 +165,13 @@ def _find(path: Path, shape: ET.Element, mesh: ET.Element) -> None:
     except InputError as error:
         raise error.inside(path) from None
     if is_foreign and file.with_suffix(".mtl").exists():
-        for material in shape.findall("material"):  # Drake sets it aside before the colours of the file
+        for material in shape.findall("material"):  # Drake prefers it to the colours of the file
             shape.remove(material)
     mesh.set("filename", f"file://{file}")
 
 
 def set_colors(robot: ET.Element) -> None:
-    """Gives shapes their colours without names, which Drake wants defined exactly once and files do not."""
+    """Replaces named colours by their values: Drake wants each name defined exactly once, which files do not do."""
     colors: dict[str | None, ET.Element] = {}
     for material in robot.iter("material"):
         if (color := material.find("color")) is not None:
@@ -197,21 +197,21 @@ _FOREIGN = (
 _FOREIGN_ATTRIBUTES = (
     ("link", "type"),
     ("joint/dynamics", "friction"),
-    ("joint[@type='continuous']/limit", "lower"),  # to be left aside by the URDF specification, but not by Drake
+    ("joint[@type='continuous']/limit", "lower"),  # ignored according to the URDF specification, but not by Drake
     ("joint[@type='continuous']/limit", "upper"),
 )
 _HARMLESS_XACRO = ("}property", "}arg")
 
 
 def arm_urdf(path: Path, text: str | None = None) -> str:
-    """URDF text with which Drake simulates an arm; what Drake understands already stays as it is.
+    """URDF text with which Drake can simulate an arm; what Drake understands already is kept.
 
     Args:
         path: the file, to which relative names in it refer.
-        text: what is in it, if it has been read.
+        text: its contents, if it has been read.
 
     Raises:
-        InputError: if it is no URDF or unexpanded xacro, a mesh is missing, or a joint has no limits.
+        InputError: if it is not a URDF or is unexpanded xacro, a mesh is missing, or a joint has no limits.
     """
     robot = ET.fromstring(expand_urdf(path).text if text is None else text)
     _drop_foreign(robot)
@@ -229,7 +229,7 @@ def arm_urdf(path: Path, text: str | None = None) -> str:
 
 
 def _drop_foreign(robot: ET.Element) -> None:
-    """Takes out what Drake warns of or leaves aside, and couplings: either joint has an actuator that holds it."""
+    """Removes what Drake warns about or ignores, and couplings: each joint has an actuator of its own that holds it."""
     for path, tag in _FOREIGN:
         for parent in robot.findall(path):
             for child in parent.findall(tag):
@@ -249,7 +249,7 @@ def _refuse_xacro(path: Path, robot: ET.Element) -> None:
 
 
 def _free_from_world(robot: ET.Element) -> None:
-    """Lets a scenario place the arm by its first link: that is the root, and not the world to Drake."""
+    """Lets a scenario place the arm by its first link, which must not be called `world`, Drake's name for the world."""
     for link in [*robot.findall("link"), *robot.findall("joint/parent")]:
         key = "name" if link.tag == "link" else "link"
         if link.get(key) == "world":

@@ -22,16 +22,16 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 @dataclass
 class FingerCalibrationConfig:
-    """What was found of one finger, relative to its nominal model, and which finger it was."""
+    """The calibration of one finger, relative to its nominal model, and which finger it was."""
 
     length: float = quantity(0.0, "m")
     sensor_spacing: float = quantity(0.0, "m")
     one_sided: bool = False
     section_lengths: list[float] = quantity([], "m")  # from the base to the tip
-    bend_ratio: float = quantity(1.0, above=0)  # how much further it bends under the same pressure than nominal
+    bend_ratio: float = quantity(1.0, above=0)  # bend under the same pressure over that of the nominal model
     gains: list[float] = quantity([], above=0)  # of the strain of every reading
     offsets: list[float] = field(default_factory=list)  # of every reading, extension ratio
-    residual: float = 0.0  # root mean square of what is left, extension ratio
+    residual: float = 0.0  # root mean square of the residuals, extension ratio
 
     def misfits(self) -> Iterator[Misfit]:
         if len(self.offsets) != len(self.gains):
@@ -47,16 +47,16 @@ class CalibrationConfig:
 
 
 def as_config(layout: SensorLayout, found: Calibration) -> FingerCalibrationConfig:
-    """What is kept of the calibration of a finger with that nominal layout."""
+    """What the file stores of the calibration of a finger with that nominal layout."""
     numbers = float(found.bend_ratio), found.gains.tolist(), found.offsets.tolist(), found.residual
     return FingerCalibrationConfig(*_identity(layout), *numbers)
 
 
 def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
-    """The nominal layout with the gains, offsets and stiffness that were found for its finger.
+    """The nominal layout with the calibrated gains, offsets and stiffness of its finger.
 
     Raises:
-        InputError: if the calibration is of other fingers or sensors.
+        InputError: if the calibration is for other fingers or sensors.
     """
     layout = strain_sensors(sensors, "nominal.calibration")
     name, finger, curve = layout.finger.name, layout.finger, layout.response
@@ -68,7 +68,7 @@ def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> Sen
     if len(flat) != len(expected) or not np.allclose(flat, expected, rtol=1e-6):
         of = "length, sensor spacing, one_sided and section lengths"
         raise InputError("nominal.calibration", name, found, f"{of} of the finger are {own}")
-    assert isinstance(curve, ResponseCurve)  # as a scenario gives it
+    assert isinstance(curve, ResponseCurve)  # as in a scenario
     response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets))
     return replace(layout, finger=softened(finger, config.bend_ratio), response=response)
 
@@ -83,7 +83,7 @@ def load_calibration(file: str) -> CalibrationConfig:
     """Reads what `save_calibration` wrote.
 
     Raises:
-        InputError: if the file is missing, no calibration, or what is in it cannot be.
+        InputError: if the file is missing, is not a calibration, or has impossible values.
     """
     path = model_path(file)
     return load_config(path, read_yaml(path), CalibrationConfig)

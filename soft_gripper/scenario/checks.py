@@ -1,4 +1,4 @@
-"""What the parts of a scenario must be to each other; what a field may hold stands beside it in `schema.py`."""
+"""Rules across the parts of a scenario; what a field may hold is declared beside it in `schema.py`."""
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -15,9 +15,9 @@ from soft_gripper.sensors.response_curve import ResponseCurve
 
 MOST_STEPS = 2_000_000  # of the plant: a quarter of an hour with one finger
 MOST_SAMPLES = 500_000  # of every signal: gigabytes of logs
-MOST_TIME = 86_400.0  # s, of a run that is held back to some part of real time
+MOST_TIME = 86_400.0  # s, of a run that is slowed to a fraction of real time
 
-# Names of blocks and of groups of signals, which neither a model nor a finger has.
+# Names of blocks and of groups of signals, which no model or finger may have.
 _TAKEN = (
     *("plant", "scene_graph", "logs", "task", "grip", "grip_control", "true_contact", "object_width"),
     *("minus_true_width", "object_width_error", "estimate_visualizer", "all"),
@@ -26,10 +26,10 @@ _CHECKED = "_checked"  # attribute of a scenario: its values when it was checked
 
 
 def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
-    """A copy of a scenario with Python's own numbers, valid; what was loaded and not changed is not checked again.
+    """A valid copy of a scenario with Python's own numbers; one that was loaded and not changed is not checked again.
 
     Raises:
-        InputError: for the first value that has another type, is out of range, or does not go with another one.
+        InputError: for the first value that has another type, is out of range, or contradicts another one.
     """
     require(isinstance(scenario, Scenario), where, "scenario", scenario, "must be a Scenario, as load_scenario reads")
     plain: Scenario = without_numpy(scenario)
@@ -42,7 +42,7 @@ def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
 
 
 def check_scenario(where: Path | str, scenario: Scenario) -> None:
-    """Checks the rules across the parts of a scenario, each of them valid; fingers are checked when they are built.
+    """Checks the rules across the parts of a scenario, each valid by itself; fingers are checked when they are built.
 
     Raises:
         InputError: for the first rule that is broken.
@@ -87,7 +87,7 @@ def _sensors(scenario: Scenario) -> Iterator[Misfit]:
 
 
 def _complaint(part: str, make: Callable[[Any], object], of: object) -> Iterator[Misfit]:
-    """Why nothing can be made of a part."""
+    """Why a part cannot be built."""
     try:
         make(of)
     except InputError as error:
@@ -140,7 +140,7 @@ def _external(scenario: Scenario) -> Iterator[Misfit]:
 
 
 def _exclude(external: Collection[str], names: Collection[str], other: str | None) -> Iterator[Misfit]:
-    """Of some commands one may come from outside, if nothing else gives it."""
+    """At most one of some commands may come from outside, if nothing else gives it."""
     found = [name for name in external if name in names]
     if len(found) > 1:
         yield "external", external, f"give {' or '.join(names)}: one commands the other"

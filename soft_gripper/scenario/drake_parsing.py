@@ -1,4 +1,4 @@
-"""Models read by Drake: what it would not survive is looked at before, and what it complains of becomes one line."""
+"""Models read by Drake: what would end the process is checked before, and Drake's errors become one line."""
 
 import os
 import xml.etree.ElementTree as ET
@@ -21,7 +21,7 @@ _SCHEMES = ("package://", "model://")
 
 
 def check_inside(where: object, uri: str) -> None:
-    """Looks at a URI of a file in a package, package://NAME/PATH.
+    """Checks the URI of a file in a package, package://NAME/PATH.
 
     Raises:
         InputError: if its path leads out of the package.
@@ -33,7 +33,7 @@ def check_inside(where: object, uri: str) -> None:
 
 
 def check_uris(path: Path, root: ET.Element) -> None:
-    """Looks at the meshes and models that a URDF or SDFormat file names, in packages wherever these lie, or beside it.
+    """Checks the meshes and models that a URDF or SDFormat file names, in any package or beside it.
 
     Raises:
         InputError: if one leads out of its package, or names something, such as a pipe, that is not a file or folder.
@@ -53,7 +53,7 @@ _XML = (".urdf", ".sdf", ".world", ".xml")
 
 @contextmanager
 def drake_reads(where: object, field: str, value: object) -> Iterator[None]:
-    """Makes an InputError of what Drake raises; one of its conditions that fails arrives as SystemExit."""
+    """Turns what Drake raises into an InputError; a failed condition of Drake arrives as SystemExit."""
     try:
         yield
     except InputError:
@@ -65,10 +65,10 @@ def drake_reads(where: object, field: str, value: object) -> Iterator[None]:
 
 
 def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
-    """Reads the models of a file as it is.
+    """Reads the models of a file, unchanged.
 
     Raises:
-        InputError: if it is XML, and no such that Drake would survive.
+        InputError: if it is XML that would end the process.
     """
     if path.suffix.lower() in _XML:
         _check(path, read_text(path))
@@ -76,10 +76,10 @@ def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
 
 
 def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelInstanceIndex]:
-    """Reads the text of a model that comes of `path`, from a file of that name, which Drake's messages then give.
+    """Reads the text of a model derived from `path`, in a file with its name, so that Drake's messages give that name.
 
     Raises:
-        InputError: if Drake would not survive it.
+        InputError: if it would end the process.
     """
     _check(path, text)
     with TemporaryDirectory(prefix=PREFIX) as folder:
@@ -97,8 +97,8 @@ def _check(path: Path, text: str) -> None:
 
 
 def _check_tree(path: Path, model: ET.Element) -> None:
-    """Joints must not close a loop of links: Drake simulates trees, and finds out when the plant is finalized."""
-    joined: dict[str, str] = {}  # a link, and another that hangs together with it
+    """Joints must not close a loop of links: Drake simulates trees, and fails only when the plant is finalized."""
+    joined: dict[str, str] = {}  # a link, and another one that is connected to it
 
     def first(link: str) -> str:
         while link in joined:
@@ -108,7 +108,7 @@ def _check_tree(path: Path, model: ET.Element) -> None:
     for joint in model.findall("joint"):
         parent, child = (_linked(joint, end) for end in ("parent", "child"))
         if not (parent and child):
-            continue  # Drake says what is missing
+            continue  # Drake reports what is missing
         if first(parent) == first(child):
             expected = "closes a loop of links; leave it out, since only trees of links are simulated"
             raise InputError(f"{path}: joint '{joint.get('name')}'", "parent, child", f"{parent}, {child}", expected)

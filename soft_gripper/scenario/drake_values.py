@@ -12,7 +12,7 @@ from pydrake.systems.analysis import SimulatorConfig
 
 
 class ByValue:
-    """What compares equal if all that it holds does; Drake's configs themselves are equal to nothing else."""
+    """Compares equal if all its fields do; Drake's own configs are equal to nothing but themselves."""
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and plain_values(self) == plain_values(other)
@@ -21,7 +21,7 @@ class ByValue:
 
 
 def plain_values(value: Any) -> Any:
-    """A value in lists and mappings, which compare and do not change with it."""
+    """A value as lists and mappings, which can be compared and do not change when it does."""
     if is_dataclass(value):
         return {field.name: plain_values(getattr(value, field.name)) for field in fields(value)}
     if hasattr(value, "__fields__"):
@@ -34,7 +34,7 @@ def plain_values(value: Any) -> Any:
 
 
 def without_numpy(value: Any) -> Any:
-    """A value, or a copy with Python's own numbers and lists in the place of numpy's."""
+    """A value, or a copy in which Python's own numbers and lists replace NumPy's."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, tuple | list):

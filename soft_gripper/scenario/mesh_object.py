@@ -1,4 +1,4 @@
-"""A mesh file of the user's, made an object: checked, given an inertia, and described as SDFormat."""
+"""A user's mesh file as an object: checked, with an inertia, and described as SDFormat."""
 
 import hashlib
 import os
@@ -17,11 +17,11 @@ from soft_gripper.fingers.finger_links import DRAKE
 from soft_gripper.scenario.schema import MeshConfig
 
 _LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
-_CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be raised when the same mesh gives another OBJ file
+_CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
 
 
 def check_mesh_file(path: Path) -> None:
-    """Looks at a mesh file before it is read.
+    """Checks a mesh file before it is read.
 
     Raises:
         InputError: if there is none, or reading it would take minutes and gigabytes.
@@ -37,12 +37,12 @@ def read_scene(path: Path) -> trimesh.Scene:
     """The meshes in a file, in its units and axes.
 
     Raises:
-        InputError: if the file is missing, too large, cannot be read, or holds no faces.
+        InputError: if the file is missing, too large, cannot be read, or has no faces.
     """
     check_mesh_file(path)
     try:
         scene = trimesh.load_scene(path)
-    except Exception as error:  # trimesh's readers raise what they like
+    except Exception as error:  # trimesh's readers raise errors of many types
         missing = isinstance(error, ImportError)  # which guesses how the text of what is not a mesh is encoded
         reason = "it is damaged" if missing else first_line(error)
         raise InputError(path, "mesh", path.name, f"cannot be read as a mesh: {reason}") from None
@@ -54,10 +54,10 @@ def read_scene(path: Path) -> trimesh.Scene:
 def converted(path: Path) -> Path:
     """An OBJ file, in metres, with the normals of the mesh and an MTL file beside it if the mesh has colours.
 
-    As in ROS, a COLLADA file's unit counts and its up axis does not; a glTF file's +y becomes +z, as in Drake.
+    As in ROS, the unit of a COLLADA file counts and its up axis does not; a glTF file's +y becomes +z, as in Drake.
 
     Raises:
-        InputError: if the mesh is missing or cannot be read, or the cache not be written to.
+        InputError: if the mesh is missing or cannot be read, or the cache cannot be written to.
     """
     check_mesh_file(path)
     name = _digest(path.read_bytes() + path.suffix.lower().encode() + _CONVERSION.encode())
@@ -66,12 +66,12 @@ def converted(path: Path) -> Path:
         text, materials = _to_obj(path, f"{name}.mtl")
         for mtl, content in materials.items():
             keep(mtl, content.decode())
-        keep(kept.name, text)  # the last: it shows that all is there
+        keep(kept.name, text)  # written last: it shows that all files are there
     return kept
 
 
 def keep(name: str, text: str) -> Path:
-    """Writes a file of the cache, unless it is there."""
+    """Writes a file of the cache, unless it exists."""
     path = writable_folder(cache_folder()) / name
     if not path.exists():
         with atomic_file(path) as partial:
@@ -80,12 +80,12 @@ def keep(name: str, text: str) -> Path:
 
 
 def keep_by_content(text: str) -> Path:
-    """Keeps an OBJ file under a name that follows from what is in it."""
+    """Keeps an OBJ file under a name made from its contents."""
     return keep(f"{_digest(text.encode())}.obj", text)
 
 
 def cache_folder() -> Path:
-    """The user's cache folder, as the XDG specification has it."""
+    """The user's cache folder, according to the XDG specification."""
     given = Path(os.environ.get("XDG_CACHE_HOME", ""))
     return (given if given.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
 
@@ -129,12 +129,12 @@ MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
 
 
 def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
-    """SDFormat text of a rigid object whose true surface, not its hull, meets compliant fingers.
+    """SDFormat text of a rigid object whose true surface, not its hull, touches compliant fingers.
 
     The mesh is kept as a scaled OBJ file in the user's cache folder, whatever its format was.
 
     Raises:
-        InputError: if the mesh is missing, empty, not watertight, or of a size that cannot be meant.
+        InputError: if the mesh is missing, empty, not watertight, or of an implausible size.
     """
     mesh = read_scene(path).to_mesh()
     mesh.apply_scale(config.scale)

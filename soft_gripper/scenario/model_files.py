@@ -1,4 +1,4 @@
-"""Model files into the plant: URDF with <finger>s, whatever else Drake reads, and bare meshes."""
+"""Model files into the plant: URDF with <finger>s, all other formats that Drake reads, and bare meshes."""
 
 import math
 import os
@@ -30,12 +30,12 @@ OF_SECTION = tuple(field.name for field in fields(CrossSection))
 OF_FINGER = ("length", "relaxation_time", "sensor_spacing")
 _OF_CONTACT = tuple(field.name for field in fields(ContactMaterial))
 _ALL = "all"
-_FAR = 20.0  # times the value so far: more is taken for a change whose "%" was forgotten
+_FAR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 _EXPECTED = 'give a number, or a change such as "+10 %"'
 
 
 def check_names(where: str, configs: Mapping[str, FingerConfig], names: Sequence[str]) -> None:
-    """Raises an InputError unless changes are of "all" or of one of the fingers named."""
+    """Raises an InputError unless changes are for "all" or for one of the named fingers."""
     known = (_ALL, *names) if names else ()
     for name in configs:
         if name not in known:
@@ -51,7 +51,7 @@ def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerCo
         configs: by names of fingers, or for "all".
 
     Raises:
-        InputError: if a change is no number, or leads to what cannot be a finger.
+        InputError: if a change is not a number, or the result cannot be a finger.
     """
     for name in (_ALL, finger.name):
         if config := configs.get(name):
@@ -77,7 +77,7 @@ def changed_part(part: Any, where: str, changes: FingerChanges, names: Sequence[
 
 
 def _value(where: str, name: str, text: str, before: float) -> float:
-    """What a change leads to."""
+    """The value after a change."""
     number, percent, rest = str(text).partition("%")
     try:
         value = float(number)
@@ -144,14 +144,14 @@ def add_fingers(
     Args:
         parser: of the plant; its package map finds the meshes that the file names.
         file: a path or package://soft_gripper/... URI.
-        name: of the model instance; None: the robot's in the file.
-        segments: of every finger; None: as the file says.
+        name: of the model instance; None: the name of the robot in the file.
+        segments: of every finger; None: as in the file.
 
     Returns:
         the fingers, in the order of the file.
 
     Raises:
-        InputError: if the file is missing or wrong, holds no fingers, or the name is taken.
+        InputError: if the file is missing or wrong, has no fingers, or the name is taken.
     """
     path, plant = model_path(str(file)), parser.plant()
     if plant.is_finalized():
@@ -176,7 +176,7 @@ def find_fingers(
         plant: with the model in it.
         file: the URDF with <finger>s that was expanded.
         model: the model instance.
-        segments: with which it was expanded; None: as the file says.
+        segments: with which it was expanded; None: as in the file.
 
     Raises:
         InputError: if the file is wrong, or the model has no such fingers.

@@ -1,4 +1,4 @@
-"""The numbers of URDF and SDFormat files, looked at before Drake reads them: some of its checks end the process."""
+"""The numbers of URDF and SDFormat files, checked before Drake reads them: some of Drake's checks end the process."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Collection, Iterator
@@ -58,10 +58,10 @@ _NOT_ZERO = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
 
 
 def check_numbers(where: Path | str, root: ET.Element) -> None:
-    """Looks at all numbers of a URDF or SDFormat file, from its root element.
+    """Checks all numbers of a URDF or SDFormat file, from its root element.
 
     Raises:
-        InputError: for the first that is none, not finite, too many or too few, or that no shape or axis can have.
+        InputError: for the first that is not a finite number, is one too many or missing, or fits no shape or axis.
     """
     _check_inside(where, root, _of_sdf if root.tag == "sdf" else _of_urdf)
 
@@ -110,9 +110,9 @@ _ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (
 def possible_inertia(mass: float, inertia: Array) -> Array:
     """The nearest rotational inertia (3, 3), kg m^2, about the centre of mass, that a body of this mass can have.
 
-    An inertia is possible if no principal moment is larger than the sum of the others, which is to say if the
-    second moments of the mass, tr(I)/2 1 - I, are nowhere negative. One that is possible stays as it is, unless a
-    principal moment is zero, which would leave the mass matrix singular. What is changed is 1 mm thick at least.
+    An inertia is possible if no principal moment is larger than the sum of the others, that is, if no second moment
+    of the mass, tr(I)/2 1 - I, is negative. A possible one is kept, unless a principal moment is zero, which would
+    make the mass matrix singular. A changed one is that of a body at least 1 mm thick.
     """
     moments, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
     if moments[0] >= 0 and moments[0] + moments[1] > 0:
@@ -125,9 +125,9 @@ def possible_inertia(mass: float, inertia: Array) -> Array:
 def repair_inertia(path: Path, robot: ET.Element, jointed: Collection[str]) -> None:
     """Makes the inertias of all links of a URDF possible.
 
-    Files leave out what hardly moves anything, or give zeros. Links named in `jointed`, which have a degree of
-    freedom of their own, get a tiny mass then, since the mass matrix would be singular; the others are
-    fixed to something that has a mass.
+    Files leave out inertias that hardly matter, or give zeros. Links named in `jointed`, which have a degree of
+    freedom of their own, then get a tiny mass, since the mass matrix would be singular; the others are fixed to
+    something that has a mass.
 
     Raises:
         InputError: if a mass or a moment is not a number.

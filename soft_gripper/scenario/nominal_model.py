@@ -25,7 +25,7 @@ class NominalModel:
         """The nominal sensors and finger.
 
         Raises:
-            InputError: if a change is no number, or leads to what cannot be a finger, or the calibration is of another.
+            InputError: if a change is not a number, the result cannot be a finger, or the calibration does not fit.
         """
         response = sensor.response if self.config.response is None else self.config.response
         layout = sensor_layout(self.finger(finger), replace(sensor, response=response))
@@ -50,7 +50,7 @@ def read_nominal_model(config: NominalConfig) -> NominalModel:
     """Reads the files that a nominal model names.
 
     Raises:
-        InputError: if one is missing, or holds no fingers or no calibration.
+        InputError: if one is missing, or has no fingers or no calibration.
     """
     fingers: tuple[Finger, ...] = ()
     if config.file is not None:

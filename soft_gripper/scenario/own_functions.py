@@ -1,4 +1,4 @@
-"""Functions and classes by name: those of this project, and a user's own as "module:function"."""
+"""Functions and classes by name: those of this project, and users' own as "module:function"."""
 
 import importlib
 import sys
@@ -11,7 +11,7 @@ from soft_gripper.errors import InputError, described
 
 
 def is_own(name: str) -> bool:
-    """Whether a name is that of a user's function."""
+    """Whether a name is of the form "module:function"."""
     return ":" in name
 
 
@@ -28,10 +28,10 @@ def find_function(field: str, name: str) -> Callable[..., Any]:
 
 
 def find_named(field: str, name: str, known: Mapping[str, Any]) -> Any:
-    """One of the `known`, or a user's own "module:function"; `field` of a scenario, or option, has the name.
+    """One of the `known`, or a user's own "module:function"; `field` is the field or option that names it.
 
     Raises:
-        InputError: if there is none.
+        InputError: if it does not exist.
     """
     if name in known:
         return known[name]
@@ -49,7 +49,7 @@ def find_named(field: str, name: str, known: Mapping[str, Any]) -> Any:
 
 
 def made(field: str, name: str, make: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function, of the user's perhaps, makes of its arguments.
+    """Calls a function, which may be a user's own.
 
     Raises:
         InputError: if it fails.
@@ -65,7 +65,7 @@ def made(field: str, name: str, make: Callable[..., Any], *arguments: Any) -> An
 
 @contextmanager
 def seen_from(field: str, name: str) -> Iterator[None]:
-    """Where something is wrong with a user's own block, the InputError names the function that made it."""
+    """An InputError about a user's own block names the function that made it."""
     try:
         yield
     except InputError as error:
@@ -75,7 +75,7 @@ def seen_from(field: str, name: str) -> Iterator[None]:
 
 
 def _import(module: str) -> Any:
-    """A module; the current folder is looked through last."""
+    """A module; the current folder is searched last."""
     here = str(Path.cwd())
     sys.path.append(here)
     try:

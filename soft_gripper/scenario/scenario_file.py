@@ -25,7 +25,7 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Sc
 
     Args:
         name_or_path: such as "free_bending", or "my/scenario.yaml".
-        overrides: "dotted.key=YAML value", each in the place of what the file says.
+        overrides: "dotted.key=YAML value", each of which replaces the value in the file.
 
     Raises:
         InputError: naming file, field and value, if anything is wrong.
@@ -36,7 +36,7 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Sc
 
 
 def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
-    """Reads a scenario with plain data in the place of what the file says.
+    """Reads a scenario, in which plain data replaces values of the file.
 
     Args:
         name_or_path: as for `load_scenario`.
@@ -63,7 +63,7 @@ def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> S
 
 
 def parse_scenario(path: Path, text: str) -> Scenario:
-    """Reads a scenario from the text that a recording at `path` keeps of it; raises as `load_scenario`."""
+    """Reads a scenario from its text in a recording at `path`; raises as `load_scenario`."""
     return _checked(path, _mapping(path, parse_yaml(path, text)))
 
 
@@ -85,7 +85,7 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
 
 
 def _changes(document: dict[str, Any]) -> Iterator[Any]:
-    """Where a document holds changes of fingers, in which numbers and text are meant alike."""
+    """Where a document has changes of fingers, in which numbers and text mean the same."""
     yield document.get("nominal")
     models = document.get("models")
     for model in models if isinstance(models, list) else ():
@@ -94,16 +94,16 @@ def _changes(document: dict[str, Any]) -> Iterator[Any]:
 
 
 def _quote_numbers(changes: Any) -> None:
-    """Makes text of numbers."""
+    """Turns numbers into text."""
     for key, value in changes.items() if isinstance(changes, dict) else ():
         if isinstance(value, int | float) and not isinstance(value, bool):
             changes[key] = repr(value)
 
 
 def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
-    """The resolved scenario as YAML: every field that is not None, in a form that every Drake reads.
+    """The resolved scenario as YAML: every field that is not None, in a form that all supported Drakes read.
 
-    Paths are relative to `folder`, where the text is to be kept; absolute without one.
+    Paths are relative to `folder`, where the text will be stored; without one they are absolute.
     """
     scenario = copy.deepcopy(checked_scenario("scenario", scenario))
     if folder is not None:

@@ -256,8 +256,8 @@ def presets() -> dict[str, dict[str, Any]]:
 class StrainErrorsConfig:
     """The errors of the strain sensors, in the order in which they act on the extension ratio; docs/sensors.md.
 
-    What is None is as the preset has it; without a preset there is no such error. Strain is the extension ratio - 1;
-    standard deviations are those of independent draws for every sensor.
+    A field that is None is as in the preset; without a preset there is no such error. Strain is the extension ratio
+    minus 1; standard deviations are those of independent draws for every sensor.
     """
 
     preset: str | None = quantity(None, known=lambda: tuple(presets()))  # kind of sensor, see sensor_presets.yaml

@@ -1,4 +1,4 @@
-"""What a scenario says of the sensors: where they are, their errors, presets and all, and what these make uncertain."""
+"""The sensors of a scenario: where they are, their errors, presets, and the uncertainty that follows."""
 
 from collections.abc import Callable
 from dataclasses import fields
@@ -32,12 +32,12 @@ def find_sensor(name: str) -> type[MeasurementModel] | MakeSensor:
 
 
 def is_kind(found: object) -> TypeGuard[type[MeasurementModel]]:
-    """Whether this is a kind of sensor."""
+    """Whether this is a subclass of MeasurementModel."""
     return isinstance(found, type) and issubclass(found, MeasurementModel)
 
 
 def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
-    """The sensors that a scenario puts on a finger: of the kind that it names, or else strain sensors.
+    """The sensors that a scenario puts on a finger: of the kind that it names, strain sensors by default.
 
     Raises:
         InputError: if there is no such kind, it fails, there are more sections than segments, the borders are wrong, or
@@ -60,7 +60,7 @@ def strain_errors(sensor: SensorConfig) -> StrainErrors | None:
     """The errors of the strain sensors; None if they are ideal.
 
     Raises:
-        InputError: for an unknown preset, a number out of range, or a dead sensor that there is not.
+        InputError: for an unknown preset, a number out of range, or a dead sensor that does not exist.
     """
     config = sensor.errors
     if config is None:
@@ -76,7 +76,7 @@ def strain_errors(sensor: SensorConfig) -> StrainErrors | None:
 
 
 def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
-    """What an estimator assumes to be uncertain: what is given, or what follows from the errors of the sensors.
+    """What an estimator assumes to be uncertain: as given, or as it follows from the errors of the sensors.
 
     Raises:
         InputError: as `strain_errors`.
@@ -86,7 +86,7 @@ def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty
 
 
 def _reading(sensor: SensorConfig, i: int, dead: DeadSensorConfig) -> int:
-    """Which of the readings a dead sensor would give."""
+    """The index of the reading of a dead sensor."""
     paths = path_names(sensor.one_sided)
     if dead.path not in paths:
         raise InputError("sensor.errors", f"dead[{i}].path", dead.path, f"must be one of {', '.join(paths)}")
