@@ -200,7 +200,7 @@ _FIELDS: dict[str, dict[str, Said]] = {
         "task.phases.1.to=objct": ("task.phases[1].to = 'objct'", "object"),
         "task.phases.1.spd=2": ("task.phases[1].spd = 2", "'speed'"),
         "task.phases.1.height=-0.1": ("task.phases[1]", "name = 'descend'", "workbench"),
-        "task.phases.4.height=4294967296": ("task.phases[4]", "name = 'carry'", "out of reach"),
+        "task.phases.4.height=4294967296": ("task.phases[4]", "to = 'goal'", "reach"),
         "control.torque_limit=-1": "control.torque_limit = -1",
         "estimator.contact_threshold=-1": "estimator.contact_threshold = -1",
     },
