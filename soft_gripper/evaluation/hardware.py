@@ -44,7 +44,7 @@ from soft_gripper.scenario.model_files import model_path
 class Experiment:
     """A finger fitted to recordings and tested on others; names are those of files without their suffix."""
 
-    description: str  # shipped; the folder of the recordings is called so too, and so is the file of the finger
+    description: str  # shipped; also the name of the recordings' folder and of the finger's file
     free: tuple[str, ...]
     fitted: tuple[str, ...]
     tested: tuple[str, ...]
@@ -80,7 +80,7 @@ ARM, TRIALS = "two_segment_arm", tuple(f"trial_{i}" for i in range(1, 6))
 _SUFFIXES = {BEAM.description: ".csv", SEGMENT.description: ".csv", ARM: ".txt"}
 
 Recordings = dict[str, HardwareRecording]
-Report = Callable[[str, float], None]  # which experiment, and the root mean square that its fit has reached
+Report = Callable[[str, float], None]  # which experiment, and the root mean square error of its fit
 
 
 def published_recordings(data: Path | None) -> dict[str, Recordings]:
@@ -103,7 +103,7 @@ def published_recordings(data: Path | None) -> dict[str, Recordings]:
 def identify_published(
     experiment: Experiment, recordings: Recordings, executor: Executor, report: Report
 ) -> Identified:
-    """Fits a finger to the recordings of an experiment that are for that, and tests it on the others."""
+    """Fits a finger to the fitting recordings of an experiment, and tests it on the others."""
     fitted, tested = (
         [measured_motion(recordings[name]) for name in names] for names in (experiment.fitted, experiment.tested)
     )
@@ -119,7 +119,7 @@ def identify_published(
 
 
 def replay_published(recordings: Sequence[HardwareRecording]) -> ArmReplay:
-    """Every trial of the arm by every estimator, fitted to the other trials."""
+    """Every trial of the arm with every estimator, fitted to the other trials."""
     arms, config, gravity = [arm_recording(one) for one in recordings], recordings[0].config, recordings[0].gravity
     assert config.finger is not None
     assert gravity is not None
@@ -132,7 +132,7 @@ def _find(description: str, name: str, data: Path | None) -> HardwareRecording:
     return find_recordings([file], description, data)[0]
 
 
-_PUBLISHED_MODULUS = 263.8e3  # Pa, that the authors of the beam's recordings fitted by finite elements
+_PUBLISHED_MODULUS = 263.8e3  # Pa, fitted with finite elements by the authors of the beam's recordings
 
 
 def hardware_claims(beam: Identified, segment: Identified, arm: Sequence[ReplayRow]) -> list[Claim]:
@@ -213,7 +213,7 @@ _TURNS = (1, 2, 5, 10, 20, 50, 100)  # degrees
 
 
 def hardware_figure(beam: Identified, segment: Identified, arm: ArmReplay) -> Figure:
-    """Three panels: displacement of the beam's tip, turn of the segment's, place of the arm's."""
+    """Three panels: displacement of the beam's tip, turn of the segment's, position of the arm's."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(12.5, 3.9), layout="constrained")
         panels = figure.subplots(1, 3)
@@ -260,7 +260,7 @@ def _draw(
     value: Callable[[Planar, MeasuredMotion], Array],
     label: tuple[float, str],
 ) -> None:
-    """A value of one recording since its event, measured and simulated, with a label that stands at a time."""
+    """A value of one recording since its event, measured and simulated, with a label at a given time."""
     time, (at, text) = motion.time - motion.events[0], label
     labelled = axes.get_legend_handles_labels()[1]
     measured, simulated = (
@@ -274,7 +274,7 @@ def _draw(
 
 
 def _draw_arm(axes: Axes, arm: ArmReplay) -> None:
-    """Where the tip is across the arm."""
+    """The position of the tip across the arm."""
     signals = next(one.signals for one in arm.replayed if one.name == _TRIAL)
     tip = 1e3 * signals["measured_bodies"][1:, -1, 0]
     axes.plot(tip["time"], tip, **MEASURED)

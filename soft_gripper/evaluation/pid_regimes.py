@@ -17,7 +17,7 @@ from soft_gripper.runs.scores.steps import StepRow, step_figure, step_table
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 
-REGIMES = {"under-damped": 3.0, "well damped (shipped)": 1.0, "over-damped": 0.3}  # parts of the shipped integral gain
+REGIMES = {"under-damped": 3.0, "well damped (shipped)": 1.0, "over-damped": 0.3}  # of the shipped integral gain
 
 
 @dataclass(frozen=True)

@@ -34,20 +34,20 @@ from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
 SHAPES = {shape: f"package://soft_gripper/objects/{shape}.obj" for shape in ("sphere", "cylinder", "box", "irregular")}
-SCALES = {"irregular": 0.7}  # of the meshes that are not about as wide as the others
+SCALES = {"irregular": 0.7}  # of the meshes whose width differs from that of the others
 SECTIONS = (2, 4)
 SETS = ("train", "test")
-SENSORS = 1  # tells the random numbers of the sensors from those of the object
+SENSORS = 1  # separates the random numbers of the sensors from those of the object
 OFFSET = 3.0  # mm, from the middle between the fingers, along x and along y
 YAW = 20.0  # degrees
 MASS = (20.0, 60.0)  # g
 FRICTION = (0.5, 0.9)
-SIZE = 15  # percent of the mesh's, in whole ones, so that few scaled meshes fill the cache
+SIZE = 15  # percent of the mesh's size, rounded, so that few scaled meshes fill the cache
 
 
 @dataclass(frozen=True)
 class Probe:
-    """What is estimated at the end of every step of pressure, for one number of sections."""
+    """Estimates at the end of every pressure step, for one number of sections."""
 
     angles: Array  # rad, (L, F, N)
     torques: Array  # N m, (L, F, N)
@@ -66,7 +66,7 @@ class Grasp:
 
 
 def draw(seed: int, set: str, number: int, shape: str) -> RandomObject:
-    """What is random about a grasp, whatever others there are; every part of it evenly distributed."""
+    """The random parameters of a grasp, uniformly distributed and independent of other grasps."""
     rng = np.random.default_rng([seed, SETS.index(set), number, *shape.encode()])
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (OFFSET, OFFSET, YAW)
     size = 1 + rng.integers(-SIZE, SIZE, endpoint=True) / 100
@@ -88,7 +88,7 @@ def run_grasp(file: str, seed: int, set: str, number: int, shape: str) -> Grasp:
 
 
 def probe(station: Station, recording: Recording, sections: int, rng: np.random.Generator) -> Probe:
-    """What is estimated at the end of every step with so many sections, from one recording.
+    """Estimates at the end of every pressure step with so many sections, from one recording.
 
     Sensors have the errors of the scenario, drawn from `rng` for every finger.
     """
@@ -105,7 +105,7 @@ def probe(station: Station, recording: Recording, sections: int, rng: np.random.
 
 
 def with_errors(again: ReadAgain, errors: StrainErrors, rng: np.random.Generator) -> ReadAgain:
-    """The same finger read by sensors with errors. A recording has its first sample twice, and so have the readings."""
+    """The same finger read by sensors with errors. The first sample of a recording occurs twice, as do its readings."""
     response = again.layout.response
     disturbed = disturb(errors, response.ratio(again.readings[1:]), again.period, rng)
     readings = response.reading(disturbed)
@@ -113,10 +113,10 @@ def with_errors(again: ReadAgain, errors: StrainErrors, rng: np.random.Generator
 
 
 def with_object(scenario: Scenario, shape: str, drawn: RandomObject) -> Scenario:
-    """The scenario with another object, that stands where and as high as its own.
+    """The scenario with another object, in the place of its own and at the same height.
 
     Raises:
-        InputError: unless one model, and no more, is free.
+        InputError: unless exactly one model is free.
     """
     found = deepcopy(scenario)
     model = free_model(found)
@@ -142,7 +142,7 @@ def lowest(file: str, rotation: RotationMatrix) -> float:
     """Height of the lowest point of a mesh file, turned, over its frame, in its unit.
 
     Raises:
-        InputError: if it is no mesh file.
+        InputError: if it is not a mesh file.
     """
     vertices = read_scene(model_path(file)).convex_hull.vertices
     return float(np.min(vertices @ rotation.matrix()[2]))
@@ -159,7 +159,7 @@ class GraspNumber:
 
 @dataclass(frozen=True)
 class GraspRow(RandomObject, GraspNumber):
-    """A grasp: what was drawn for it, and the shape recognized with two and with four sections."""
+    """A grasp: its random parameters, and the shape recognized with two and with four sections."""
 
     recognized_2: str
     recognized_4: str
@@ -179,7 +179,7 @@ def check_scenario_for_recognition(file: str) -> None:
     """Checks a scenario before any work is done.
 
     Raises:
-        InputError: if it cannot be built, its object not be exchanged, or its estimates not be made again.
+        InputError: if it cannot be built, its object cannot be replaced, or its estimates cannot be repeated.
     """
     scenario = load_scenario(file)
     for part, known in (("sensor", "strain"), ("estimator", "arcs")):
@@ -209,7 +209,7 @@ def run_grasps(
 
     Args:
         file: name or path of a scenario.
-        numbers: how many of every shape, by SETS.
+        numbers: how many of every shape, for each of SETS.
         executor: runs the simulations.
         report: called after every grasp.
     """
@@ -225,7 +225,7 @@ def run_grasps(
 
 
 def train(file: str, grasps: Sequence[Grasp], sections: int) -> ObjectClassifier:
-    """The model that the training grasps lead to with so many sections; raises as `train_object_classifier`."""
+    """The model trained on the training grasps with so many sections; raises as `train_object_classifier`."""
     known = [grasp for grasp in grasps if grasp.set == SETS[0] and grasp.probes]
     labels = [grasp.shape for grasp in known]
     if len(set(labels)) < len(SHAPES):

@@ -25,9 +25,9 @@ class ActionConfig:
     # "pressure" of all fingers, Pa; or "opening" of the gripper, m, held by the scenario's control
     grip: str = quantity("pressure", known=("pressure", "opening"))
     range: list[float] = quantity([0.0, 1e5], "Pa or m", span=True)  # at -1 and at 1
-    rest: float = quantity(0.0, "Pa or m")  # commanded as an episode begins, until the first action
+    rest: float = quantity(0.0, "Pa or m")  # commanded at the start of an episode, until the first action
     joints: dict[str, list[float]] = quantity({}, "m or rad", span=True)  # by name: position at -1 and at 1
-    # Time constant with which a joint goes there: a critically damped second order.
+    # Time constant of a joint's motion, critically damped of second order.
     settling: float = quantity(0.1, "s", above=0)
 
     def misfits(self) -> Iterator[Misfit]:
@@ -45,23 +45,23 @@ class ObservedConfig:
 
     signal: str = ""
     entries: list[int] = field(default_factory=list)  # of the signal; none: all
-    scale: float = quantity(1.0, above=0)  # in the unit of the signal, what is observed as 1
+    scale: float = quantity(1.0, above=0)  # the value that is observed as 1, in the unit of the signal
 
 
 @dataclass
 class VariationConfig:
-    """What differs from episode to episode, evenly distributed; None: as in the scenario."""
+    """What varies between episodes, uniformly distributed; None: as in the scenario."""
 
-    offset: float = quantity(0.0, "m", least=0)  # of where the object begins, along x, either way
+    offset: float = quantity(0.0, "m", least=0)  # of the object's start along x, in both directions
     mass: list[float] | None = quantity(None, "kg", above=0, span=True)  # of the object
     friction: list[float] | None = quantity(None, above=0, span=True)  # Coulomb, of the object
     size: list[float] | None = quantity(None, above=0, span=True)  # factor of all lengths of the object
-    # Of the object at a point of contact; evenly distributed in its logarithm.
+    # Of the object at a point of contact; log-uniformly distributed.
     stiffness: list[float] | None = quantity(None, "N/m", above=0, span=True)
-    gripper: str = ""  # name of the model whose fingers differ
-    # Share of the fingers', either way, which their estimators do not know.
+    gripper: str = ""  # name of the model whose fingers vary
+    # Share of the fingers' modulus, up and down, unknown to their estimators.
     youngs_modulus: float = quantity(0.0, least=0, below=1)
-    grippers: int = quantity(1, least=1)  # that are built, with moduli evenly spaced; an episode takes one of them
+    grippers: int = quantity(1, least=1)  # built, with evenly spaced moduli; an episode uses one of them
 
 
 @dataclass
@@ -70,7 +70,7 @@ class ReachConfig:
 
     pressure: list[float] = quantity([0.0, 1e5], "Pa", span=True)  # between which it swings
     period: list[float] = quantity([2.0, 5.0], "s", above=0, span=True)  # of a swing
-    scale: float = quantity(0.01, "m")  # of the error at which a step earns half
+    scale: float = quantity(0.01, "m")  # error at which a step earns half
 
 
 @dataclass
@@ -78,8 +78,8 @@ class GraspConfig:
     """The object must be held up, with little force."""
 
     object: str = ""  # name of the free model
-    height: float = quantity(0.05, "m")  # to which it is to be lifted
-    force_weight: float = quantity(0.2, "1/N")  # what the largest force of a finger costs
+    height: float = quantity(0.05, "m")  # to which it must be lifted
+    force_weight: float = quantity(0.2, "1/N")  # penalty on the largest force of a finger
     crushing_force: float = quantity(5.0, "N", above=0)  # of a finger, that ends an episode
 
 
@@ -90,7 +90,7 @@ class PickPlaceConfig:
     object: str = ""  # name of the free model
     goal: list[float] = quantity([0.0, 0.1], "m", span=True)  # along x in the world, where it is put down
     tolerance: float = quantity(0.01, "m")  # within which it is there
-    force_weight: float = quantity(0.05, "1/N")  # what the largest force of a finger costs
+    force_weight: float = quantity(0.05, "1/N")  # penalty on the largest force of a finger
     crushing_force: float = quantity(5.0, "N", above=0)  # of a finger, that ends an episode
 
 
@@ -111,7 +111,7 @@ class EnvironmentConfig:
 
     @property
     def tasks(self) -> list[str]:
-        """The tasks that are given, of which there must be one."""
+        """The tasks given; there must be exactly one."""
         return [name for name in TASKS if getattr(self, name) is not None]
 
     def misfits(self) -> Iterator[Misfit]:
@@ -143,7 +143,7 @@ def load_environment(name_or_path: str, changes: Mapping[str, Any] | None = None
 
     Args:
         name_or_path: such as "soft_grasp", or "my/environment.yaml".
-        changes: plain data by dotted keys in the place of what the file says, such as {"variation.mass": [0.02, 0.03]};
+        changes: plain data that replaces values of the file, by dotted keys, such as {"variation.mass": [0.02, 0.03]};
             of its scenario by keys that begin with "scenario.".
 
     Raises:
@@ -185,7 +185,7 @@ def _read(path: Path, changes: Mapping[str, Any]) -> EnvironmentConfig:
 
 
 def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:
-    """What of an environment does not go with its scenario; names of signals are checked when it is built."""
+    """Contradictions between an environment and its scenario; names of signals are checked when it is built."""
     period, names = scenario.sensor.period, [model.name for model in scenario.models]
     if config.time_step < period:
         yield "time_step", config.time_step, f"must be at least the sensors' period, {period:g} s"
@@ -201,7 +201,7 @@ def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:
 
 
 def _finger_changes(variation: VariationConfig, scenario: Scenario) -> Iterator[FingerChanges]:
-    """What the scenario changes of the fingers that differ, and their nominal model."""
+    """The scenario's changes of the fingers that vary, and their nominal model."""
     yield scenario.nominal
     for model in scenario.models:
         if model.name == variation.gripper:

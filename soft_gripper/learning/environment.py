@@ -38,10 +38,10 @@ class _Built(NamedTuple):
 
 
 class SoftGripperEnv(DrakeGymEnv):
-    """An agent acts on a station from -1 to 1, and observes what the sensors of the gripper let estimate.
+    """An agent acts on a station from -1 to 1, and observes estimates from the sensors of the gripper.
 
-    Episodes differ in what can be set in the context of a built diagram; of the fingers, whose springs cannot, there
-    are several that are built once. The truth is in the reward and in `info` alone. After `duration` an episode is
+    Episodes vary what can be set in the context of a built diagram; the springs of fingers cannot, so several grippers
+    are built once. The ground truth is in the reward and in `info` only. After `duration` an episode is
     truncated; so is one whose simulation diverges: `info["diverged"]` says why, the observation is that of the step
     before, and the reward 0.
     """
@@ -76,7 +76,7 @@ class SoftGripperEnv(DrakeGymEnv):
         self._resting = resting_action(config.action, home(self._now.station.parts))
         size = diagram.GetOutputPort("observation").size()
         self._observed: Vector = np.zeros(size, np.float32)
-        self.metadata = {}  # of this one alone: DrakeGymEnv writes into it
+        self.metadata = {}  # a copy of its own: DrakeGymEnv writes into it
         super().__init__(
             simulator=self._begin,
             time_step=config.time_step,
@@ -90,7 +90,7 @@ class SoftGripperEnv(DrakeGymEnv):
             hardware=True,  # a reset keeps the context that `_begin` made: it would be initialized twice otherwise
         )
         self.metadata = {"render_modes": [*MODES], "render_fps": round(1 / config.time_step)}
-        self.info_handler = self._info  # one that is given to the constructor is dropped
+        self.info_handler = self._info  # DrakeGymEnv drops one that is given to its constructor
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
         """Begins an episode; there are no `options`."""
@@ -124,7 +124,7 @@ class SoftGripperEnv(DrakeGymEnv):
             warnings.simplefilter("always", UserWarning)
             try:
                 observation, *_, failed, _ = super().step(action)
-            except (RuntimeError, SystemExit) as error:  # the latter is what a condition of Drake's raises
+            except (RuntimeError, SystemExit) as error:  # the latter comes from failed conditions of Drake
                 return first_line(error)
         if failed:
             return str(caught[-1].message)
@@ -148,7 +148,7 @@ class SoftGripperEnv(DrakeGymEnv):
         return _Built(simulator, station, make_task(station, config))
 
     def _begin(self, _: RandomGenerator) -> Simulator:
-        """One of the simulators, ready for an episode, which DrakeGymEnv then initializes."""
+        """A simulator ready for an episode; DrakeGymEnv then initializes it."""
         self._now = self._pool[int(self.np_random.integers(len(self._pool)))]
         simulator, station, task = self._now
         context = simulator.get_mutable_context()
@@ -164,7 +164,7 @@ class SoftGripperEnv(DrakeGymEnv):
         return self._judgement.reward
 
     def _info(self, _: Simulator) -> dict[str, Any]:
-        """What is true as an episode begins: the draw."""
+        """The ground truth at the start of an episode: the draw."""
         return asdict(self._drawn)
 
 

@@ -32,7 +32,7 @@ def scaled_shape(shape: Shape, factor: float) -> Shape:
     """A shape with all its lengths multiplied.
 
     Raises:
-        InputError: if it is none of the primitives that have lengths.
+        InputError: if it is not a primitive that has lengths.
     """
     match shape:
         case Sphere():
@@ -57,7 +57,7 @@ def scale_geometries(
     factor: float,
     seen: bool,
 ) -> None:
-    """Multiplies all lengths of a body about its frame, and if it is `seen` of what is seen of it.
+    """Multiplies all lengths of a body about its frame, and, if `seen`, those of its visual geometry.
 
     `context` is the SceneGraph's.
     """
@@ -77,7 +77,7 @@ def change_contact(
     friction: float | None,
     stiffness: float | None,
 ) -> None:
-    """Gives a body another friction and another stiffness of points of contact, N/m; None: as before.
+    """Changes the friction of a body and its stiffness at points of contact, N/m; None: unchanged.
 
     `context` is the SceneGraph's.
     """
@@ -91,9 +91,9 @@ def change_contact(
 
 
 def set_mass(context: Context, body: RigidBody, mass: float | None, size: float) -> None:
-    """Gives a body another mass, kg, and the inertia that goes with it and a factor of its lengths.
+    """Changes the mass of a body, kg, and its inertia according to mass and a factor of its lengths.
 
-    `context` is the plant's; None: the mass as before.
+    `context` is the plant's; None: the mass is unchanged.
     """
     before = body.CalcSpatialInertiaInBodyFrame(context)
     unit = before.get_unit_inertia()
@@ -107,7 +107,7 @@ _MOST_SEEDS = 2**31
 
 @dataclass(frozen=True)
 class Draw:
-    """How an episode differs from its scenario; None: it does not."""
+    """How an episode differs from its scenario; None: as in the scenario."""
 
     offset: float = 0.0  # m, along x
     mass: float | None = None  # kg
@@ -150,7 +150,7 @@ def apply_draw(station: LearningStation, context: Context, drawn: Draw) -> None:
 
 
 def varied_fingers(scenario: Scenario, config: VariationConfig, number: int) -> Scenario:
-    """The scenario with gripper `number`, from 0, of those that are built; its estimators know nothing of that."""
+    """The scenario with gripper `number`, from 0, of those that are built; its nominal model stays the same."""
     if config.grippers == 1 or config.youngs_modulus == 0.0:
         return scenario
     share = float(np.linspace(-1, 1, config.grippers)[number]) * config.youngs_modulus

@@ -77,14 +77,14 @@ def add_action(
     Args:
         builder: of the diagram.
         config: what an action sets.
-        grips: where the pressures or the opening go in.
-        desired: where the desired state of the arm goes in, if there is one.
-        home: positions in which the joints of the arm begin, by their names, in the order of the arm; those that no
+        grips: inputs for the pressures or the opening.
+        desired: input for the desired state of the arm, if there is one.
+        home: initial positions of the joints of the arm, by name, in the order of the arm; those that no
             action moves stay there.
         period: of the samples at which joints are commanded, s.
 
     Raises:
-        InputError: if a joint is none of the arm.
+        InputError: if a joint does not belong to the arm.
     """
     least, most = action_ranges(config).T
     gain = np.diag((most - least) / 2)
@@ -136,7 +136,7 @@ def _joint_motion(gain: Array, middle: Array, home: Array, time: float, period: 
 
 
 LARGEST = 10.0  # largest observed value
-# What is measured, estimated or commanded; all else is known in simulation only.
+# What is measured, estimated or commanded; everything else is known in simulation only.
 OBSERVABLE = (
     *("strain", "extension_ratio", "sampled_pressure", "theta", "kappa", "arcs", "estimated_joint_angles"),
     *("joint_positions", "tip_pose", "free_bending_angles", "driving_torque", "external_torque", "position_std"),
@@ -146,14 +146,14 @@ OBSERVABLE = (
 
 
 def scaled(values: Array, scales: Array) -> Array:
-    """Values by their scales, (..., n), within what is observed; what is not known is 0."""
+    """Values divided by their scales, (..., n), limited to the observed range; unknown ones are 0."""
     known = np.nan_to_num(values / scales, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
     observed: Array = np.clip(known, -LARGEST, LARGEST)
     return observed
 
 
 class Observation(LeafSystem):
-    """Puts chosen entries of signals into one vector, each by its scale.
+    """Puts chosen entries of signals into one vector, each divided by its scale.
 
     ::
 
@@ -184,7 +184,7 @@ def add_observation(
     """Adds `observation`; returns its output.
 
     Raises:
-        InputError: if a signal is not there, has no such entry, or is not to be known to an agent.
+        InputError: if a signal does not exist, has no such entry, or must not be known to an agent.
     """
     for i, each in enumerate(observed):
         where, name = f"observation[{i}]", each.signal
@@ -205,11 +205,11 @@ def add_observation(
     return block.get_output_port()
 
 
-PERIOD = 0.02  # s: what presses through a finger takes several times as long to rise and fall
+PERIOD = 0.02  # s: forces through a finger take several times as long to rise and fall
 
 
 def normal_forces(results: ContactResults, finger_of: Mapping[int, int], fingers: int) -> Array:
-    """What presses on each finger along the normals of its contacts with all but itself, (fingers) N."""
+    """Force on each finger along the normals of its contacts with other bodies, (fingers) N."""
     forces = np.zeros(fingers)
     for patch in patches(results, finger_of):
         first, second = map(finger_of.get, patch.geometries)
@@ -221,7 +221,7 @@ def normal_forces(results: ContactResults, finger_of: Mapping[int, int], fingers
 
 
 class PeakForce(LeafSystem):
-    """Looks at the contacts every PERIOD.
+    """Samples the contact forces every PERIOD.
 
     ::
 
@@ -231,7 +231,7 @@ class PeakForce(LeafSystem):
     """
 
     def __init__(self, finger_of: Mapping[int, int], fingers: int):
-        """`finger_of` says whose a geometry is, by the value of its GeometryId."""
+        """`finger_of` is the finger of each geometry, by the value of its GeometryId."""
         super().__init__()
         self._finger_of, self._fingers = dict(finger_of), fingers
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
@@ -275,7 +275,7 @@ def resting_tip(finger: Finger, pressure: Array, gravity: complex) -> Array:
 
 
 class TipTarget(LeafSystem):
-    """Where the tip is to be: where it would rest under a pressure that swings as a sine.
+    """Target of the tip: where it would rest under a sinusoidal pressure.
 
     ::
 
@@ -296,7 +296,7 @@ class TipTarget(LeafSystem):
         self.DeclareVectorOutputPort("target", 2, self._calc, followed)
 
     def swing(self, context: Context, mean: float, amplitude: float, period: float, phase: float) -> None:
-        """Sets how it swings in its own context."""
+        """Sets the motion in the context of the block."""
         context.get_mutable_numeric_parameter(self._swing).SetFromVector([mean, amplitude, period, phase])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
@@ -314,7 +314,7 @@ def add_tip_target(builder: DiagramBuilder, finger: PlantFinger, limits: tuple[f
 
 HEIGHT, WIDTH = 360, 480  # pixels of a picture
 _RENDERER = "learning"
-_LIFTED = np.array([0.0, 0.0, 0.1])  # m, by which what moves may rise
+_LIFTED = np.array([0.0, 0.0, 0.1])  # m, by which moving bodies may rise
 
 
 @dataclass(frozen=True)
@@ -325,7 +325,7 @@ class LearningStation:
     parts: StationParts
     forces: PeakForce
     seen: bool  # by a camera or in Meshcat
-    object: RigidBody | None = None  # first body of what is handled
+    object: RigidBody | None = None  # first body of the handled object
     object_height: float = 0.0  # m, of its frame over its lowest point
     target: TipTarget | None = None
     goal: ConstantVectorSource | None = None
@@ -383,7 +383,7 @@ def _add_action(builder: DiagramBuilder, config: EnvironmentConfig, parts: Stati
 
 
 def home(parts: StationParts) -> dict[str, float]:
-    """Positions in which the joints of the arm begin, by their names; none without an arm."""
+    """Initial positions of the joints of the arm, by name; none without an arm."""
     if parts.arm is None:
         return {}
     names = [joint.name() for joint in arm_joints(parts.plant, parts.arm.model)]
@@ -391,7 +391,7 @@ def home(parts: StationParts) -> dict[str, float]:
 
 
 def _height(parts: StationParts, body: RigidBody) -> float:
-    """Of the frame of a body over its lowest point where it begins, m."""
+    """Of the frame of a body over its lowest point at the start, m."""
     plant, context = parts.plant, parts.plant.CreateDefaultContext()
     corners = box_corners(plant, parts.scene_graph, context, [body.model_instance()], Role.kProximity)
     return float(body.EvalPoseInWorld(context).translation()[2] - corners[:, 2].min())
@@ -402,7 +402,7 @@ def _add_camera(builder: DiagramBuilder, station: StationParts) -> OutputPort:
     station.scene_graph.AddRenderer(_RENDERER, make_renderer())
     camera = framing_camera(_seen(station), HEIGHT, WIDTH, DIRECTION)
     color = camera.render_camera(_RENDERER, 1)
-    depth = DepthRenderCamera(color.core(), DepthRange(0.05, 5.0))  # RgbdSensor wants one, which nothing asks for
+    depth = DepthRenderCamera(color.core(), DepthRange(0.05, 5.0))  # RgbdSensor requires one, which is not used
     sensor = RgbdSensor(station.scene_graph.world_frame_id(), camera.X_WC, color, depth)
     builder.AddNamedSystem("camera", sensor)
     builder.Connect(station.scene_graph.get_query_output_port(), sensor.query_object_input_port())
@@ -410,7 +410,7 @@ def _add_camera(builder: DiagramBuilder, station: StationParts) -> OutputPort:
 
 
 def _seen(station: StationParts) -> Array:
-    """Corners of what is to be in the picture, (M, 3) m: fingers and free objects, where they begin and lifted."""
+    """Corners of what the picture must show, (M, 3) m: fingers and free objects, at the start and lifted."""
     plant, context = station.plant, station.plant.CreateDefaultContext()
     models = {finger.model for finger in station.fingers}
     models |= {plant.GetModelInstanceByName(model.name) for model in station.scenario.models if model.free}

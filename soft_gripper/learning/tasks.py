@@ -16,21 +16,21 @@ class Judgement(NamedTuple):
 
     reward: float
     terminated: bool
-    info: dict[str, Any]  # ground truth, which no observation contains
+    info: dict[str, Any]  # ground truth, which observations do not contain
 
 
 class Task(Protocol):
     """A task of a station; contexts are those of the station's whole diagram."""
 
     def begin(self, context: Context, rng: np.random.Generator) -> None:
-        """Draws what is random about the task, and puts it into a context in which an episode begins."""
+        """Draws the random part of the task, and sets it in a context in which an episode begins."""
 
     def judge(self, context: Context) -> Judgement:
         """Scores the state after a step."""
 
 
 class Handled(NamedTuple):
-    """The object of a task and the forces on it, as they are."""
+    """The object of a task and the forces on it."""
 
     place: Array  # (3,) m, of its frame, from where the episode began
     force: Array  # (F,) N, normal, of each finger
@@ -70,7 +70,7 @@ class HandledObject:
         return place
 
 
-_HELD = 0.8  # share of the height from which an object that is touched counts as held up
+_HELD = 0.8  # share of the height above which a touched object counts as held up
 
 
 class Grasp:
@@ -100,7 +100,7 @@ _RESTING = 2e-3  # m, below which an object stands on the table
 class PickPlace:
     """Earns time_step (share of the way - force_weight force) a step, and 1 when the object stands there alone.
 
-    That ends an episode, and so does a crushed object, which earns -1. A way is at least as long as the tolerance.
+    Either that or a crushed object, which earns -1, ends the episode. The way is at least as long as the tolerance.
     """
 
     def __init__(self, station: LearningStation, config: PickPlaceConfig, time_step: float):

@@ -1,8 +1,8 @@
 """Runs, an estimator and its errors -> all placements ranked, and the gain of the best one on held-out runs.
 
-The search for the best placement: all of them where they are few, else by exchange of one border at a time.
+The search for the best placement: exhaustive where there are few, otherwise by exchange of one border at a time.
 
-Up to EXHAUSTIVE placements, none is left out: of 12 segments there are 462 at most. For finer fingers the search begins
+Up to EXHAUSTIVE placements, all are tried: of 12 segments there are 462 at most. For finer fingers the search begins
 at a given placement and goes through the borders in turn; each goes to the best of all places between its neighbours.
 It ends when no border moves: the placement is then the best of all that differ from it in one border, though perhaps
 not of all. (Coordinate exchange, as for designs of experiments: Meyer and Nachtsheim 1995, doi
@@ -60,7 +60,7 @@ def _exchange(score: Objective, segments: int, begin: Placement) -> None:
 
 
 def _moved(placement: Placement, i: int, segments: int) -> list[Placement]:
-    """All that differ from a placement in border i alone, itself among them."""
+    """All placements that differ from one in border i alone, itself included."""
     low, _, high = (0, *placement, segments)[i : i + 3]
     return [(*placement[:i], end, *placement[i + 1 :]) for end in range(low + 1, high)]
 
@@ -78,7 +78,7 @@ class LeftOut:
 def leave_one_out(
     errors: Callable[[Placement], Array], runs: Sequence[str], segments: int, equal: Placement
 ) -> list[LeftOut]:
-    """One for every run; with a single run there are no others to place by, and none.
+    """One for every run; none for a single run, which leaves no others to place by.
 
     `errors` are mean pose errors of a placement in all runs, (R) m.
     """
@@ -102,8 +102,8 @@ def best_placement(
 class ContactErrors:
     """Of random single contacts."""
 
-    force: float  # N, mean; of a missed contact, all of the force across the finger
-    place: float  # m, mean over the contacts that are found
+    force: float  # N, mean; a missed contact counts with its whole force across the finger
+    place: float  # m, mean over the detected contacts
     missed: float  # share of the contacts
 
 
@@ -149,7 +149,7 @@ class PlacedSensors:
 
     @property
     def mean_pose_errors(self) -> Array:
-        """By which they are ranked: every run counts alike, (P) m."""
+        """The ranking criterion: every run counts alike, (P) m."""
         means: Array = self.pose_errors.mean(axis=-1)
         return means
 
@@ -165,9 +165,9 @@ def place_sensors(
 
     Args:
         count: of sections.
-        runs: by which sensors are placed: the fingers of each, all of as many segments, by its name.
-        assumptions: the estimator, and what goes wrong.
-        contacts: single contacts, whose errors are given besides; nothing is chosen by them.
+        runs: by which sensors are placed: the fingers of each run by its name, all with as many segments.
+        assumptions: the estimator, and the errors of sensors and nominal model.
+        contacts: single contacts, whose errors are also reported; they do not affect the choice.
         progress: called after every placement that was tried.
 
     Raises:

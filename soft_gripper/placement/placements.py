@@ -25,7 +25,7 @@ def number_of_placements(segments: int, count: int) -> int:
 
 
 def equal_placement(finger: Finger, count: int) -> Placement:
-    """Sections as equal as whole segments allow; raises an InputError if the finger has not so many segments."""
+    """Sections as equal as whole segments allow; raises an InputError if the finger has too few segments."""
     if not 1 <= count <= finger.segments:
         expected = f"give 1 to {finger.segments}, the number of segments of a finger"
         raise InputError("place-sensors", "count", count, expected)

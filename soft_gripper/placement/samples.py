@@ -1,9 +1,9 @@
 """Fingers at rest with all possible sensors, and the estimates for any placement of these.
 
-The readings of every section that a finger could have, so that each placement only picks its own.
+The readings of every section that a finger could have, of which each placement selects its own.
 
 What a sensor reads depends on where its section begins and ends, not on the others. So all spans of whole segments are
-read, and disturbed, once; placements that share a section share its errors, and differ by what they are, not by luck.
+read, and disturbed, once; placements that share a section share its errors, so that they do not differ by chance.
 
 T samples, N segments, M = N (N + 1) / 2 spans.
 """
@@ -45,7 +45,7 @@ SAMPLES = 2  # of every held step, spread evenly: the finger rests, and only noi
 class HeldFinger:
     """A finger of a run, T samples, of which K are held ones that count."""
 
-    layout: SensorLayout  # as the scenario has it; a placement gives it other sections
+    layout: SensorLayout  # as in the scenario; a placement gives it other sections
     period: float  # s
     q: Array  # (T, N) rad
     held: NDArray[np.int_]  # (K), which of the T samples
@@ -54,7 +54,7 @@ class HeldFinger:
 
 
 def held_fingers(name: str, run: RecordedRun) -> list[HeldFinger]:
-    """The fingers of a run that touch something at any held step; all, if none does.
+    """The fingers of a run that touch something at any held step; all of them if none does.
 
     `name` is that of the scenario or the file.
 
@@ -86,8 +86,8 @@ def _held_finger(name: str, run: RecordedRun, finger: PlantFinger) -> HeldFinger
     return HeldFinger(layout, scenario.sensor.period, q, held, pressure, gravity)
 
 
-SETS = 16  # of sensors that are drawn, where they have errors
-USUAL_STRAIN = 0.05  # at which errors that are a share of the strain are assumed
+SETS = 16  # of sensors to draw if they have errors
+USUAL_STRAIN = 0.05  # strain at which errors relative to the strain are assumed
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Assumptions:
 
     @cached_property
     def uncertainty(self) -> Uncertainty:
-        """What the estimator assumes of these errors: their sizes, no less than by default."""
+        """The sizes of these errors that the estimator assumes, no less than by default."""
         least = Uncertainty()
         bend = max(least.bend_per_pressure, self.nominal_error / 100)
         reading = least.reading if self.errors is None else max(least.reading, reading_std(self.errors))
@@ -131,7 +131,7 @@ class Assumptions:
 
 
 def reading_std(errors: StrainErrors) -> float:
-    """About by how much extension ratios are read wrong: all errors together, at a usual strain, after a minute."""
+    """Approximate error of the extension ratios: all errors together, at a usual strain, after a minute."""
     absolute = errors.noise, errors.offset, errors.drift, errors.low_frequency_noise
     relative = errors.gain_error, errors.hysteresis, errors.creep
     return math.hypot(*absolute, *(USUAL_STRAIN * share for share in relative))
@@ -176,7 +176,7 @@ def _spans(segments: int) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
 
 
 def _span_numbers(segments: int) -> NDArray[np.int_]:
-    """Which span begins and ends where, (N + 1, N + 1)."""
+    """The number of the span between two segment ends, (N + 1, N + 1)."""
     numbers = np.zeros((segments + 1, segments + 1), dtype=int)
     begin, end = _spans(segments)
     numbers[begin, end] = np.arange(len(begin))
@@ -187,7 +187,7 @@ def _span_numbers(segments: int) -> NDArray[np.int_]:
 class Samples:
     """K samples of a finger, read by several sets of sensors."""
 
-    layout: SensorLayout  # of any sections: finger, sides and response are its matter
+    layout: SensorLayout  # of any sections; only finger, sides and response are used
     nominal: list[Finger]  # the nominal finger, one after the other
     driving: list[Array]  # (K, N) N m, of each of these
     ratios: SpanRatios  # (K, sets, paths, M)
@@ -195,7 +195,7 @@ class Samples:
     gravity: Planar  # (K) m/s^2, in the bending plane
 
     def estimates(self, placement: Placement, assumptions: Assumptions) -> Iterator[ShapeEstimate]:
-        """What is estimated from the sensors of a placement, (K, sets, ...), under each of the nominal models."""
+        """Estimates from the sensors of a placement, (K, sets, ...), with each of the nominal models."""
         sections, borders = len(placement) + 1, as_borders(placement, self.layout.finger.segments)
         layout = replace(self.layout, sections=sections, borders=borders)
         readings = layout.response.reading(self.ratios.of(placement))
@@ -208,7 +208,7 @@ class Samples:
 
 
 def read_held(finger: HeldFinger, assumptions: Assumptions, number: int) -> Samples:
-    """The held samples of a finger; those between have passed through its sensors too.
+    """The held samples of a finger; its sensors have also seen those between.
 
     `number` of the finger among all: each has random numbers of its own.
     """
@@ -221,7 +221,7 @@ def read_held(finger: HeldFinger, assumptions: Assumptions, number: int) -> Samp
 
 
 def _driving(nominal: Finger, finger: HeldFinger) -> Array:
-    """At the held samples, (K, N) N m; what a finger that creeps remembers is how it was bent."""
+    """At the held samples, (K, N) N m; creep depends on how the finger was bent before."""
     return driving_torques(nominal, finger.q, finger.pressure, finger.period)[finger.held]
 
 

@@ -48,7 +48,7 @@ class RunRow:
 
 @dataclass(frozen=True)
 class LeftOutRow:
-    """A run, with equal sections and with a placement that was found without it."""
+    """A run, with equal sections and with the placement found without it."""
 
     run: str
     borders: str
@@ -93,7 +93,7 @@ def left_out_rows(placed: PlacedSensors) -> list[LeftOutRow]:
 
 
 def describe(placement: Placement, finger: Finger) -> str:
-    """Borders as shares of the length, in words of a table."""
+    """Borders as shares of the length, as text for tables."""
     return " ".join(f"{border:.4g}" for border in as_borders(placement, finger.segments)) or "none"
 
 
@@ -152,7 +152,7 @@ _WHERE = "place-sensors"
 
 
 def check_runs(count: int, runs: Mapping[str, Station | RecordedRun], others: Sequence[Finger] = ()) -> None:
-    """Checks what sensors are to be placed by, before it is simulated or read.
+    """Checks the runs by which sensors are placed, before they are simulated or read.
 
     Raises:
         InputError: unless all runs, by name, have pressure steps, and all their fingers and `others` have equally many
@@ -177,7 +177,7 @@ def _check_has_held_steps(name: str, scenario: Scenario) -> None:
 
 
 def check_contacts(contacts: Contacts, assumptions: Assumptions) -> None:
-    """Raises an InputError if the estimator estimates no contact."""
+    """Raises an InputError unless the estimator estimates contacts."""
     layout = SensorLayout(contacts.finger, 1)
     estimate = estimator_function(assumptions.estimator, layout, assumptions.uncertainty)
     if estimate(np.zeros(layout.readings), np.zeros(contacts.finger.segments), 0j).contact is None:

@@ -15,7 +15,7 @@ from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
 from soft_gripper.scenario.schema import PressureConfig
 
-Keys = tuple[str, str]  # JavaScript's codes of the keys that make it less, and more
+Keys = tuple[str, str]  # JavaScript's codes of the keys that decrease and increase it
 ALL_KEYS: Keys = ("ArrowDown", "ArrowUp")
 FINGER_KEYS: tuple[Keys, ...] = (("KeyA", "KeyQ"), ("KeyS", "KeyW"), ("KeyD", "KeyE"), ("KeyF", "KeyR"))
 TOOL_KEYS: tuple[Keys, ...] = (("KeyK", "KeyI"), ("KeyL", "KeyJ"), ("KeyU", "KeyO"), ("Comma", "Period"))
@@ -24,8 +24,8 @@ _PRESSURE_STEP = 2.0  # kPa
 _OPENING_STEP = 1.0  # mm
 _TOOL_STEP = 5.0  # mm
 _YAW_STEP = 3.0  # degrees
-_WIDEST = 1.6  # openings of fingers that are straight
-_NEAR = 0.6  # of the distance from the foot of an arm to its tool: how far the tool goes from where it begins
+_WIDEST = 1.6  # of the opening of straight fingers
+_NEAR = 0.6  # how far the tool goes from its start, as a share of the distance from the arm's base to the tool
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Command:
-    """An input port of a station, and the sliders that it follows from."""
+    """An input port of a station, and the sliders that set it."""
 
     port: str
     sliders: tuple[Slider, ...]
@@ -50,7 +50,7 @@ class Command:
 
 
 def commands_of(station: StationParts) -> list[Command]:
-    """The commands that a station of an `open_scenario` takes, in the order in which they are shown."""
+    """The commands of a station of an `open_scenario`, in the order in which they are shown."""
     if "grip.set_point" in station.inputs:
         straight = find_gripper(station.fingers, "play").opening(
             np.array([[0.0, 0.0, finger.finger.length] for finger in station.fingers])
@@ -69,7 +69,7 @@ def _pressure_commands(fingers: Sequence[str], supply: PressureConfig) -> Iterat
 
 
 def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
-    """A slider over the pressures of the supply that begins at none, or as near to that as the supply comes."""
+    """A slider over the pressures of the supply that begins at 0, or at the nearest pressure that the supply has."""
     low, high = supply.minimum / 1e3, supply.maximum / 1e3
     return Slider(name, low, high, _PRESSURE_STEP, min(max(0.0, low), high), keys)
 
@@ -81,7 +81,7 @@ def _opening_command(straight: float) -> Command:
 
 
 def _tool_command(arm: Arm) -> Command:
-    """x, y, z of the tool in the world, and its turn about the vertical from where it begins."""
+    """x, y, z of the tool in the world, and its turn about the vertical from its start."""
     context = arm.plant.CreateDefaultContext()
     arm.plant.SetPositions(context, arm.home)
     X_WTool = arm.tool.CalcPoseInWorld(context)
@@ -126,7 +126,7 @@ BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.RECORD: "KeyC"
 class ControlPanel:
     """The positions of the sliders, and the clicked buttons.
 
-    With the pressures of several fingers there is a slider that moves all of them.
+    If several fingers have pressure sliders, one more slider moves all of them.
     """
 
     def __init__(self, station: Station):
@@ -142,7 +142,7 @@ class ControlPanel:
         self.reset()
 
     def take(self, message: object) -> bool:
-        """Takes `{"slider": NAME, "value": NUMBER}` or `{"button": NAME}`; whether it was one, of what there is here.
+        """Takes `{"slider": NAME, "value": NUMBER}` or `{"button": NAME}`; whether it was valid.
 
         A value that is not a finite number within the range of its slider is rejected, as is anything else.
         """

@@ -1,13 +1,13 @@
 """One server for all browser content: a page, the WebSocket of its plots and commands, the scene of a Meshcat.
 
 Opening a page requires the token in its address, which is printed for the user only. A page from elsewhere can
-connect to any port of this machine, but does not know the token; it is refused by its Origin as well, and by the Host
+connect to any port of this machine, but does not know the token; it is also refused by its Origin, and by the Host
 name that it has made this machine answer to (DNS rebinding).
 
 The scene is Meshcat's own page, and what Meshcat sends to it. Meshcat itself is hidden (`hidden_meshcat`), has no
 sliders and no buttons, and receives nothing that a browser sends: so a client of the scene cannot command anything.
 
-All of it runs in one thread of asyncio, which waits for no client. A client whose request is not complete in
+All of it runs in one asyncio thread, which waits for no client. A client whose request is not complete in
 time, or that does not answer pings, is disconnected; messages that a browser is too slow to receive are dropped.
 """
 
@@ -47,10 +47,10 @@ from soft_gripper.signals import signal_of
 PORTS = range(7100, 7200)  # after those of Meshcat
 MOST_CONNECTIONS = 150
 MOST_MESSAGES = 300  # per connection and second
-REQUEST_TIME = 3.0  # s until a whole request must be there
+REQUEST_TIME = 3.0  # s until a whole request must have arrived
 _ANSWER_TIME = 60.0  # s until it must have been answered, and read
 _PING_TIME = 10.0  # s between pings, each of which must be answered within 20 s
-_STALLED_TIME = 60.0  # s that a browser may take nothing of a scene
+_STALLED_TIME = 60.0  # s for which a browser may accept no data of a scene
 _END_TIME = 0.3  # s that connections have to close at the end
 _MOST_BYTES = 4096  # of an incoming message
 _MOST_WAITING = 2**20  # maximum backlog of a browser, bytes
@@ -66,7 +66,7 @@ _FILES = {
 _LIVE, _SCENE = "live", "scene/"
 _AUTHORITY = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
 _OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and the files that belong to it
-# What opens a WebSocket of Meshcat, and what keeps it open: uWebSockets ends one that says nothing for two minutes.
+# What opens a WebSocket of Meshcat, and what keeps it open: uWebSockets closes one that is silent for two minutes.
 _GREETING = (
     b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
     b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
@@ -80,7 +80,7 @@ _HEADERS = {
 _REFUSED = "This address is not, or no longer, in use: open the one that soft-gripper has printed.\n"
 _QUIET = logging.Logger("page")  # the terminal is the user's
 _QUIET.addHandler(logging.NullHandler())
-Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, which Meshcat does not always give, and the body
+Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, which Meshcat does not always state, and the body
 
 
 class LivePage:
@@ -109,10 +109,10 @@ def page_server(host: str, scene: Callable[[], str], live: LivePage | None = Non
     """Serves at the first port that is free until the block ends; then no thread and no connection is left.
 
     Args:
-        host: address to listen at; "" is all of this machine's.
-        scene: gives the address of the Meshcat that is shown; a browser that has lost it asks again. (Drake ends the
-            process where another thread than the first asks a Meshcat for it.)
-        live: what stands around the scene; without, the scene is all there is.
+        host: address to listen at; "" means all addresses of this machine.
+        scene: returns the address of the Meshcat that is shown; a browser that has lost it asks again. (Drake ends the
+            process if a thread other than the first asks a Meshcat for it.)
+        live: what surrounds the scene; None: the page is the scene alone.
 
     Yields:
         The address to open.
@@ -145,7 +145,7 @@ def _listen(host: str) -> socket.socket:
 
 
 def _shown(host: str) -> str:
-    """What the address of the page calls it: a name that leads to it from wherever it can be opened."""
+    """The host in the address of the page: a name that works wherever the page can be opened."""
     if host == LOOPBACK:
         return "localhost"
     if host in ("", "0.0.0.0", "::"):
@@ -227,7 +227,7 @@ class _PageServer:
         return await self._file(path)
 
     def _is_ours(self, authority: str) -> bool:
-        """Whether a Host is an address, which nobody can make lead elsewhere, or a name of this machine."""
+        """Whether a Host is an IP address, which nobody can redirect, or a name of this machine."""
         found = _AUTHORITY.fullmatch(authority)
         if found is None:
             return False
@@ -287,7 +287,7 @@ class _PageServer:
             broadcast([connection], message)
 
     async def _show(self, connection: ServerConnection) -> None:
-        """Hands on what Meshcat says, and nothing to it, until either of them has gone."""
+        """Passes on what Meshcat sends, and sends nothing to it, until either of them has gone."""
         address = urlsplit(self._scene())
         reader, writer = await asyncio.open_connection(address.hostname, address.port)
         try:
@@ -303,7 +303,7 @@ class _PageServer:
 
 
 class _Connection(ServerConnection):
-    """One of a bounded number, which is cut off unless its request comes in time."""
+    """One of a limited number, which is closed unless its request arrives in time."""
 
     def __init__(self, others: "set[_Connection]", *arguments: Any, **options: Any):
         super().__init__(*arguments, **options)
@@ -317,7 +317,7 @@ class _Connection(ServerConnection):
         self.loop.call_later(REQUEST_TIME, self._require_request)
 
     def start_keepalive(self) -> None:
-        """Pings, but not in between the frames of a scene."""
+        """Sends pings, but not between the frames of a scene."""
         if self.request is not None and self.request.path.endswith(_LIVE):
             super().start_keepalive()
 
@@ -348,7 +348,7 @@ def _fetched(url: str, path: str) -> Answer:
 
 
 async def _bounded(connection: ServerConnection) -> AsyncIterator[str | bytes]:
-    """What it says; the connection ends where that comes too fast."""
+    """Its messages; the connection ends if they arrive too fast."""
     began, number = time.monotonic(), 0
     async for message in connection:
         if time.monotonic() - began > 1.0:
@@ -397,7 +397,7 @@ def page_contents(name: str, session: Session) -> dict[str, Any]:
 
 
 def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
-    """The plots that can be chosen, by what they show; signals of the fingers share one.
+    """The plots that can be chosen, by title; signals of the fingers share one.
 
     Returns:
         `unit`, `scale` from the port's unit to it, and `signals`, the labels of their entries by their names.

@@ -32,13 +32,13 @@ class Recorder:
     """Writes recordings of a station into folders 1, 2, 3 ... of `folder`.
 
     Each holds `recording.nc`, every signal; `animation.html`, what Meshcat has shown; and `scenario.yaml`. Logs are
-    kept only while something is recorded, so that playing for hours takes no more memory than playing for a minute.
+    kept only during a recording, so that playing for hours takes no more memory than playing for a minute.
     """
 
     def __init__(self, station: Station, meshcat: Meshcat, folder: Path):
         self._station, self._meshcat, self._folder = station, meshcat, folder
         self.is_recording = False
-        # Imports what writes a recording; xarray leaves most of that, half a second, until it is used.
+        # Imports what writes a recording now; xarray defers most of that, half a second, until it is used.
         xr.Dataset({"time": [0.0]}).to_netcdf()
 
     def begin(self, simulator: Simulator) -> None:
@@ -80,17 +80,17 @@ class Recorder:
     def _write_animation(self, file: Path) -> None:
         self._meshcat.PublishRecording()
         write_animation(self._meshcat, file)
-        self._meshcat.SetAnimation(MeshcatAnimation())  # browsers go on showing what happens now
+        self._meshcat.SetAnimation(MeshcatAnimation())  # browsers continue to show the simulation
 
 
-PATIENCE = 0.5  # s by which the simulation may be late and catch up; more is given up
+PATIENCE = 0.5  # s by which the simulation may be late and catch up; a longer delay is kept
 WINDOW = 2.0  # s of real time over which the factor is measured
 
 
 class Pacer:
-    """Waits until real time has come as far as simulated time.
+    """Waits until real time has reached simulated time.
 
-    A slower simulation does not wait, and does not run faster later to catch up by more than PATIENCE.
+    A slower simulation does not wait, and later catches up by PATIENCE at most.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep):
@@ -99,12 +99,12 @@ class Pacer:
         self.restart(0.0)
 
     def restart(self, simulated: float) -> None:
-        """Begins at a simulated time, s: at first, and after whatever has made time stand still."""
+        """Begins at a simulated time, s: at the start, and after every pause."""
         self._ahead = self._clock() - simulated
         self._past = deque([(self._clock(), simulated)])
 
     def keep(self, simulated: float) -> None:
-        """Waits until real time has come as far as `simulated`, s."""
+        """Waits until real time has reached `simulated`, s."""
         early = simulated + self._ahead - self._clock()
         if early > 0:
             self._sleep(early)
@@ -125,10 +125,10 @@ Listener = Callable[[str], None]  # takes a message, JSON, and does not wait
 
 
 class SignalFeed:
-    """Hands messages to every listener, each with the signals that it has asked for."""
+    """Passes messages to every listener, each with the signals that it requested."""
 
     def __init__(self, known: Iterable[str]) -> None:
-        """`known` are the names of the signals that can be asked for."""
+        """`known` are the names of the signals that can be requested."""
         self.known = frozenset(known)
         self._listeners: dict[Listener, frozenset[str]] = {}
         self._lock = Lock()
@@ -136,7 +136,7 @@ class SignalFeed:
     def listen(self, listener: Listener, signals: Collection[str] = ()) -> None:
         """From now on `listener` takes every message, with these signals.
 
-        Each has `status` as it was sent, and `values` of the signals that are asked for; what is not a finite number
+        Each has `status` as it was sent, and `values` of the signals requested; what is not a finite number
         is null.
         """
         with self._lock:
@@ -168,12 +168,12 @@ _MOST_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
 
 
 def open_scenario(scenario: Scenario, grip: str | None = None) -> Scenario:
-    """The same scene without its task, its set points and its steps of pressure.
+    """The same scene without task, set points and pressure steps.
 
     Args:
-        scenario: of which models, sensors, estimators, controllers and solver stay.
+        scenario: its models, sensors, estimators, controllers and solver are kept.
         grip: what commands the fingers: the "pressure" of each, or the "opening", held in closed loop; None: the
-            opening where the scenario closes that loop.
+            opening if the scenario closes that loop.
     """
     closes_loop = scenario.control.set_points is not None or (scenario.task is not None and scenario.task.grips)
     chosen = grip or ("opening" if closes_loop or "opening" in scenario.external else "pressure")
@@ -183,10 +183,11 @@ def open_scenario(scenario: Scenario, grip: str | None = None) -> Scenario:
 
 @contextmanager
 def held_back() -> Iterator[Callable[[], bool]]:
-    """Holds Ctrl-C, SIGTERM and SIGHUP back within the block; what it yields says whether one has come.
+    """Holds Ctrl-C, SIGTERM and SIGHUP back within the block; yields a function that returns whether one has arrived.
 
-    An exception out of the middle of a frame would leave logs of unequal lengths, and no recording; one while a
-    recording is being written, none either. A signal that the process ignores, as SIGHUP below nohup, stays ignored.
+    An exception in the middle of a frame would leave logs of unequal lengths, and so no recording; nor would there be
+    one after an exception while it is being written. A signal that the process ignores, such as SIGHUP
+    under nohup, stays ignored.
     """
     came: list[int] = []
     handlers = {number: handler for number in _ENDS if callable(handler := signal.getsignal(number))}
@@ -202,8 +203,7 @@ def held_back() -> Iterator[Callable[[], bool]]:
 class Session:
     """Runs a station frame by frame: sliders -> station -> Meshcat and plots.
 
-    A recording that is under way as the session ends, however it does, is written. Where Meshcat fails, the station
-    goes on in a new one.
+    A recording in progress is written however the session ends. If Meshcat fails, the station continues in a new one.
     """
 
     def __init__(self, make: Callable[[Meshcat], Station], folder: Path):
@@ -250,7 +250,7 @@ class Session:
         self._recorder = Recorder(self.station, self.meshcat, self._folder)
 
     def _show_again(self) -> None:
-        """A new Meshcat, and a new station that goes on from the state of the one before."""
+        """A new Meshcat, and a new station that continues from the state of the previous one."""
         self._keep_recording()
         self._failed += 1
         if self._failed == _MOST_VIEWS:
@@ -326,7 +326,7 @@ class Session:
 
 
 def _set_state(context: Context, of: Context) -> None:
-    """Takes over the time and the state of another station; the parameters name the geometry of their own."""
+    """Copies the time and the state of another station; not the parameters, which contain the ids of its geometry."""
     context.SetTime(of.get_time())
     context.get_mutable_continuous_state().SetFrom(of.get_continuous_state())
     context.get_mutable_discrete_state().SetFrom(of.get_discrete_state())

@@ -48,9 +48,9 @@ FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
 PEG_LENGTH, MESH_EDGE = 0.06, 0.001  # m
 PEG_FRICTION = 0.3  # Coulomb, of the peg's surface unless another is requested
-MOST_FRICTION = 100.0  # Coulomb; beyond, nothing slides
+MOST_FRICTION = 100.0  # Coulomb; with more, nothing slides
 PERIOD = 0.01  # s, of the plant
-PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s, s, rad/s: how long it is waited, at most, and for what
+PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s between checks, longest wait, s, and rate at rest, rad/s
 
 
 @cache
@@ -143,7 +143,7 @@ class ContactBench:
 
 
 def _add_peg(plant: MultibodyPlant, radius: float, friction: float) -> RigidBody:
-    """A peg along y, of no account for its mass."""
+    """A peg along y, with a mass that has no effect."""
     inertia = SpatialInertia(1.0, [0, 0, 0], UnitInertia.SolidSphere(radius))
     peg = plant.AddRigidBody("peg", plant.AddModelInstance("peg"), inertia)
     properties = ProximityProperties()
@@ -174,14 +174,14 @@ def peg_center(finger: Finger, q: Array, s: float, side: str, radius: float) -> 
     return complex(chain.at(np.array([s]), float(face) + SIDES[side] * radius).points[0])
 
 
-RADIUS = (3, 12)  # mm, in whole ones, so that a bench serves many contacts
+RADIUS = (3, 12)  # mm, rounded, so that a bench serves many contacts
 PLACE = (0.4, 1.0)  # of the finger's length
-# kPa, pressure at which the finger would just touch the peg, and which then changes to the other.
+# kPa, the range of pressures at which the finger would just touch the peg.
 TOUCHING = {"inner": (0.0, 120.0), "outer": (-30.0, 120.0)}
-PRESSING = {"inner": 150.0, "outer": -50.0}  # the furthest that it goes from there
+PRESSING = {"inner": 150.0, "outer": -50.0}  # kPa, the furthest pressure that follows
 LEAST_FORCE = 0.05  # N
 MOST_LINKS = 3
-EDGE = 1.003  # times what friction alone makes of the normal force: a total above is no force on a face
+EDGE = 1.003  # times the largest total force for the normal force and friction; a larger one is not on a face
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ class RandomContact:
 
     side: str  # of the finger, "inner" or "outer"
     radius_mm: float  # of the peg
-    place_mm: float  # arc length at which it is put to the finger
+    place_mm: float  # arc length at which it is placed against the finger
     touching_kpa: float  # pressure at which the finger would just touch it
     pressure_kpa: float
     orientation: tuple[float, float, float, float]  # of the finger's base, a unit quaternion w, x, y, z
@@ -213,12 +213,12 @@ class Contact:
     number: int
     drawn: RandomContact
     found: Settled
-    redrawn: tuple[str, ...]  # why what was drawn before was none
+    redrawn: tuple[str, ...]  # why earlier draws were not single contacts
     friction: float  # Coulomb, between the finger and the peg
 
 
 def draw(rng: np.random.Generator, length: float) -> RandomContact:
-    """What is random about a contact of a finger, every part evenly distributed; `length` of the finger, m."""
+    """The random parameters of a contact, uniformly distributed; `length` of the finger, m."""
     side = str(rng.choice(list(SIDES)))
     radius = int(rng.integers(*RADIUS, endpoint=True))
     place = 1e3 * length * rng.uniform(*PLACE)
@@ -230,7 +230,7 @@ def draw(rng: np.random.Generator, length: float) -> RandomContact:
 
 
 def run_contact(seed: int, number: int, friction: float) -> Contact:
-    """Simulates what is drawn until it is a single contact; the same, whatever other contacts there are.
+    """Simulates draws until one is a single contact; the result does not depend on other contacts.
 
     `friction` is the coefficient of the peg's surface, which combines with the finger's.
     """
@@ -248,7 +248,7 @@ def run_contact(seed: int, number: int, friction: float) -> Contact:
 
 @cache
 def bench(radius_mm: float, friction: float) -> ContactBench:
-    """The bench for pegs of a radius and a surface, one in a process: systems written in Python are not freed."""
+    """The bench for pegs of a radius and a surface, one per process: systems written in Python are not freed."""
     return ContactBench(1e-3 * radius_mm, friction)
 
 
@@ -261,7 +261,7 @@ def press(drawn: RandomContact, friction: float) -> Settled:
 
 
 def flaw_of(drawn: RandomContact, found: Settled, friction: float) -> str:
-    """Why it is no single contact that can be measured; empty: it is one. `friction` is that of the contact."""
+    """Why it is not a single contact that can be measured; empty if it is one. `friction` is that of the contact."""
     touching = np.flatnonzero(touches(found.link_force))
     if not len(touching):
         return "lost"
@@ -301,7 +301,7 @@ class Contacts:
 
 
 class _Kind(NamedTuple):
-    """What an array of a file may hold; of numbers that have either sign, and of complex ones, the size counts."""
+    """The valid range of an array of a file; of the absolute value for signed and complex numbers."""
 
     type: type
     least: float = 0.0
@@ -310,7 +310,7 @@ class _Kind(NamedTuple):
     of_joints: bool = False
 
     def can_be(self, values: NDArray[Any]) -> NDArray[np.bool_]:
-        """Which of the values are in the range; NaN and infinite ones are not."""
+        """Which of the values are in the range; NaN and infinity are not."""
         if self.type is str:
             return np.isin(values, list(SIDES))
         sizes = np.abs(values) if self.signed else values
@@ -362,10 +362,10 @@ def save_contacts(contacts: Contacts, path: Path) -> None:
 
 
 def load_contacts(path: Path | str) -> Contacts:
-    """Reads what `save_contacts` wrote; sizes and shapes are looked at before anything is decompressed.
+    """Reads what `save_contacts` wrote; sizes and shapes are checked before anything is decompressed.
 
     Raises:
-        InputError: naming the array, if one is missing, damaged, or holds what no contact of this finger can have.
+        InputError: naming the array, if one is missing, damaged, or has values that are impossible for this finger.
     """
     check_regular(Path(path))
     try:
@@ -374,7 +374,7 @@ def load_contacts(path: Path | str) -> Contacts:
             arrays = {name: _read_array(path, name, archive.read(f"{name}.npy")) for name in _ARRAYS}
     except InputError:
         raise
-    except Exception as error:  # of parsers that do not list what they raise
+    except Exception as error:  # from parsers that do not document what they raise
         expected = f"is damaged, or was not written by `contact-trials`: {shortened(first_line(error), 100)}"
         raise InputError("contacts", "file", str(path), expected) from None
     for name, values in arrays.items():
@@ -384,7 +384,7 @@ def load_contacts(path: Path | str) -> Contacts:
 
 
 def _check_members(path: Path | str, archive: ZipFile) -> None:
-    """Looks at what the directory of the archive announces."""
+    """Checks the directory of the archive."""
     members = archive.infolist()
     found, expected = Counter(member.filename for member in members), Counter(f"{name}.npy" for name in _ARRAYS)
     if found != expected:
@@ -416,8 +416,8 @@ def _read_array(path: Path | str, name: str, content: bytes) -> NDArray[Any]:
     return values
 
 
-# Sections and where they meet, as shares of the length. A force near by bends the first of two sections alone, and
-# one reading does not tell force from place: so the first is made the shorter one, beside the same number equally long.
+# Sections and where they meet, as shares of the length. A force near the base bends only the first of two sections,
+# and one reading cannot separate force from location; so there is a layout whose first section is shorter.
 LAYOUTS: tuple[tuple[int, tuple[float, ...] | None], ...] = ((2, None), (2, (1 / 3,)), (4, None))
 
 

@@ -1,18 +1,18 @@
-"""Force and place of single contacts as an estimator finds them under a condition.
+"""Force and location of single contacts as estimated under a condition.
 
-What sensors read in contacts: a finger bends freely for its calibration, is let go, and is pressed.
+The readings: a finger bends freely for its calibration, is released, and is pressed.
 
-All is held in turn for a fifth of a second, so that sensors with errors read the contact with the
+Each posture is held for a fifth of a second, so that sensors with errors read the contact with the
 history of a finger in use. Free motion needs no simulation: it is the balance of `resting_angles`.
 
-Self-calibration in free motion: one number, how much more a finger bends than nominal.
+Self-calibration in free motion: one number, the bend over that of the nominal model.
 
-Where nothing is touched, pressure and weight alone bend the finger,
+If nothing is touched, only pressure and weight bend the finger,
 
     k q = g p + w(q) .
 
-With wrong k or g the nominal finger bends otherwise than the measured one. Free motion shows the ratio of both and not
-which of them is wrong, so something has to be trusted. Let c be the number that meets the measured bends best:
+With wrong k or g the nominal finger bends differently from the measured one. Free motion shows the ratio of the two,
+but not which of them is wrong, so one has to be trusted. Let c be the number that fits the measured bends best:
 
     the stiffness is trusted:  k q = c g p + w ,    so every pressure counts c times;
     the chamber is trusted:    k / c  q = g p + w ,  so pressure and weight count c times, and a force 1 / c times.
@@ -47,8 +47,8 @@ from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
-_STEPS = 4  # of Newton's method; under a linear law the first is exact
-_NOISE = 1.0  # of the readings, all alike, whatever it is
+_STEPS = 4  # of Newton's method; with a linear law the first is exact
+_NOISE = 1.0  # of the readings, equal for all; its size does not matter
 
 
 class FreeMotion(NamedTuple):
@@ -120,7 +120,7 @@ def ideal_readings(layout: SensorLayout, contacts: Contacts) -> ContactReadings:
 def disturbed_readings(
     layout: SensorLayout, contacts: Contacts, errors: StrainErrors, seeds: int, averaged: int
 ) -> ContactReadings:
-    """By sensors with errors: for every seed other ones, and for every contact.
+    """By sensors with errors, drawn anew for every seed and every contact.
 
     Each reading is the mean of the last `averaged` samples, up to HELD, of a posture.
     """
@@ -151,7 +151,7 @@ def _motion(readings: Array) -> FreeMotion:
 
 
 REALISTIC = "realistic"
-ESTIMATOR = "contact"  # of this project, the one of contact from a sample by itself, without others before it
+ESTIMATOR = "contact"  # ours; `contact` from a single sample, without earlier ones
 CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
     "none": lambda nominal, free: Scale(),
     "trusting stiffness": trusting_stiffness,
@@ -191,7 +191,7 @@ class Condition:
         return NominalConfig(youngs_modulus=self.youngs_modulus)
 
 
-# What gain errors and hysteresis of a hundredth make of strains up to 0.15, and the noise of 0.002, all in all.
+# Gain errors and hysteresis of 1 % at strains up to 0.15, and noise of 0.002, together.
 _SINGLE, _MEAN = 0.0025, 0.0015
 CONDITIONS = (
     Condition(),
@@ -216,7 +216,7 @@ SEEDS = 20  # sets of sensors with errors
 
 @dataclass(frozen=True)
 class ContactEstimate:
-    """What an estimator makes of M contacts, read by E sets of sensors."""
+    """The estimates of one estimator for M contacts, read by E sets of sensors."""
 
     estimator: str
     layout: SensorLayout  # as simulated
@@ -228,7 +228,7 @@ def check_estimator(name: str) -> None:
     """Checks an estimator before any work is done.
 
     Raises:
-        InputError: if there is none of that name, it estimates no contact, or it needs the samples before.
+        InputError: if it does not exist, does not estimate contacts, or needs earlier samples.
     """
     layout = SensorLayout(read_finger(), 1)
     function = estimator_function(name, layout, Uncertainty())
@@ -254,7 +254,7 @@ def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator
 def estimate_contacts(
     estimator: str, layout: SensorLayout, condition: Condition, readings: ContactReadings, contacts: Contacts
 ) -> ContactForce:
-    """What an estimator of contact finds, each (E, M).
+    """Contacts as estimated, each (E, M).
 
     Args:
         estimator: its name, see `check_estimator`.

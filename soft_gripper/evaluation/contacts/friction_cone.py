@@ -3,7 +3,7 @@
     python -m soft_gripper.evaluation.contacts.friction_cone
 
 A finger that is pressed on a peg until it rests mobilises only a part of the friction that the coefficient allows.
-Here contacts follow from statics instead: a force on a face of the finger, and friction along it of any share.
+Here contacts are computed by statics instead: a force on a face of the finger, with any share of the friction.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ _REPETITIONS, _STEP, _BALANCED = 400, 0.3, 1e-9  # rad
 def rubbing_contacts(number: int, friction: float, share: float, seed: int) -> Contacts:
     """Random contacts in balance, with a share of the friction along the face, one way or the other.
 
-    Left out are those that bend the finger by more than MOST_BEND, or that no balance is found of.
+    Those that bend the finger by more than MOST_BEND, or for which no balance is found, are left out.
     """
     rng, finger = np.random.default_rng(seed), read_finger()
     side = rng.choice(list(SIDES), number)
@@ -56,7 +56,7 @@ def rubbing_contacts(number: int, friction: float, share: float, seed: int) -> C
         moved = angle(driven + gravity_torque(finger, q, gravity[:, None]) + torque) - q
         q = q + _STEP * moved
     kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q.sum(axis=-1)) < MOST_BEND)
-    rest = np.zeros(number), np.full(number, friction)  # radius of a peg that there is not, and the coefficient
+    rest = np.zeros(number), np.full(number, friction)  # a peg's radius, which has no meaning here, and the coefficient
     values = q, pressure, gravity, sign * force, force * np.hypot(1, rub), place, torque, side, *rest
     return Contacts(*(value[kept] for value in values))
 
@@ -68,7 +68,7 @@ def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force:
         finger, q: the finger and its joint angles, (M, N) rad.
         place, offset: of the points of contact, (M) m from the base and from the neutral axis, inner side positive.
         force: across the finger, (M) N, positive where it presses on the inner side.
-        rub: friction along the finger, toward its tip, over the size of the force, (M).
+        rub: friction along the finger, toward its tip, divided by the absolute force, (M).
     """
     sites = forward_kinematics(q, finger.segment_length).at(place[:, None], offset[:, None])
     rubbed, pressed = (np.abs(force) * rub)[:, None], force[:, None]
@@ -76,7 +76,7 @@ def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force:
 
 
 def main(number: int = 400, seed: int = 1) -> None:
-    """Prints medians and 90th percentiles: ideal sensors, and a finger that is exactly known."""
+    """Prints medians and 90th percentiles, with ideal sensors and an exact nominal model."""
     friction = combined_friction(PEG_FRICTION)
     widths = 15, 8, 15, 8
     names = "force: median", "90 %", "place: median", "90 %"

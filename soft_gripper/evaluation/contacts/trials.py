@@ -1,4 +1,4 @@
-"""Contact trials: random single contacts, simulated many at a time, and what estimators make of them."""
+"""Contact trials: random single contacts, simulated many at a time, and their estimates."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -42,13 +42,13 @@ from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.study import run_study
 
 BOTH = "both"  # sides
-STATED = 2  # standard deviations, within which 95 % of all errors lie if they are stated rightly
+STATED = 2  # standard deviations, within which 95 % of all errors lie if the stated ones are right
 _PERCENTILES = 50, 90
 
 
 @dataclass(frozen=True)
 class ContactErrorRow:
-    """One estimator in one condition: of the contacts that it finds, the sizes of the errors."""
+    """One estimator in one condition: the errors of the contacts that it detects."""
 
     estimator: str
     sections: int
@@ -84,12 +84,12 @@ class Errors(NamedTuple):
 
     @property
     def found(self) -> NDArray[np.bool_]:
-        """Where a contact is found."""
+        """Where a contact is detected."""
         return np.isfinite(self.force)
 
 
 def contact_errors(found: ContactForce, contacts: Contacts) -> Errors:
-    """The sizes of the errors; an estimate of no force, or of an unknown one, is no contact that is found."""
+    """The absolute errors; an estimate without a force, or with an unknown one, counts as not detected."""
     known = np.isfinite(found.force) & (found.force != 0)
     force = np.where(known, np.abs(found.force - contacts.force), np.nan)
     place = np.where(known, np.abs(found.arc_length - contacts.arc_length), np.nan)
@@ -127,7 +127,7 @@ def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErro
 
 
 def _summary(errors: Errors) -> list[float]:
-    """The numbers of a row, from the share that is found on; NaN where none is."""
+    """The numbers of a row, from the share detected onward; NaN where none is."""
     found = errors.found
     percentiles = [
         np.percentile(error[found], percentile) if found.any() else np.nan
@@ -143,9 +143,9 @@ _LABELS = "force [N]", "place [mm from the base]"
 
 
 def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contacts) -> Figure:
-    """A column for every estimate, by the first of its sets of sensors: above the force, below the place.
+    """A column for every estimate, with the first of its sets of sensors: force above, location below.
 
-    Contacts that are not found are left out; what lies beyond the scales is drawn on their edges.
+    Contacts that are not detected are left out; points beyond the scales are drawn at their edges.
     """
     scales = (
         (np.abs(contacts.force), (0.0, 1.05 * float(np.abs(contacts.force).max()))),
@@ -155,7 +155,7 @@ def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contac
         figure = Figure(figsize=(3 * len(estimates), 6), layout="constrained")
         panels = figure.subplots(2, len(estimates), sharex="row", sharey="row", squeeze=False)
         for column, estimate in zip(panels.T, estimates, strict=True):
-            # A force on the wrong side counts as below none.
+            # A force on the wrong side counts as negative.
             signed = estimate.contact.force[0] * np.sign(contacts.force)
             found = signed, 1e3 * estimate.contact.arc_length[0]
             for axes, estimated, (true, limits) in zip(column, found, scales, strict=True):
@@ -190,7 +190,7 @@ def _draw(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> None
 
 
 def _medians(estimate: ContactEstimate, contacts: Contacts) -> tuple[str, str]:
-    """The medians of the errors of force and place, as they are written."""
+    """The medians of the errors of force and location, as text."""
     errors = contact_errors(estimate.contact, contacts)
     return f"{100 * np.nanmedian(errors.force):.2g} %", f"{100 * np.nanmedian(errors.place):.2g} % of the length"
 
@@ -210,19 +210,19 @@ TABLE, ARRAYS = "contacts.csv", "contacts.npz"
 
 @dataclass(frozen=True)
 class ContactRow:
-    """What was drawn for a contact, and what is true about it."""
+    """The draw for a contact, and its ground truth."""
 
     contact: int
     side: str
     radius_mm: float
-    place_mm: float  # arc length at which the peg was put to the finger
+    place_mm: float  # arc length at which the peg was placed against the finger
     arc_length_mm: float  # where it presses
     force_n: float  # across the finger, positive on the inner side
     total_n: float  # friction included
     pressure_kpa: float
     gravity_x: float  # m/s^2, in B
     gravity_z: float
-    redrawn: int  # how often what was drawn was no single contact
+    redrawn: int  # number of draws that were not single contacts
 
 
 def contact_row(contact: Contact) -> ContactRow:
@@ -251,7 +251,7 @@ def run_contacts(
 
     Args:
         number: contacts 0 to `number` - 1 of the seed.
-        seed: of what is random.
+        seed: of the random numbers.
         executor: runs the simulations.
         report: called after each contact.
         friction: coefficient of the peg's surface.
@@ -269,7 +269,7 @@ def write_contacts(contacts: Sequence[Contact], folder: Path) -> None:
 
 
 def redrawn(contacts: Sequence[Contact]) -> Counter[str]:
-    """How often what was drawn was no single contact, by the reason."""
+    """The number of draws that were not single contacts, by reason."""
     return Counter(reason for contact in contacts for reason in contact.redrawn)
 
 

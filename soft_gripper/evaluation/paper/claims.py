@@ -14,7 +14,7 @@ from soft_gripper.evaluation.paper.forces import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow, errors_of, largest_gain, mean_errors
 
 FREE = "free_bending"
-SAME = 5e-3  # mm; smaller differences between errors, as before a grasp touches anything, are no ground to prefer one
+SAME = 5e-3  # mm; smaller differences between errors, as before a grasp touches anything, are no reason to prefer one
 PAPER_MEAN = 2  # mm, with four sensors in contact
 PAPER_POSE_GAIN, PAPER_TIP_GAIN = 4, 6  # mm, from two to four sensors
 LARGE = 0.1  # N m; of torques above it the relative error is of interest

@@ -35,7 +35,7 @@ class ContactSummary:
 
 
 class OfFinger(Protocol):
-    """A row of any table that says of which finger it is."""
+    """A row of any table that names its finger."""
 
     @property
     def scenario(self) -> str: ...

@@ -9,7 +9,7 @@ from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.runs.scores.poses import PoseRow, errors_of, of_estimator
 
 BEST = "gaussian"
-ONE_PLACE = ("obstructed_inside", "obstructed_outside", "box_grasp")  # where a finger touches something in one place
+ONE_PLACE = ("obstructed_inside", "obstructed_outside", "box_grasp")  # in which a finger touches something in one place
 ARCS = "arcs"
 SAME = 0.1  # mm, by which an estimator may be worse than arcs at a step
 POSE, TIP = "pose_error_mm", "tip_error_mm"
@@ -17,7 +17,7 @@ POSE, TIP = "pose_error_mm", "tip_error_mm"
 
 @dataclass(frozen=True)
 class Bar:
-    """What the pose error does not exceed with so many sensors per side; the error of the fingertip not twice that."""
+    """The largest pose error with so many sensors per side; the fingertip's error may be twice as large."""
 
     sections: tuple[int, ...]
     mean: float  # mm, over the steps of any scenario
@@ -25,7 +25,7 @@ class Bar:
     scenarios: tuple[str, ...] | None = None  # None: all
 
     def times(self, factor: float) -> "Bar":
-        """The bar, so many times higher."""
+        """The bar multiplied by a factor."""
         worst = None if self.worst is None else factor * self.worst
         return Bar(self.sections, factor * self.mean, worst, self.scenarios)
 

@@ -66,7 +66,7 @@ Advance = Callable[[float], Any]
 
 
 def unfinished(out: Path) -> list[str]:
-    """Of RUNS, those of which `out` holds no whole run."""
+    """Those of RUNS of which `out` has no complete run."""
     return [name for name in RUNS if not is_finished(out / name, load_scenario(name))]
 
 
@@ -132,7 +132,7 @@ def summarize(out: Path) -> Evaluation:
 
 
 def _gather(out: Path, file: str, kind: type[Row]) -> list[Row]:
-    """The rows of a table of all scenarios, which are written into one."""
+    """The rows of a table of all scenarios, also written into one file."""
     rows = [row for name in SCENARIOS for row in read_csv(out / name / file, kind)]
     write_csv(out / file, rows)
     return rows
@@ -145,7 +145,7 @@ def _evaluate(
     contacts: list[ContactRow],
     pressing: list[ContactForceRow],
 ) -> Evaluation:
-    """What follows from the tables; the figures are written on the way. What the paper has too is of arcs."""
+    """The results from the tables; writes the figures. Those that the paper also has are of `arcs`."""
     runs = {name: (load_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
     bend, errors = held_tip_errors(*runs[FREE], _finger(*runs[FREE]))
     arcs, torques = of_estimator(poses, "arcs"), of_estimator(forces, "arcs")
@@ -188,7 +188,7 @@ def _scenario_figures(
 
 
 def _finger(scenario: Scenario, recording: Recording) -> Finger:
-    """The finger of a scenario on which something presses hardest at the end; the first, if nothing does."""
+    """The finger of a scenario with the largest contact force at the end; the first if there is none."""
     fingers = make_station(scenario).fingers
     pressed = [recording[f"{finger.name}.link_contact_force"].values[-1].sum() for finger in fingers]
     return fingers[int(np.argmax(pressed))].finger

@@ -49,7 +49,7 @@ def write_report(out: Path, scenarios: Sequence[str], found: Evaluation, figures
         out: the folder of the evaluation.
         scenarios: those with a picture and an animation.
         found: the tables.
-        figures: name of each figure (its SVG lies in `out`, its place in the template has its name) and its caption.
+        figures: caption of each figure, by its name, which its SVG in `out` and its place in the template have too.
         task: the picture of the task, a PNG.
     """
     parts = {
@@ -144,11 +144,11 @@ def _figure(file: Path, kind: str, caption: str) -> str:
 
 
 PAPER = 2.0  # mm, the paper's mean pose error in contact with four sensors
-LEAST, MOST = 1e-3, 10.0  # mm; errors below are drawn at LEAST
+LEAST, MOST = 1e-3, 10.0  # mm; smaller errors are drawn here
 
 
 def estimators_figure(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Figure:
-    """Mean pose error against the number of sensors: a line an estimator, a panel a scenario, of up to five."""
+    """Mean pose error against the number of sensors: a line per estimator, a panel per scenario, up to five."""
     estimators, counts = list(dict.fromkeys(row.estimator for row in rows)), sorted({row.sections for row in rows})
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 5.2), layout="constrained")
@@ -168,7 +168,7 @@ def estimators_figure(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Figu
 
 
 def _legend(figure: Figure, used: int) -> None:
-    """What the lines are, in the panel that is left, and the labels of the axes."""
+    """The legend, in the free panel, and the labels of the axes."""
     for axes in figure.axes[used:]:
         axes.set_axis_off()
     handles, labels = figure.axes[0].get_legend_handles_labels()

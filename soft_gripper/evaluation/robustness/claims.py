@@ -1,4 +1,4 @@
-"""What is claimed of the best estimator with sensor errors, wrong nominal models and other plants."""
+"""The claims about the best estimator with sensor errors, wrong nominal models and other plants."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -72,7 +72,7 @@ def _draw(axes: Axes, errors: Array) -> AxesImage:
 SENSORS, MORE = 2, 4
 MEAN, P95 = 1.0, 2.5  # mm
 COVERED = 0.90, 0.99  # share of places that 95 % bands cover
-HIGHER = 1.5  # times the bars of the shipped finger, for others that are known as they are
+HIGHER = 1.5  # times the bars of the shipped finger, for others with an exact nominal model
 
 
 def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow]) -> list[Claim]:

@@ -1,6 +1,6 @@
-"""What is run on robustness: every scenario with sensors of every noise, and with every other plant.
+"""The jobs of the robustness study: every scenario with sensors of every noise, and with every other plant.
 
-A job of either kind leaves a folder with its rows, those of a plant with its recording and models beside.
+Each job writes a folder with its rows; those of a plant also have its recording and models.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -28,7 +28,7 @@ PLANT_JOBS = {f"{plant.name.replace(' ', '_')}/{name}": (plant.name, name) for p
 
 
 def unfinished(out: Path, seeds: int, estimators: Sequence[str]) -> list[str]:
-    """The jobs, by their folders, of which there are no whole rows of so many seeds and of these estimators."""
+    """The jobs, by folder, without complete rows for so many seeds and these estimators."""
     kinds: dict[str, type[Any]] = dict.fromkeys(NOISE_JOBS, RobustnessRow) | dict.fromkeys(PLANT_JOBS, PlantRow)
     return [job for job, kind in kinds.items() if not _is_finished(out / FOLDER / job, kind, seeds, estimators)]
 
@@ -94,7 +94,7 @@ def plant_files(plant_name: str, name: str, seeds: int, estimators: Sequence[str
 
 
 def gather(out: Path, jobs: Iterable[str], kind: type[Row], table: str) -> list[Row]:
-    """The rows of jobs of one kind, which are written into one table."""
+    """The rows of all jobs of one kind, also written into one table."""
     rows = [row for job in jobs for row in read_csv(out / FOLDER / job / TABLE, kind)]
     write_csv(out / FOLDER / table, rows)
     return rows

@@ -1,6 +1,6 @@
 """Plants that differ from the shipped finger: model files made from the shipped ones, and scenarios with them.
 
-The moment of a section of rubber: what takes the place of E I times the curvature where strains are large.
+The moment of a section of rubber, which replaces E I times the curvature where strains are large.
 
 A neo-Hookean silicone of the small-strain modulus E, stretched by lambda along the finger and free across it, has the
 engineering stress
@@ -9,9 +9,9 @@ engineering stress
 
 (Treloar, The Physics of Rubber Elasticity, 1975, ch. 4): it softens in tension and stiffens in compression. With plane
 sections, lambda = 1 - kappa (x - x_n) at x, and the moment about the neutral axis x_n, which the strain-limiting layer
-keeps in its place, is the integral of -sigma (x - x_n) over the section.
+holds in place, is the integral of -sigma (x - x_n) over the section.
 
-Only another plant is simulated; errors of sensors are applied to recordings, since sensors do not change what they
+Only the plants are simulated anew; errors of sensors are applied to recordings, since sensors do not affect what they
 measure. The plants differ from the nominal model in segments, elastic law and time step, so that no estimator is
 right because it is wrong in the same way as the plant.
 """
@@ -68,17 +68,17 @@ _AGREE = 8.7  # 1/m, where rubber is as stiff as nominal: 60 degrees of bend in 
 
 @dataclass(frozen=True)
 class Plant:
-    """What of the shipped fingers, and of the scenarios, is different."""
+    """The differences from the shipped fingers and scenarios."""
 
     name: str
     segments: int = 12
     base: Mapping[str, str] = field(default_factory=dict)  # attributes of the sections, as in a <finger>
     tip: Mapping[str, str] = field(default_factory=dict)
     sensors: Mapping[str, str] = field(default_factory=dict)
-    rubber: bool = False  # neo-Hookean in the place of linear
+    rubber: bool = False  # neo-Hookean instead of linear
     pressure: float = 1.0  # times the pressures of the scenarios
     time_step: float = 0.01  # s
-    overrides: Mapping[str, str] = field(default_factory=dict)  # more of a scenario, "dotted.key=value" by its name
+    overrides: Mapping[str, str] = field(default_factory=dict)  # more changes, "dotted.key=value", by scenario
 
     def scenario(self, name: str, folder: Path) -> Scenario:
         """A shipped scenario with these fingers; their files are written to `folder`."""
@@ -95,7 +95,7 @@ class Plant:
         return load_scenario(name, [*overrides, *limits, f"pressure.steps.all={steps}"])
 
     def write(self, shipped: Path, file: Path) -> None:
-        """Writes a shipped file with these fingers in the place of its own."""
+        """Writes a shipped file in which these fingers replace its own."""
         tree = ET.ElementTree(read_xml(shipped))
         fingers = {finger.name: finger for finger in expand_urdf(shipped).fingers}
         for element in tree.iter("finger"):
@@ -138,14 +138,14 @@ RUBBER = Plant("rubber", segments=24, rubber=True, time_step=0.005)
 PLANTS = (RUBBER, TAPERED, FINE)
 
 
-EVERY = 10  # of the held samples, so many apart: they hardly differ but for white noise
+EVERY = 10  # of the held samples, so far apart: they hardly differ except in white noise
 
 
 @dataclass(frozen=True)
 class FingerAtRest:
-    """A finger of a recording of T samples, of which K at its held steps are looked at.
+    """A finger of a recording with T samples, of which K at its held steps are used.
 
-    The first sample of a recording is left out: it is there twice, a log at a time still shows the sample before.
+    The first sample of a recording is left out: it occurs twice, because a log at a time still shows the sample before.
     """
 
     station: Station
@@ -154,7 +154,7 @@ class FingerAtRest:
 
     @property
     def simulated(self) -> Finger:
-        """As it is simulated."""
+        """The simulated finger."""
         return self.finger.finger
 
     @property
@@ -179,7 +179,7 @@ class FingerAtRest:
         return self._again(1).gravity[1:]
 
     def readings(self, sections: int, errors: StrainErrors | None, seeds: int) -> Array:
-        """What the sensors of `seeds` runs read, (T, seeds, paths * sections)."""
+        """Readings of the sensors of `seeds` runs, (T, seeds, paths * sections)."""
         again = self._again(sections)
         response = again.layout.response
         ratios = np.repeat(response.ratio(again.readings[1:])[:, None], seeds, axis=1)
@@ -197,7 +197,7 @@ class FingerAtRest:
 
 
 def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[FingerAtRest]:
-    """The fingers of a recording that touch something; all, where none does."""
+    """The fingers of a recording that touch something; all of them if none does."""
     contacts = contact_table(name, station, recording)
     touched = {row.finger for row in of_touched_fingers(contacts, contacts)}
     return [FingerAtRest(station, recording, finger) for finger in station.fingers if finger.name in touched]

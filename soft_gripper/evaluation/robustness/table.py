@@ -2,10 +2,10 @@
 
 Errors with other plants: exactly known fingers, and one of rubber whose nominal model is linear.
 
-Where plant and estimator are the same chain, an estimator may be right for the wrong reason: what a chain of twelve
-linear joints cannot be is wrong in both. So the rubber finger has twice the segments, another elastic law and another
-time step, its sensors have errors, and the nominal model stays the shipped one, whose modulus is known to a
-tenth.
+If plant and estimator are the same chain, an estimator may be right for the wrong reason: what a chain of twelve
+linear joints cannot represent is wrong in both. So the rubber finger has twice the segments, another elastic law and
+another time step, its sensors have errors, and the nominal model stays the shipped one, whose modulus is known to
+10 %.
 """
 
 from collections import defaultdict
@@ -37,7 +37,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import StrainErrors
 from soft_gripper.truth.poses import fingertip_error, pose_error
 
-BAND = 1.96  # standard deviations either side, of 95 %
+BAND = 1.96  # standard deviations on either side of a 95 % band
 
 
 class Errors(NamedTuple):
@@ -45,7 +45,7 @@ class Errors(NamedTuple):
 
     pose: Array  # (samples) m
     tip: Array  # (samples) m
-    covered: NDArray[np.bool_]  # whether places lie in their 95 % bands, (places); none without a covariance
+    covered: NDArray[np.bool_]  # whether positions lie in their 95 % bands, (positions); empty without a covariance
 
 
 def estimated(
@@ -80,7 +80,7 @@ def estimated(
 
 
 def errors_of(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> Errors:
-    """The errors of an estimate, (...), from the true places of joints and tip, (..., N + 1, 3) m in B."""
+    """The errors of an estimate, (...), from the true positions of joints and tip, (..., N + 1, 3) m in B."""
     points = in_space(estimate.points(nominal))
     pose = pose_error(truth[..., :-1, :], points[..., :-1, :])
     tip = fingertip_error(truth[..., -1, :], points[..., -1, :])
@@ -88,7 +88,7 @@ def errors_of(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> Errors:
 
 
 def covered(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> NDArray[np.bool_]:
-    """Whether the true places lie in the 95 % bands across the finger, (..., N); the first joint rests."""
+    """Whether the true positions lie in the 95 % bands across the finger, (..., N); the first joint does not move."""
     if estimate.covariance is None:
         return np.zeros(0, dtype=bool)
     normals = forward_kinematics(estimate.q, nominal.segment_length).normals
@@ -117,7 +117,7 @@ _SIZES = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency
 
 @dataclass(frozen=True)
 class NominalError:
-    """By which shares the nominal model differs from the simulated one."""
+    """The relative errors of the nominal model."""
 
     modulus: float = 0.0  # of Young's modulus of the silicone
     pressure: float = 0.0  # of the measured pressure
@@ -130,22 +130,22 @@ class NominalError:
 
     @property
     def size(self) -> float:
-        """Of both together: the share by which the bend per pressure may be wrong."""
+        """Of both together: the relative error of the bend per pressure."""
         return float(np.hypot(self.modulus, self.pressure))
 
     @property
     def config(self) -> NominalConfig:
-        """As a scenario says it."""
+        """As in a scenario."""
         change = None if self.modulus == 0 else f"{100 * self.modulus:+g} %"
         return NominalConfig(youngs_modulus=change)
 
 
-# Too soft a finger and too high a pressure both promise too much bend: the signs are those that add up.
+# Too soft a finger and too high a pressure both predict too much bend: the signs are chosen to add up.
 NOMINAL_ERRORS = (NominalError(), NominalError(-0.1, 0.01), NominalError(0.1, -0.01))
 
 
 def errors_at(noise: float) -> StrainErrors | None:
-    """The errors of sensors that err so many times as much as the preset; None without."""
+    """The errors of sensors, so many times those of the preset; None for 0."""
     preset = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=PRESET)))
     if preset is None or noise == 0:
         return None
@@ -167,7 +167,7 @@ class RobustnessRow:
     mean_mm: float
     p95_mm: float  # 95th percentile
     worst_mm: float
-    coverage: float  # share of places in their 95 % bands; NaN for an estimator that gives no covariance
+    coverage: float  # share of positions in their 95 % bands; NaN for an estimator without covariance
     seeds: int
 
 
@@ -181,7 +181,7 @@ def robustness_table(
 ) -> list[RobustnessRow]:
     """A row for every nominal model, number of sections and estimator, in this order, at one noise.
 
-    Without noise all seeds would be the same, and one serves.
+    Without noise all seeds would be the same, and one is enough.
     """
     found: dict[Key, list[Errors]] = defaultdict(list)
     for finger in fingers:
@@ -223,7 +223,7 @@ class PlantRow:
     p95_mm: float  # 95th percentile
     worst_mm: float
     tip_mm: float  # mean
-    coverage: float  # share of places in their 95 % bands; NaN for an estimator that gives no covariance
+    coverage: float  # share of positions in their 95 % bands; NaN for an estimator without covariance
     seeds: int
 
 
