@@ -49,7 +49,7 @@ def test_table_and_figure(whole):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rows", "number"), [(0, signal.SIGKILL), (3, signal.SIGKILL), (3, signal.SIGTERM)])
+@pytest.mark.parametrize(("rows", "number"), [(0, signal.SIGKILL), (3, signal.SIGTERM)])
 def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_path, rows, number):
     with subprocess.Popen([*LISTENING, *SWEEP, "--jobs", "2", "--out", tmp_path], stderr=subprocess.PIPE) as process:
         file = tmp_path / "sweep.csv"

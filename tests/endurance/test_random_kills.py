@@ -38,7 +38,7 @@ SWEEP = [
     "--jobs",
     "2",
 ]
-TRIALS = ["grasp-trials", "--scenario", "brief.yaml", "--trials", "6", "--jobs", "2"]
+TRIALS = ["grasp-trials", "--scenario", "brief.yaml", "--trials", "4", "--jobs", "2"]
 RESUMED = {"sweep": (SWEEP, "sweep.csv"), "grasp-trials": (TRIALS, "trials.csv")}
 RUN = ["run", "free_bending", *short()]
 IDENTIFY = ["identify", "run.csv", "--finger", "guess.urdf", "--free", "youngs_modulus", "--jobs", "2"]
