@@ -71,6 +71,7 @@ def test_the_own_estimator_is_that_of_the_run(run):
     assert 0 < float(recording["left_finger.pose_error"][-1]) < 2e-3
 
 
+@pytest.mark.slow
 def test_the_pressure_is_stepped_at_20_hz_until_the_fingers_touch(run):
     found = run("external_pressure")
     command = found["recording"]["left_finger.pressure_command"].values
@@ -81,6 +82,7 @@ def test_the_pressure_is_stepped_at_20_hz_until_the_fingers_touch(run):
     assert found["recording"]["left_finger.contact"].values[-1] == 1
 
 
+@pytest.mark.slow
 def test_three_fingers_hold_the_apple_with_the_torque_limit(run):
     recording = run("three_fingers")["recording"]
     assert float(recording["grip.torque"][-1]) == pytest.approx(0.05, rel=0.02)

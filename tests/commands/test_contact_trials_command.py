@@ -19,6 +19,7 @@ def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contact_estimates, "SEEDS", 1)
 
 
+@pytest.mark.slow
 def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert dispatch(["contact-trials", "--trials", "4", "--seed", "2", "--jobs", "1", "--out", str(tmp_path)]) == 0
     rows, arrays = read_csv(tmp_path / "contacts.csv", ContactRow), load_contacts(tmp_path / "contacts.npz")

@@ -47,6 +47,7 @@ def test_limits_of_a_sum_stay_below_and_above_it():
     assert skeleton("x_i^2") == "msubsup(mi, mi, mn)"
 
 
+@pytest.mark.slow
 def test_the_font_has_what_browsers_need_for_equations(tmp_path):
     save_font(tmp_path / "math.woff")
     font = TTFont(tmp_path / "math.woff")

@@ -28,6 +28,7 @@ def errors(readings, seed=2):
     return 1 + gains - gains.mean(), offsets
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("one_sided", [False, True])
 @pytest.mark.parametrize("ratio", [0.8, 1.25])
 def test_without_noise_everything_is_found(tapered_finger, ratio, one_sided):

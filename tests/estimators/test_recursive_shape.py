@@ -152,6 +152,7 @@ def test_dropouts_cost_little(grasp, layout):
     assert errors[0] < 1.3 * errors[1]
 
 
+@pytest.mark.slow
 def test_a_dead_sensor_widens_the_band(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
     dead = readings.copy()

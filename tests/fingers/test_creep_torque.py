@@ -96,6 +96,7 @@ def test_a_finger_that_is_bent_at_once_creeps_as_a_standard_linear_solid(time_st
     np.testing.assert_allclose(angles, at_once * solid(share, 10.0, TIMES), rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.001, 0.0])
 @pytest.mark.parametrize("branches", [(), BRANCHES[:1], BRANCHES])
 def test_a_step_of_pressure_is_followed_as_by_the_equation_of_motion(time_step, branches):

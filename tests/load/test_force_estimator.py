@@ -146,6 +146,7 @@ def test_torque_belongs_to_two_samples_ago(shipped_finger):
     np.testing.assert_allclose(torques[4:], finger.stiffness * ramp[2:-2], atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.01, 0.0025])
 def test_in_a_station_each_sample_is_taken_once(time_step):
     station = make_station(free_bending([-50e3, 210e3, 0.0], 0.4, f"plant_config.time_step={time_step}"))

@@ -49,6 +49,7 @@ def test_a_grasp_comes_out_alike_in_both_kinds_of_plant(real):
     assert np.abs(angles[0]).max() > 0.05
 
 
+@pytest.mark.slow
 def test_an_arm_carries_it(real):
     scenario = load_scenario("pick_and_place_box", overrides("pick_and_place_box", real))
     station = make_station(scenario)

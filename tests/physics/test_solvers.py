@@ -24,6 +24,7 @@ def settled_tips(*overrides):
     )
 
 
+@pytest.mark.slow
 def test_cenic_and_discrete_plant_settle_at_the_same_tip():
     continuous = settled_tips("plant_config.time_step=0")
     for time_step in (0.01, 0.002):

@@ -34,6 +34,7 @@ def shows(seen: Array, diffuse: Any) -> bool:
     return bool(cosine > 0.995)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (0.012, 0.0, 0.05), (-0.012, -0.01, 0.02)], ids=str)
 def test_the_box_is_seen_where_it_is(box_grasp: Scene, shift: tuple[float, ...]) -> None:
     box_grasp.move("box", np.array(shift))

@@ -23,6 +23,7 @@ def test_a_pair_that_is_wider_than_a_row_has_one_alone() -> None:
     assert all(below[1] - above[1] > HEIGHT for above, below in pairwise(places))
 
 
+@pytest.mark.slow
 def test_every_scenario_has_two_pictures_of_one_size_named_by_scenario_and_pressure() -> None:
     scenes = {name: Scene(name) for name in ("obstructed_outside", "box_grasp")}
     runs = {}
@@ -45,6 +46,7 @@ def test_every_scenario_has_two_pictures_of_one_size_named_by_scenario_and_press
         assert (images[0] != images[1]).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "body", "size", "inside"),
     [

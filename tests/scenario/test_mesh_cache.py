@@ -141,6 +141,7 @@ def test_what_a_killed_conversion_left_does_no_harm(tmp_path, cache):
     assert colors(kept) == [(1, 0, 0)]
 
 
+@pytest.mark.slow
 def test_processes_may_convert_at_once(tmp_path, cache):
     path = write(trimesh.creation.icosphere(4, 0.1), tmp_path / "ball.stl")
     with multiprocessing.get_context("spawn").Pool(2) as pool:

@@ -47,6 +47,7 @@ def test_gain_and_offset_are_drawn_once_a_run_for_every_sensor():
     assert many.std() == pytest.approx(math.hypot(0.02 * 0.1, 0.003), rel=0.02)
 
 
+@pytest.mark.slow
 def test_drift_is_steady_and_has_its_standard_deviation_after_a_minute():
     samples = round(MINUTE / 0.1) + 1
     drifted = disturb(StrainErrors(drift=0.001), held(samples, 5000, 1, ratio=1.0), 0.1, rng())[..., 0] - 1
@@ -84,6 +85,7 @@ def test_delay_is_of_whole_samples(delay):
     np.testing.assert_allclose(found[:delay], ramp()[:1].repeat(delay, axis=0), rtol=0, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dropout", [0.05, 1.0])
 def test_dropout_has_its_frequency(dropout):
     lost = np.isnan(disturb(StrainErrors(dropout=dropout), held(5000, 4), PERIOD, rng()))

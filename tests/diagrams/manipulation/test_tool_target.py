@@ -1,6 +1,7 @@
 """The tool of an arm follows a pose that is given as input."""
 
 import numpy as np
+import pytest
 from arm_plants import HOME, joint, small_arm, ur5e
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -42,6 +43,7 @@ class Follower:
         return self.station.recording(self.context)[f"arm.{name}"].values
 
 
+@pytest.mark.slow
 def test_the_tool_rests_where_it_is_wanted():
     follower = Follower()
     for target in (NEAR, BACK):

@@ -165,6 +165,7 @@ EVERYTHING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "overrides"), [("pick_and_place_box", EVERYTHING), ("tip_distance_steps", ["control.hold=0.1"])]
 )

@@ -57,6 +57,7 @@ def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
     assert not meshcat.HasPath(f"{ARCS}/left_finger/12")
 
 
+@pytest.mark.slow
 def test_force_and_uncertainty_are_drawn_where_they_are_estimated(animation: tuple[Meshcat, str]) -> None:
     meshcat, short = Meshcat(), ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=contact"]
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
@@ -144,6 +145,7 @@ def test_the_camera_sees_arm_gripper_object_and_goal_above_the_legend(scenario: 
     assert 0.0 < np.max(down / ahead) < 0.75 * edge
 
 
+@pytest.mark.slow
 def test_the_light_of_an_arm_comes_from_the_side_of_the_camera() -> None:
     meshcat = WatchedMeshcat()
     lights: dict[str, Any] = {}

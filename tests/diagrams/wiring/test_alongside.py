@@ -49,6 +49,7 @@ def test_each_has_its_shape_and_its_errors_and_no_truth(recording):
     assert recording["left_finger.contact.contact_force"].attrs["units"] == "N"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_estimates_what_it_would_as_the_estimator_of_the_run(recording, kind):
     run = run_of(f"estimator.type={kind}")

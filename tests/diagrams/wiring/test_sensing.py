@@ -121,6 +121,7 @@ def test_without_compensation_gravity_is_left_out(monkeypatch):
     assert seen == [[0, 0, 0]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("touching", "x"), [("left_finger", -0.0245), ("right_finger", 0.0245)])
 def test_contact_is_that_of_the_finger_that_touches(touching, x):
     """A peg stands in the way of one finger; contact and its truth belong to that one, and nothing is held."""

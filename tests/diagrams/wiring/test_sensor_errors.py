@@ -115,6 +115,7 @@ def test_a_sensor_with_other_readings_cannot_be_disturbed():
         make_station(short(REALISTIC), make_sensor=lambda layout, period: ConstantVectorSource([0.0]))
 
 
+@pytest.mark.slow
 def test_a_pick_and_place_runs_on_realistic_sensors():
     scenario = load_scenario("pick_and_place_box", [REALISTIC, PRESSURE, "task.time_limit=0.5"])
     assert np.isfinite(simulate(scenario)["left_finger.strain"]).all()

@@ -39,6 +39,7 @@ def test_the_pressure_is_sampled_with_the_strain():
     np.testing.assert_array_equal(sampled[1:], pressure[:-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["free_bending", "pick_and_place_box"])
 def test_the_pose_of_the_base_is_known_at_once(name):
     """Where it stands still, for ever; under an arm it is sampled, first before the plant's first step."""

@@ -29,6 +29,7 @@ def obstructed():
     return recorded("obstructed_inside")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sections", [4, 2])
 def test_holds_what_the_blocks_put_out(obstructed, sections):
     """For the sensors of the run itself, and for others by a run with those."""
@@ -56,6 +57,7 @@ def test_truth_does_not_depend_on_the_sensors(obstructed):
     np.testing.assert_array_equal(truth[0], truth[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.01, 0.0])
 def test_a_held_step_knows_nothing_of_the_next_one(time_step):
     """The pressure of every held sample is that of its own step, the last one included."""

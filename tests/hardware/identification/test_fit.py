@@ -25,6 +25,7 @@ def softened(finger, ratio, **changes):
     return replace(finger, **moduli, **changes)
 
 
+@pytest.mark.slow
 def test_known_parameters_are_found(beam, motion, pool):
     guess = softened(beam, 1.15, relaxation_time=0.013, creep=(CreepBranch(0.2, 0.26),))
     free, reports = free_parameters(guess, ["youngs_modulus", "relaxation_time", "creep.time"], []), []

@@ -28,6 +28,7 @@ def own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_measure_of_ones_own_is_a_column(tmp_path):
     """Of a finger that bends faster the softer it is."""
     measure = ["--measure", f"my_measures:{NAME}"]
