@@ -1,31 +1,93 @@
 """ArrayBlock: a block made of functions over arrays whose leading axes are free.
 
-Its ports call the functions for one sample. A recording calls them once for all samples, so that signals that nothing
-in a diagram reads cost next to nothing while it runs.
+Its ports call the functions for one sample. A recording calls them once for all samples, and a diagram may compute the
+blocks that its loop reads together, sample by sample (`diagrams.live`): all three call the same functions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from pydrake.common import RandomDistribution
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached, weakly
 from soft_gripper.signals import describe
 
+TIME = "time"  # source of a `sample` that takes the time, s
 
-class _Step(NamedTuple):
-    """A quantity known for every sample."""
 
-    read: Callable[[Context], Any]
-    tickets: set[Any]
-    sources: tuple[str, ...] = ()
-    over_time: Callable[..., Any] | None = None  # from those of the sources, at all samples; None: only a run knows
-    period: float | None = None  # s, of the samples that it remembers, if any
-    is_logged: bool = False  # by a port of its own, and so known at all samples, as inputs are
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A quantity that is known at every sample; a plain one is an input, or passed to a log of its own by `show`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Value(Step):
+    """An abstract input, known only during a run."""
+
+    model: AbstractValue
+
+
+@dataclass(frozen=True, eq=False)
+class Constant(Step):
+    """Never changes."""
+
+    value: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Function(Step):
+    """Follows from other steps of the same sample."""
+
+    of: Callable[..., Any]
+    sources: tuple[str, ...]
+    over_time: Callable[..., Any]  # the same, from the sources at all samples of a recording
+
+
+@dataclass(frozen=True, eq=False)
+class Sample(Step):
+    """An earlier step, or the time, at the last sample; all samples are taken together, before any update.
+
+    A random source draws once when a run is initialized and again at time 0, where the other inputs are unchanged.
+    """
+
+    source: str
+    begin: Array  # before the first sample
+    at_initialization: bool = True
+    at_zero: bool = True  # at time 0 anew
+
+    def over_time(self, values: Array) -> Array:
+        """What a port shows at all samples of a recording, from the source at these times: that of the sample before.
+
+        Raises:
+            ValueError: if time 0 is not sampled anew: what is sampled then is not in the recording.
+        """
+        if not self.at_zero:
+            raise ValueError("known only during a run")
+        first = values[:1] if self.at_initialization else np.broadcast_to(self.begin, (1, *np.shape(values)[1:]))
+        return np.concatenate([first, values[:-1]])
+
+
+@dataclass(frozen=True, eq=False)
+class Memory(Step):
+    """Follows from other steps, and from what is remembered of the sample before."""
+
+    of: Callable[..., Any]  # of what is remembered and the sources
+    sources: tuple[str, ...]
+    begin: Array  # what is remembered before the first sample
+    keep: Callable[..., Array]  # from this step and others to what is remembered at the next sample
+    kept: tuple[str, ...]  # the other steps
+    begin_of: tuple[Callable[[Array], Array], str] | None = None  # instead of `begin`, from an input at initialization
+    over_time: Callable[..., Any] | None = None  # from the sources at all samples; None: known only during a run
+
+
+class RestingError(RuntimeError):
+    """A port of a block is read that is not computed while the simulation runs."""
 
 
 class ArrayBlock(LeafSystem):
@@ -34,19 +96,40 @@ class ArrayBlock(LeafSystem):
     A step has a name and follows from those before it. Functions take the steps that they name, of shape
     (..., size) if they are inputs, and return an array, or anything else that keeps the leading axes. Caches and
     prerequisites are as narrow as the steps say.
+
+    A block that samples or remembers can rest: then it takes no samples, and its outputs may not be read.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, period: float | None = None):
+        """`period` of its samples, s; None if it neither samples nor remembers anything."""
         super().__init__()
-        self._steps: dict[str, _Step] = {}
+        self.steps: dict[str, Step] = {}
+        self.outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
+        self.period, self._rests = period, False
+        self._read: dict[str, Callable[[Context], Any]] = {}  # the steps
+        self._tickets: dict[str, set[Any]] = {}  # of each step
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
-        self._outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
+        self._groups: dict[str, int] = {}  # discrete state of samples and memories
+        if period is not None:
+            self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weakly(self._advance))
 
-    def take(self, name: str, size: int) -> InputPort:
-        """Declares a vector input and the step of its name."""
-        port = self.DeclareVectorInputPort(name, size)
-        self._steps[name] = _Step(port.Eval, {port.ticket()})
+    def take(self, name: str, size: int, random: RandomDistribution | None = None) -> InputPort:
+        """Declares a vector input, which may be random, and the step of its name."""
+        port = self.DeclareVectorInputPort(name, size, random)
+        self.steps[name], self._read[name], self._tickets[name] = Step(), port.Eval, {port.ticket()}
         return port
+
+    def take_value(self, name: str, model: AbstractValue) -> InputPort:
+        """Declares an abstract input, known only during a run, and the step of its name; `model` is of its type."""
+        port = self.DeclareAbstractInputPort(name, model)
+        self.steps[name], self._read[name], self._tickets[name] = Value(model), port.Eval, {port.ticket()}
+        return port
+
+    def constant(self, name: str, value: Array) -> None:
+        """Declares a step that never changes."""
+        self.steps[name], self._read[name] = Constant(value), lambda _: value
+        self._tickets[name] = {self.nothing_ticket()}
 
     def derive(
         self, name: str, function: Callable[..., Any], *sources: str, over_time: Callable[..., Any] | None = None
@@ -55,32 +138,64 @@ class ArrayBlock(LeafSystem):
 
         `over_time` replaces the function for a whole recording, if the function handles a single sample only.
         """
-        reads, tickets = self._reads(sources), self._tickets(sources)
-        step = _Step(self._read_all(function, reads), set(), sources, over_time or function)
-        self._keep(name, step, tickets)
+        self.steps[name] = Function(function, sources, over_time or function)
+        self._keep(name, self._read_all(function, sources), self._tickets_of(sources))
 
     def show(self, name: str, function: Callable[[Context], Any], tickets: set[Any]) -> None:
         """Declares a step that is not an array, and an output that holds it; over all samples it is a list."""
         self._calcs[name] = function
         calc = partial(weakly(self._calc_step), name)
         port = self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(object()), calc, tickets)
-        self._steps[name] = _Step(port.Eval, tickets, is_logged=True)
+        self.steps[name], self._read[name], self._tickets[name] = Step(), port.Eval, tickets
+
+    def sample(
+        self,
+        name: str,
+        source: str,
+        begin: Array | float = 0.0,
+        *,
+        at_initialization: bool = True,
+        at_zero: bool = True,
+    ) -> None:
+        """Declares a step that is an earlier step, or the time, at the last sample; see `Sample`.
+
+        `begin` has the size of the step, unless that is a vector input.
+        """
+        size = self.GetInputPort(source).size() if self.HasInputPort(source) else np.size(begin)
+        step = Sample(source, np.broadcast_to(begin, size).astype(float), at_initialization, at_zero)
+        self._declare_state(name, step.begin)
+        self.steps[name], self._tickets[name] = step, {self.xd_ticket()}
+        self._read[name] = partial(weakly(self._state), name)
 
     def remember(
         self,
         name: str,
-        function: Callable[[Context], Any],
+        function: Callable[..., Any],
         *sources: str,
+        begin: Array,
+        keep: Callable[..., Array],
+        kept: Sequence[str] = (),
+        begin_of: tuple[Callable[[Array], Array], str] | None = None,
         over_time: Callable[..., Any] | None = None,
-        period: float | None = None,
     ) -> None:
-        """Declares a step that also depends on the discrete state.
+        """Declares a step that also depends on what is remembered of the sample before.
 
-        `over_time` computes it at all samples of a recording, from their times, (T,) s, and the sources, if they are
-        `period` s apart; None: the memory is known only during a run.
+        Args:
+            name: of the step.
+            function: of what is remembered and the sources.
+            sources: steps.
+            begin: remembered before the first sample.
+            keep: what is remembered at the next sample, from this step and those named in `kept`; at time 0 nothing is.
+            kept: further steps, which may be declared later.
+            begin_of: a function and the input from which it finds `begin` when a run is initialized.
+            over_time: computes the step at all samples of a recording, from their times, (T,) s, and the sources;
+                None: the memory is known only during a run.
         """
-        step = _Step(function, set(), ("time", *sources), over_time, period)
-        self._keep(name, step, self._tickets(sources) | {self.xd_ticket()})
+        begin = np.asarray(begin, dtype=float)
+        self._declare_state(name, begin)
+        self.steps[name] = Memory(function, sources, begin, keep, tuple(kept), begin_of, over_time)
+        read = self._read_all(lambda *values: function(values[0].reshape(begin.shape), *values[1:]), sources, (name,))
+        self._keep(name, read, self._tickets_of(sources) | {self.xd_ticket()})
 
     def put_out(
         self,
@@ -93,26 +208,30 @@ class ArrayBlock(LeafSystem):
     ) -> None:
         """Declares a vector output, ``function(*sources)``, folded into axes; see `describe`."""
         size = int(np.prod([len(labels) for labels in axes.values()]))
-        value = self._read_all(function, self._reads(sources))
+        value = self._read_all(function, sources)
 
         def calc(context: Context, output: BasicVector) -> None:
             output.SetFromVector(np.asarray(value(context)).reshape(-1))
 
-        port = self.DeclareVectorOutputPort(name, size, calc, self._tickets(sources))
+        port = self.DeclareVectorOutputPort(name, size, calc, self._tickets_of(sources))
         describe(port, unit, meanings, **axes)
-        self._outputs[name] = function, sources
+        self.outputs[name] = function, sources
+
+    def rest(self) -> None:
+        """Takes no samples from now on: nothing that runs reads this block."""
+        self._rests = True
 
     def read(self, name: str, context: Context) -> Any:
         """A step of the present sample."""
-        return self._steps[name].read(context)
+        return self._read[name](context)
 
     def follows(self, output: str, period: float) -> bool:
         """Whether `leaves` determine an output at all samples of a recording, `period` s apart."""
-        return output in self._outputs and all(self._follows(step, period) for step in self._outputs[output][1])
+        return output in self.outputs and all(self._follows(step, period) for step in self.outputs[output][1])
 
     def leaves(self, output: str) -> list[str]:
         """Names of the inputs, and of the outputs declared by `show`, that determine an output."""
-        return list(dict.fromkeys(leaf for step in self._outputs[output][1] for leaf in self._leaves(step)))
+        return list(dict.fromkeys(leaf for step in self.outputs[output][1] for leaf in self._leaves(step)))
 
     def over_time(self, time: Array, leaves: Mapping[str, Any], outputs: Iterable[str]) -> dict[str, Array]:
         """Outputs at all T samples, (T, size) each.
@@ -122,53 +241,110 @@ class ArrayBlock(LeafSystem):
             leaves: values at these times, (T, size) each, or a list of T, by port name.
             outputs: names of ports.
         """
-        known: dict[str, Any] = {"time": time, **leaves}
+        known: dict[str, Any] = {TIME: time, **leaves}
         found = {}
         for name in outputs:
-            function, sources = self._outputs[name]
+            function, sources = self.outputs[name]
             found[name] = np.reshape(function(*[self._at_all(source, known) for source in sources]), (len(time), -1))
         return found
 
     def _at_all(self, name: str, known: dict[str, Any]) -> Any:
         if name not in known:
-            step = self._steps[name]
-            assert step.over_time is not None
-            known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
+            step = self.steps[name]
+            if isinstance(step, Constant):
+                known[name] = np.broadcast_to(step.value, (*known[TIME].shape, *step.value.shape))
+            elif isinstance(step, Sample):
+                values = self._at_all(step.source, known)
+                known[name] = step.over_time(values[:, None] if step.source == TIME else values)
+            elif isinstance(step, Memory):
+                assert step.over_time is not None
+                known[name] = step.over_time(known[TIME], *[self._at_all(source, known) for source in step.sources])
+            elif isinstance(step, Function):
+                known[name] = step.over_time(*[self._at_all(source, known) for source in step.sources])
         return known[name]
 
     def _follows(self, name: str, period: float) -> bool:
-        if name == "time" or self._is_leaf(name):
-            return True
-        step = self._steps[name]
-        fits = step.over_time is not None and step.period in (None, period)
-        return fits and all(self._follows(source, period) for source in step.sources)
+        step = self.steps[name]
+        if isinstance(step, Value) or (isinstance(step, Sample) and not (step.at_zero and self.period == period)):
+            return False
+        if isinstance(step, Memory) and (step.over_time is None or self.period != period):
+            return False
+        return all(self._follows(source, period) for source in sources_of(step))
 
     def _leaves(self, name: str) -> list[str]:
-        if name == "time":
-            return []
-        if self._is_leaf(name):
-            return [name]
-        return [leaf for source in self._steps[name].sources for leaf in self._leaves(source)]
+        step = self.steps[name]
+        if not is_leaf(step):
+            return [leaf for source in sources_of(step) for leaf in self._leaves(source)]
+        return [name]
 
-    def _is_leaf(self, name: str) -> bool:
-        step = self._steps[name]
-        return step.is_logged or not step.sources
+    def _declare_state(self, name: str, begin: Array) -> None:
+        if self.period is None:
+            raise ValueError(f"step '{name}' samples or remembers: give the block a period")
+        self._groups[name] = int(self.DeclareDiscreteState(begin.ravel()))
 
-    def _keep(self, name: str, step: _Step, tickets: set[Any]) -> None:
-        """Adds a step, with a cache entry for it."""
-        self._calcs[name] = step.read
+    def _state(self, name: str, context: Context) -> Array:
+        if self._rests:
+            why = "nothing in the diagram reads it while the simulation runs, and its signals are computed afterwards"
+            raise RestingError(f"block '{self.get_name()}' rests: {why}; set record.live: true to read it during a run")
+        state: Array = context.get_discrete_state(self._groups[name]).value()
+        return state
+
+    def _begin(self, context: Context, values: DiscreteValues) -> None:
+        """Takes the samples at the initialization of a run."""
+        if self._rests:
+            return
+        for name, step in self.steps.items():
+            if isinstance(step, Sample) and step.at_initialization:
+                values.set_value(self._groups[name], self._source(step, context))
+            elif isinstance(step, Memory) and step.begin_of is not None:
+                function, source = step.begin_of
+                values.set_value(self._groups[name], function(self.read(source, context)).ravel())
+
+    def _advance(self, context: Context, values: DiscreteValues) -> None:
+        """Takes samples, and remembers what belongs to the sample before; at time 0 there is none.
+
+        An event that began at `period` instead would drift off those at multiples of it by rounding.
+        """
+        if self._rests:
+            return
+        is_later = context.get_time() > 0
+        for name, group in self._groups.items():
+            step = self.steps[name]
+            if isinstance(step, Sample) and (is_later or step.at_zero):
+                values.set_value(group, self._source(step, context))
+            elif isinstance(step, Memory) and is_later:
+                known = [self.read(source, context) for source in (name, *step.kept)]
+                values.set_value(group, step.keep(*known).ravel())
+
+    def _source(self, step: Sample, context: Context) -> Any:
+        return [context.get_time()] if step.source == TIME else self.read(step.source, context)
+
+    def _keep(self, name: str, read: Callable[[Context], Any], tickets: set[Any]) -> None:
+        """Adds the cache entry of a step."""
+        self._calcs[name] = read
         cached = Cached(self, name, partial(weakly(self._calc_step), name), tickets)
-        self._steps[name] = step._replace(read=cached.Eval, tickets={cached.ticket})
+        self._read[name], self._tickets[name] = cached.Eval, {cached.ticket}
 
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
         value.set_value(self._calcs[name](context))
 
-    @staticmethod
-    def _read_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:
+    def _read_all(
+        self, function: Callable[..., Any], sources: Sequence[str], states: Sequence[str] = ()
+    ) -> Callable[[Context], Any]:
+        reads = [*(partial(weakly(self._state), name) for name in states), *(self._read[source] for source in sources)]
         return lambda context: function(*[read(context) for read in reads])
 
-    def _reads(self, sources: Sequence[str]) -> list[Callable[[Context], Any]]:
-        return [self._steps[source].read for source in sources]
+    def _tickets_of(self, sources: Sequence[str]) -> set[Any]:
+        return {ticket for source in sources for ticket in self._tickets[source]}
 
-    def _tickets(self, sources: Sequence[str]) -> set[Any]:
-        return {ticket for source in sources for ticket in self._steps[source].tickets}
+
+def is_leaf(step: Step) -> bool:
+    """Whether a step comes from a port."""
+    return type(step) in (Step, Value)
+
+
+def sources_of(step: Step) -> tuple[str, ...]:
+    """The steps from which a step of the same sample follows."""
+    if isinstance(step, Sample):
+        return () if step.source == TIME else (step.source,)
+    return step.sources if isinstance(step, Function | Memory) else ()

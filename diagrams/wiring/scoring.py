@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import DiscreteTimeDelay, MatrixGain, ZeroOrderHold
+from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
@@ -17,7 +17,7 @@ from soft_gripper.load.force_estimator import DELAY
 from soft_gripper.scenario.own_functions import seen_from
 from soft_gripper.scenario.schema import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.signals import describe
+from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
 from soft_gripper.truth.poses import Difference, PoseError, TruePoses
 
@@ -46,11 +46,11 @@ class FingerScoring(Diagram):
         wires = NamedWires()
         sampled = [("sampled_joint_angles", "joint_angles", "rad"), ("true_external_torque", "contact_torque", "N m")]
         for name, source, unit in sampled:
-            hold = ZeroOrderHold(period, joints)
+            hold = Hold(period, joints, unit=unit, joint=range(joints))
             wires.add(name, hold, {"u": source, "y": name})
-            describe(hold.get_output_port(), unit, joint=range(joints))
         wires.add("pose_error", PoseError(joints))
-        wires.add("delay", DiscreteTimeDelay(period, DELAY, joints), {"u": "contact_torque", "delayed_u": _DELAYED})
+        delay = Hold(period, joints, DELAY, unit="N m", joint=range(joints))
+        wires.add("delay", delay, {"u": "contact_torque", "y": _DELAYED})
         names = {"estimate": "external_torque", "truth": _DELAYED, "difference": "external_torque_error"}
         wires.add("torque_error", Difference(joints, "N m", joint=range(joints)), names)
         wires.build_into(self)
@@ -83,7 +83,8 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
 def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], period: float) -> Ports:
     """Adds `true_poses` for fingers of one plant, sampled every `period` s; returns the signals `{finger}.{signal}`."""
     plant, name = fingers[0].plant, _free_name(builder, "true_poses", fingers)
-    sampled = builder.AddNamedSystem(f"{name}.state", ZeroOrderHold(period, plant.num_multibody_states()))
+    size = plant.num_multibody_states()
+    sampled = builder.AddNamedSystem(f"{name}.state", Hold(period, size, state=range(size)))
     truth = builder.AddNamedSystem(name, TruePoses(fingers))
     builder.Connect(plant.get_state_output_port(), sampled.get_input_port())
     builder.Connect(sampled.get_output_port(), truth.get_input_port())

@@ -2,7 +2,7 @@
 
 from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import MatrixGain, RandomSource, ZeroOrderHold
+from pydrake.systems.primitives import MatrixGain, RandomSource
 
 from soft_gripper.diagrams.wiring.named_blocks import make_block, name_of
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
@@ -14,10 +14,11 @@ from soft_gripper.scenario.sensor_presets import MakeSensor, find_sensor, is_kin
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.sensors.sensor_block import SensorBlock
+from soft_gripper.sensors.sensor_block import Hold, SensorBlock
 from soft_gripper.sensors.strain_errors import ReadingErrorBlock
 from soft_gripper.signals import describe
 
+_RANDOM = ".random"  # suffix of the ports of random numbers
 IDEAL = "ideal_"  # prefix of error-free signals; estimation has no access to them
 
 
@@ -51,26 +52,22 @@ class FingerSensors(Diagram):
         errors = strain_errors(config)
         ideal = {name: f"{IDEAL}{name}" for name in (layout.quantity, "extension_ratio")}
         wires.add("sensor", sensor, {} if errors is None else ideal)
-        pressure = ZeroOrderHold(period, 1)
         sampled = "sampled_pressure" if config.pressure_errors is None else f"{IDEAL}pressure"
-        wires.add("sampled_pressure", pressure, {"u": "pressure", "y": sampled})
-        describe(pressure.get_output_port(), "Pa")
+        wires.add("sampled_pressure", Hold(period, 1, unit="Pa"), {"u": "pressure", "y": sampled})
         if errors is not None:
             _add_errors(wires, "reading_errors", ReadingErrorBlock(layout, errors, period), period)
         if config.pressure_errors is not None:
-            block = ErrorBlock(config.pressure_errors, 1, period, f"{IDEAL}pressure", "sampled_pressure")
-            describe(block.get_output_port(), "Pa")
+            block = ErrorBlock(config.pressure_errors, 1, period, f"{IDEAL}pressure", "sampled_pressure", "Pa")
             _add_errors(wires, "pressure_errors", block, period)
         wires.build_into(self)
 
 
 def _add_errors(wires: NamedWires, name: str, block: ErrorBlock, period: float) -> None:
     """Adds an error block and its random numbers, which are not signals of the finger."""
-    random = f"{name}.random"
+    random = f"{name}{_RANDOM}"
     size = block.GetInputPort("standard_normal").size()
     wires.add(random, RandomSource(RandomDistribution.kGaussian, size, period), {"output": random})
     wires.add(name, block, {"standard_normal": random})
-    del wires.outputs[random]
 
 
 def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
@@ -124,7 +121,8 @@ def add_sensors(
         known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
         sensors = builder.AddNamedSystem(f"{finger.name}.sensors", FingerSensors(sensor, layout, config))
         connect_known(builder, sensors, known, "sensor")
-        outputs = vector_outputs(sensors)
+        found_ports = vector_outputs(sensors)
+        outputs = {name: port for name, port in found_ports.items() if not name.endswith(_RANDOM)}
         if layout.quantity not in outputs:
             expected = f"a sensor outputs its readings as '{layout.quantity}'"
             raise InputError("sensor", "output ports", ", ".join(outputs), expected)

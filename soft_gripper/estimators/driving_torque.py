@@ -11,7 +11,6 @@ Leading axes are free; T samples, B branches of creep, N joints.
 """
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
@@ -101,29 +100,21 @@ class DrivingTorque(ArrayBlock):
 
     def __init__(self, finger: Finger, period: float):
         """The nominal finger; it begins straight."""
-        super().__init__()
-        self._finger, self._period, joints = finger, period, finger.segments
-        self._pressure = self.take("pressure", 1)
-        followed, nothing = ["pressure"], np.zeros((0, joints))
+        super().__init__(period if finger.creep else None)
+        joints, followed = finger.segments, ["pressure"]
+        self.take("pressure", 1)
         if finger.creep:
-            self._angles = self.take(ANGLES, joints)
-            self.DeclareDiscreteState(len(finger.creep) * joints)
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-            self.remember("internal angles", self._internal_angles)
+            self.take(ANGLES, joints)
+            self.remember(
+                *("internal angles", lambda z: z),
+                begin=np.zeros((len(finger.creep), joints)),
+                keep=lambda z, q, pressure: internal_angles(finger, z, q, pressure[..., 0], period),
+                kept=(ANGLES, "pressure"),
+            )
             followed.append("internal angles")
+        nothing = np.zeros((0, joints))
 
         def torque(pressure: Array, z: Array = nothing) -> Array:
             return driving_torque(finger, pressure[..., 0], z)
 
         self.put_out(DRIVING_TORQUE, torque, *followed, unit="N m", joint=range(joints))
-
-    def _internal_angles(self, context: Context) -> Array:
-        """(B, N) rad."""
-        z: Array = context.get_discrete_state_vector().value().reshape(-1, self._finger.segments)
-        return z
-
-    def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Advances with the estimate of the previous sample; at time 0 there is none."""
-        if context.get_time() > 0:
-            z, q, pressure = self._internal_angles(context), self._angles.Eval(context), self._pressure.Eval(context)[0]
-            values.set_value(internal_angles(self._finger, z, q, pressure, self._period).ravel())

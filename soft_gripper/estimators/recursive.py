@@ -30,7 +30,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiscreteValues
 from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
@@ -293,7 +292,7 @@ class RecursiveEstimator(ShapeEstimator):
 
     def __init__(self, function: RecursiveShape, gravity: Array):
         """`gravity` in the world, (3,) m/s^2, zero for none."""
-        super().__init__(function, function.layout, gravity)
+        super().__init__(function, function.layout, gravity, function.period)
         joints = range(function.layout.finger.segments)
         self.put_out(
             *(EFFECTIVE_DRIVING_TORQUE, lambda known, driving: function.effective_driving(known.mean, driving)),
@@ -305,23 +304,16 @@ class RecursiveEstimator(ShapeEstimator):
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         assert isinstance(function, RecursiveShape)
-        self._recursive, self._start = function, function.begin()
-        self.DeclareDiscreteState(_flat(self._start))
-        self.DeclarePeriodicDiscreteUpdateEvent(function.period, 0.0, self._remember)
-        self.remember("known", self._calc_known, layout.quantity, DRIVING_TORQUE, "gravity")
+        start = function.begin()
+        self.remember(
+            "known",
+            lambda before, *sample: function.step(_unflat(before, start), *sample),
+            *(layout.quantity, DRIVING_TORQUE, "gravity"),
+            begin=_flat(start),
+            keep=_flat,
+        )
         self.derive("shape", function.estimate, "known", DRIVING_TORQUE)
-        return function.estimate(self._start, np.zeros(layout.finger.segments))
-
-    def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Stores the state of knowledge of the previous sample; at time 0 there is none."""
-        if context.get_time() > 0:
-            values.set_value(_flat(self.read("known", context)))
-
-    def _calc_known(self, context: Context) -> Filter:
-        before = _unflat(context.get_discrete_state_vector().value(), self._start)
-        names = (self._recursive.layout.quantity, DRIVING_TORQUE, "gravity")
-        sample = (self.read(name, context) for name in names)
-        return self._recursive.step(before, *sample)
+        return function.estimate(start, np.zeros(layout.finger.segments))
 
 
 def _flat(known: Filter) -> Array:

@@ -41,13 +41,17 @@ class ShapeEstimator(ArrayBlock):
     ports row after row. Stateless: a reading that is not finite matters as long as it lasts.
     """
 
-    def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array):
+    def __init__(
+        self, function: ShapeFunction, layout: MeasurementModel, gravity: Array, period: float | None = None
+    ):
         """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none.
+
+        `period` is that of the samples, s, of a function that remembers.
 
         Raises:
             InputError: if the function does not estimate the joint angles of one sample and of several.
         """
-        super().__init__()
+        super().__init__(period)
         self.function = function
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)

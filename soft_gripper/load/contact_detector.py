@@ -3,28 +3,27 @@
 Contact is detected from the section at the base, where the lever is longest.
 """
 
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from soft_gripper.cached import Cached, weakly
-from soft_gripper.signals import describe
+from soft_gripper.array_block import TIME, ArrayBlock
+from soft_gripper.arrays import Array
 
 THRESHOLD = 2.5e-3  # N m
 _RELEASE = 0.5  # of the threshold, below which contact ends
 
 
 class Touch(NamedTuple):
-    """Result of one sample."""
+    """Result of one sample, or of T."""
 
-    residual: float  # N m
-    contact: float  # 0 or 1
-    since: float  # s, NaN before the first contact
+    residual: float | Array  # N m
+    contact: float | Array  # 0 or 1
+    since: float | Array  # s, NaN before the first contact
 
 
-class ContactDetector(LeafSystem):
+class ContactDetector(ArrayBlock):
     """Detects from the external torque of one finger whether it touches anything, also while an arm moves it.
 
     ::
@@ -45,38 +44,40 @@ class ContactDetector(LeafSystem):
 
     def __init__(self, joints: int, base_joints: int, period: float, threshold: float = THRESHOLD):
         """`joints` of the finger, of which `base_joints` lie in the section at the base; `threshold` in N m."""
-        super().__init__()
+        super().__init__(period)
         self._base_joints, self._threshold = base_joints, threshold
-        self._torque = self.DeclareVectorInputPort("external_torque", joints)
-        self._tolerance = self.DeclareVectorInputPort("torque_tolerance", joints)
-        self.DeclareDiscreteState([0.0, np.nan, 0.0])  # contact, since, time of the current sample
-        followed = {self.all_input_ports_ticket(), self.xd_ticket()}
-        self._touch = Cached(self, "touch", weakly(self._calc_touch), followed)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-        self._declare("contact", "contact", "1")
-        self._declare("contact_residual", "residual", "N m")
-        self._declare("contact_time", "since", "s")
-
-    def _declare(self, name: str, field: str, unit: str) -> None:
-        def calc(context: Context, output: BasicVector) -> None:
-            output.SetAtIndex(0, getattr(self._touch.Eval(context), field))
-
-        describe(self.DeclareVectorOutputPort(name, 1, calc, {self._touch.ticket}), unit)
-
-    def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Stores the result of the previous sample; at time 0 there is none."""
-        if context.get_time() > 0:
-            touch = self._touch.Eval(context)
-            values.set_value([touch.contact, touch.since, context.get_time()])
-
-    def _calc_touch(self, context: Context, value: AbstractValue) -> None:
-        contact, since, now = context.get_discrete_state_vector().value()
-        torque, tolerance = (
-            float(port.Eval(context)[: self._base_joints].sum()) / self._base_joints
-            for port in (self._torque, self._tolerance)
+        self.take("external_torque", joints)
+        self.take("torque_tolerance", joints)
+        self.sample("now", TIME)
+        sources = "now", "external_torque", "torque_tolerance"
+        self.remember(
+            *("touch", self._touch, *sources),
+            begin=np.array([0.0, np.nan]),
+            keep=lambda touch: np.array(touch[1:]),
+            over_time=self._touches,
         )
-        if not contact and abs(torque) - tolerance > self._threshold:
-            contact, since = 1.0, now
-        elif abs(torque) + tolerance < _RELEASE * self._threshold:
+        for name, field, unit in (
+            ("contact", "contact", "1"),
+            ("contact_residual", "residual", "N m"),
+            ("contact_time", "since", "s"),
+        ):
+            self.put_out(name, attrgetter(field), "touch", unit=unit)
+
+    def _touch(self, before: Array, now: Array, torque: Array, tolerance: Array) -> Touch:
+        """One sample, after contact and since of the sample before."""
+        contact, since = before.tolist()
+        residual, allowed = (float(each[: self._base_joints].sum()) / self._base_joints for each in (torque, tolerance))
+        if not contact and abs(residual) - allowed > self._threshold:
+            contact, since = 1.0, float(now[0])
+        elif abs(residual) + allowed < _RELEASE * self._threshold:
             contact = 0.0
-        value.set_value(Touch(torque, contact, since))
+        return Touch(residual, contact, since)
+
+    def _touches(self, time: Array, *samples: Array) -> Touch:
+        """All samples of a recording, (T,) each; what is found at time 0 is not remembered."""
+        found: list[Touch] = []
+        before = begin = np.array([0.0, np.nan])
+        for at, *sample in zip(time, *samples, strict=True):
+            found.append(self._touch(before, *sample))
+            before = np.array(found[-1][1:]) if at > 0 else begin
+        return Touch(*np.array(found).T)

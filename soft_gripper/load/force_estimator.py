@@ -27,7 +27,6 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
@@ -189,33 +188,21 @@ class ForceEstimator(ArrayBlock):
             noisy: the joint angles are too noisy to be differentiated twice; the finger is taken to move as its
                 driving torque alone moves it, besides the motion of its base.
         """
-        super().__init__()
+        super().__init__(period)
         self._finger, self._balance = finger, TorqueBalance(finger)
         self._gravity, self._period, self._noisy = gravity, period, noisy
         joints = finger.segments
         sizes = {ANGLES: joints, DRIVING_TORQUE: joints, "X_WB": 12}
-        self._inputs = [self.take(name, size) for name, size in sizes.items()]
-        self.DeclareDiscreteState(np.full((SAMPLES - 1) * sum(sizes.values()), np.nan))  # the samples before
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._remember)
-        self.remember("samples", self._read_samples, *sizes, over_time=_recorded_samples, period=period)
+        for name, size in sizes.items():
+            self.take(name, size)
+        before = np.full((SAMPLES - 1, sum(sizes.values())), np.nan)
+        self.remember(
+            "samples", _with_present, *sizes, begin=before, keep=_without_oldest, over_time=_recorded_samples
+        )
         self.derive("external", self._external_torque, "samples")
         self.put_out("free_bending_angles", finger.angle, DRIVING_TORQUE, unit="rad", joint=range(joints))
         for name, part in (("external_torque", "torque"), ("torque_tolerance", "tolerance")):
             self.put_out(name, attrgetter(part), "external", unit="N m", joint=range(joints))
-
-    def _remember(self, context: Context, values: DiscreteValues) -> None:
-        """Keeps the sample that was taken a period ago; at time 0 there is none.
-
-        An event that began at `period` instead would drift off those at multiples of it by rounding.
-        """
-        if context.get_time() > 0:
-            values.set_value(self.read("samples", context)[1:].ravel())
-
-    def _read_samples(self, context: Context) -> Array:
-        """The samples remembered and the present one, (5, 2 N + 12): joint angles, driving torque, X_WB."""
-        present = [port.Eval(context) for port in self._inputs]
-        samples = np.concatenate([context.get_discrete_state_vector().value(), *present])
-        return samples.reshape(SAMPLES, -1)
 
     def _external_torque(self, samples: Array) -> ExternalTorque:
         """From samples (..., 5, 2 N + 12)."""
@@ -233,8 +220,17 @@ class ForceEstimator(ArrayBlock):
         return motion.q[..., DELAY, None, :] + free - free[..., DELAY, None, :]
 
 
+def _with_present(before: Array, *inputs: Array) -> Array:
+    """The samples remembered and the present one, (..., 5, 2 N + 12): joint angles, driving torque, X_WB."""
+    return np.concatenate([before, np.concatenate(inputs, axis=-1)[..., None, :]], axis=-2)
+
+
+def _without_oldest(samples: Array) -> Array:
+    return samples[..., 1:, :]
+
+
 def _recorded_samples(time: Array, *inputs: Array) -> Array:
-    """What `_read_samples` reads at every sample of a recording, (T, 5, 2 N + 12): at time 0 nothing is kept."""
+    """What `_with_present` returns at every sample of a recording, (T, 5, 2 N + 12): at time 0 nothing is kept."""
     present = np.concatenate(inputs, axis=-1)
     kept = np.where(time[:, None] > 0, present, np.nan)
     before = np.concatenate([np.full((SAMPLES - 1, present.shape[-1]), np.nan), kept])

@@ -1,12 +1,16 @@
-"""SensorBlock: samples the joints of a finger and reads its sensors."""
+"""SensorBlock: samples the joints of a finger and reads its sensors. Hold: samples any vector."""
 
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.signals import describe
 
 
-class SensorBlock(LeafSystem):
+class SensorBlock(ArrayBlock):
     """Samples the joints of one finger and outputs its sensor readings.
 
     ::
@@ -21,15 +25,57 @@ class SensorBlock(LeafSystem):
 
     def __init__(self, layout: MeasurementModel, period: float):
         """Samples the sensors every `period` s, beginning at initialization."""
-        super().__init__()
-        self._layout = layout
-        self._joint_angles = self.DeclareVectorInputPort("joint_angles", layout.finger.segments)
+        super().__init__(period)
+        self.take("joint_angles", layout.finger.segments)
+        self.sample("sampled", "joint_angles")
+        self.derive("signals", layout.signals, "sampled")
         for name in layout.signals(layout.straight):
-            port = self.DeclareStateOutputPort(name, self.DeclareDiscreteState(layout.readings))
-            describe(port, layout.unit, **layout.axes)
-        self.DeclareInitializationDiscreteUpdateEvent(self._sample)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+            self.put_out(name, _entry(name), "signals", unit=layout.unit, **layout.axes)
 
-    def _sample(self, context: Context, values: DiscreteValues) -> None:
-        for i, signal in enumerate(self._layout.signals(self._joint_angles.Eval(context)).values()):
-            values.set_value(i, signal)
+
+def _entry(name: str) -> Any:
+    return lambda signals: signals[name]
+
+
+class Hold(ArrayBlock):
+    """Samples a vector and outputs it, some samples later.
+
+    ::
+
+        u (n) ---> Hold ---> y (n), 0 before the first sample
+    """
+
+    def __init__(
+        self, period: float, size: int, delay: int = 0, unit: str | Sequence[str] = "1", **axes: Sequence[Any]
+    ):
+        """Samples every `period` s from time 0; delays by `delay` samples; unit and axes as for `describe`."""
+        super().__init__(period)
+        self.take("u", size)
+        self.sample("sampled", "u", at_initialization=False)
+        begin = np.zeros((delay, size))
+        self.remember("line", _lined_up, "sampled", begin=begin, keep=_without_oldest, over_time=_lines(delay))
+        self.put_out("y", _oldest, "line", unit=unit, **axes)
+
+
+def _lined_up(line: Array, present: Array) -> Array:
+    return np.concatenate([line, present[..., None, :]], axis=-2)
+
+
+def _without_oldest(line: Array) -> Array:
+    return line[..., 1:, :]
+
+
+def _oldest(line: Array) -> Array:
+    oldest: Array = line[..., 0, :]
+    return oldest
+
+
+def _lines(delay: int) -> Any:
+    """What `_lined_up` returns at every sample of a recording, (T, size) -> (T, delay + 1, size)."""
+
+    def lines(time: Array, present: Array) -> Array:
+        kept = np.where(time[:, None] > 0, present, 0.0)
+        moved = [np.concatenate([np.zeros_like(kept[:age]), kept[:-age]])[: len(kept)] for age in range(delay, 0, -1)]
+        return np.stack([*moved, present], axis=-2)
+
+    return lines

@@ -29,7 +29,6 @@ from soft_gripper.sensors import strain_errors
 from soft_gripper.sensors.error_block import ErrorBlock, pass_delay_line
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
-from soft_gripper.signals import describe
 
 PLAYS = 10
 RADII = 0.2 / 2.0 ** np.arange(PLAYS)[:, None]  # strain, (PLAYS, 1): strokes of up to 0.8 have a full loop
@@ -251,5 +250,5 @@ class ReadingErrorBlock(ErrorBlock):
     def __init__(self, layout: MeasurementModel, errors: StrainErrors, period: float):
         """Samples the sensors every `period` s."""
         model = _ReadingErrors(errors, layout.response, period)
-        super().__init__(model, layout.readings, period, f"ideal_{layout.quantity}", layout.quantity)
-        describe(self.GetOutputPort(layout.quantity), layout.unit, **layout.axes)
+        ports = f"ideal_{layout.quantity}", layout.quantity
+        super().__init__(model, layout.readings, period, *ports, layout.unit, **layout.axes)
