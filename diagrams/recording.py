@@ -22,7 +22,6 @@ from pydrake.systems.framework import (
     Diagram,
     DiagramBuilder,
     EventStatus,
-    InputPort,
     LeafSystem,
     OutputPort,
     PortDataType,
@@ -34,6 +33,8 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.live import add_live
+from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files.document import require
 from soft_gripper.files.output import atomic_file
@@ -71,37 +72,6 @@ class Output(NamedTuple):
 Source = Logged | Output
 
 
-class _Level(NamedTuple):
-    """The wires around a system."""
-
-    wires: Mapping[tuple[System, int], tuple[System, int]]  # outputs by the inputs they feed
-    diagram: Diagram | None = None  # None: the builder of the root diagram
-    above: "_Level | None" = None
-
-    def source(self, port: InputPort) -> "tuple[OutputPort, _Level] | None":
-        """The output that feeds an input, and its level; None if there is none yet."""
-        key = port.get_system(), port.get_index()
-        if key in self.wires:
-            system, index = self.wires[key]
-            return system.get_output_port(index), self
-        if self.diagram is None or self.above is None:
-            return None
-        outer = map(self.diagram.get_input_port, range(self.diagram.num_input_ports()))
-        fed = (each for each in outer if key in map(tuple, self.diagram.GetInputPortLocators(each.get_index())))
-        port_above = next(fed, None)
-        return None if port_above is None else self.above.source(port_above)
-
-    def exported(self, port: OutputPort) -> OutputPort | None:
-        """The port of the root diagram that exports an output; None if there is none."""
-        if self.diagram is None or self.above is None:
-            return port
-        key = port.get_system(), port.get_index()
-        outer = map(self.diagram.get_output_port, range(self.diagram.num_output_ports()))
-        shown = (each for each in outer if tuple(self.diagram.get_output_port_locator(each.get_index())) == key)
-        port_above = next(shown, None)
-        return None if port_above is None else self.above.exported(port_above)
-
-
 class SignalSources:
     """Finds the ports from which signals of a diagram can be computed, sampled every `period` s.
 
@@ -112,7 +82,7 @@ class SignalSources:
 
     def __init__(self, builder: DiagramBuilder, period: float):
         self.ports: list[OutputPort] = []
-        self._root, self._period = _Level(builder.connection_map()), period
+        self._root, self._period = Level.root(builder), period
         self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
         self._outputs: dict[tuple[System, str], Output | None] = {}
 
@@ -125,12 +95,10 @@ class SignalSources:
             self.ports.append(port)
         return Logged(self.ports.index(port))
 
-    def _trace(self, port: OutputPort, level: _Level) -> Source | None:
+    def _trace(self, port: OutputPort, level: Level) -> Source | None:
         """The same at any level; None if it depends on an output that the root diagram does not export."""
+        port, level = level.leaf_output(port)
         system = port.get_system()
-        if isinstance(system, Diagram):
-            inner, index = system.get_output_port_locator(port.get_index())
-            return self._trace(inner.get_output_port(index), _Level(system.connection_map(), system, level))
         if isinstance(system, ArrayBlock) and system.follows(port.get_name(), self._period):
             output = self._follow(system, port.get_name(), level)
             if output is not None:
@@ -138,7 +106,7 @@ class SignalSources:
         shown = level.exported(port)
         return None if shown is None else self._logged(shown)
 
-    def _follow(self, system: ArrayBlock, name: str, level: _Level) -> Output | None:
+    def _follow(self, system: ArrayBlock, name: str, level: Level) -> Output | None:
         """An output of a block, if all its sources are known; None also during the search itself, in a loop."""
         key = system, name
         if key not in self._outputs:
@@ -151,10 +119,10 @@ class SignalSources:
                 self._outputs[key] = Output(block, name)
         return self._outputs[key]
 
-    def _leaf(self, system: ArrayBlock, name: str, level: _Level) -> Source | None:
+    def _leaf(self, system: ArrayBlock, name: str, level: Level) -> Source | None:
         if system.HasInputPort(name):
-            fed = level.source(system.GetInputPort(name))
-            return None if fed is None else self._trace(*fed)
+            fed = level.feed(system.GetInputPort(name))
+            return None if fed is None else self._trace(fed.output, fed.level)
         shown = level.exported(system.GetOutputPort(name))
         return None if shown is None else self._logged(shown)
 
@@ -254,21 +222,26 @@ class SignalLogs(Diagram):
             sink.values(root_context).clear()
 
 
-def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:
+def add_logs(
+    builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float, live: bool = False
+) -> SignalLogs:
     """Adds `logs` to any diagram; `read_logs` makes a Recording of all their signals after a run.
 
-    Signals of an ArrayBlock are not computed while the diagram runs unless another block reads them.
+    Signals of an ArrayBlock are not computed while the diagram runs unless another block reads them, see `add_live`.
 
     Args:
-        builder: builder of the diagram, in which the sources of the signals are connected.
+        builder: builder of the diagram, in which the sources of the signals are connected; add all other blocks before.
         signals: vector ports by name in the recording, such as "left_finger.strain".
         period: sampling period, s.
+        live: every port can be read while the diagram runs, at the cost of the blocks behind it.
     """
     sources = SignalSources(builder, period)
     logs = SignalLogs(signals, sources, period)
     builder.AddNamedSystem("logs", logs)
     for i, number in enumerate(logs.logged):
         builder.Connect(sources.ports[number], logs.get_input_port(i))
+    if not live:
+        add_live(builder, period)
     return logs
 
 

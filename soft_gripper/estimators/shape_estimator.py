@@ -41,9 +41,7 @@ class ShapeEstimator(ArrayBlock):
     ports row after row. Stateless: a reading that is not finite matters as long as it lasts.
     """
 
-    def __init__(
-        self, function: ShapeFunction, layout: MeasurementModel, gravity: Array, period: float | None = None
-    ):
+    def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array, period: float | None = None):
         """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none.
 
         `period` is that of the samples, s, of a function that remembers.

@@ -196,9 +196,7 @@ class ForceEstimator(ArrayBlock):
         for name, size in sizes.items():
             self.take(name, size)
         before = np.full((SAMPLES - 1, sum(sizes.values())), np.nan)
-        self.remember(
-            "samples", _with_present, *sizes, begin=before, keep=_without_oldest, over_time=_recorded_samples
-        )
+        self.remember("samples", _with_present, *sizes, begin=before, keep=_without_oldest, over_time=_recorded_samples)
         self.derive("external", self._external_torque, "samples")
         self.put_out("free_bending_angles", finger.angle, DRIVING_TORQUE, unit="rad", joint=range(joints))
         for name, part in (("external_torque", "torque"), ("torque_tolerance", "tolerance")):

@@ -1,0 +1,77 @@
+"""The wires of a diagram that is being built, followed through all its levels."""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
+
+
+class Level(NamedTuple):
+    """The wires around a system."""
+
+    wires: Mapping[tuple[System, int], tuple[System, int]]  # outputs by the inputs they feed
+    diagram: Diagram | None = None  # None: the builder of the root diagram
+    above: "Level | None" = None
+
+    @classmethod
+    def root(cls, builder: DiagramBuilder) -> "Level":
+        """The level of a builder's systems."""
+        return cls(builder.connection_map())
+
+    def inside(self, diagram: Diagram) -> "Level":
+        """The level of the systems in a diagram of this level."""
+        return Level(diagram.connection_map(), diagram, self)
+
+    def feed(self, port: InputPort) -> "Feed | None":
+        """What feeds an input; None if nothing does yet."""
+        key = port.get_system(), port.get_index()
+        if key in self.wires:
+            system, index = self.wires[key]
+            return Feed(system.get_output_port(index), port, self)
+        if self.diagram is None or self.above is None:
+            return None
+        outer = map(self.diagram.get_input_port, range(self.diagram.num_input_ports()))
+        fed = (each for each in outer if key in map(tuple, self.diagram.GetInputPortLocators(each.get_index())))
+        port_above = next(fed, None)
+        return None if port_above is None else self.above.feed(port_above)
+
+    def exported(self, port: OutputPort) -> OutputPort | None:
+        """The port of the root diagram that exports an output; None if there is none."""
+        if self.diagram is None or self.above is None:
+            return port
+        key = port.get_system(), port.get_index()
+        outer = map(self.diagram.get_output_port, range(self.diagram.num_output_ports()))
+        shown = (each for each in outer if tuple(self.diagram.get_output_port_locator(each.get_index())) == key)
+        port_above = next(shown, None)
+        return None if port_above is None else self.above.exported(port_above)
+
+    def leaf_output(self, port: OutputPort) -> "tuple[OutputPort, Level]":
+        """The port of a leaf system that is behind an output, and its level."""
+        system = port.get_system()
+        if not isinstance(system, Diagram):
+            return port, self
+        inner, index = system.get_output_port_locator(port.get_index())
+        return self.inside(system).leaf_output(inner.get_output_port(index))
+
+
+class Feed(NamedTuple):
+    """A wire: an output of one system to an input of another at the same level."""
+
+    output: OutputPort
+    input: InputPort
+    level: Level
+
+
+def leaf_systems(builder: DiagramBuilder) -> Iterator[tuple[LeafSystem, Level]]:
+    """All leaf systems of a diagram, with their levels."""
+    level = Level.root(builder)
+    for system in builder.GetSystems():
+        yield from _leaves(system, level)
+
+
+def _leaves(system: System, level: Level) -> Iterator[tuple[LeafSystem, Level]]:
+    if isinstance(system, Diagram):
+        for inner in system.GetSystems():
+            yield from _leaves(inner, level.inside(system))
+    else:
+        yield system, level
