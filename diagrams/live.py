@@ -275,8 +275,15 @@ def add_live(builder: DiagramBuilder, period: float) -> None:
     if reads:
         _replace(builder, reads, period)
     for system, _ in leaf_systems(builder):
-        if isinstance(system, ArrayBlock) and system not in running:
-            system.rest()
+        if isinstance(system, ArrayBlock):
+            system.wake() if system in running else system.rest()
+
+
+def wake_all(builder: DiagramBuilder) -> None:
+    """Lets every block of a diagram run by itself, so that every port can be read at any time."""
+    for system, _ in leaf_systems(builder):
+        if isinstance(system, ArrayBlock):
+            system.wake()
 
 
 def _find_reads(builder: DiagramBuilder, period: float) -> tuple[list[_Read], set[ArrayBlock]]:

@@ -33,7 +33,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
-from soft_gripper.diagrams.live import add_live
+from soft_gripper.diagrams.live import add_live, wake_all
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files.document import require
@@ -240,7 +240,9 @@ def add_logs(
     builder.AddNamedSystem("logs", logs)
     for i, number in enumerate(logs.logged):
         builder.Connect(sources.ports[number], logs.get_input_port(i))
-    if not live:
+    if live:
+        wake_all(builder)
+    else:
         add_live(builder, period)
     return logs
 

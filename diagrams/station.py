@@ -3,6 +3,7 @@
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
+from soft_gripper.array_block import asleep
 from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
 from soft_gripper.diagrams.recording import add_logs
 from soft_gripper.diagrams.scene import add_plant
@@ -33,7 +34,8 @@ def make_station(
     """
     builder = DiagramBuilder()
     station = add_station(builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator)
-    logs = add_logs(builder, station.signals, station.scenario.sensor.period)
+    live = station.scenario.record.live or bool(station.inputs)  # what is outside may read any port
+    logs = add_logs(builder, station.signals, station.scenario.sensor.period, live)
     for name, command in station.inputs.items():
         builder.ExportInput(command, name)
     for name, signal in station.signals.items():
@@ -54,6 +56,8 @@ def add_station(
 ) -> StationParts:
     """Adds the blocks of a scenario to a diagram; add your own blocks, `add_logs` and `Build` afterwards.
 
+    `add_logs` decides which blocks run: those that others read. Without a recording, call `add_live` instead.
+
     ::
 
         pressure_steps -> {model}.pressure_drive -> plant -> {finger}.sensors -> {finger}.estimation -> signals
@@ -72,7 +76,17 @@ def add_station(
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
     """
     _check_first(builder)
-    scenario = checked_scenario("scenario", scenario)
+    with asleep():
+        return _add_blocks(builder, checked_scenario("scenario", scenario), meshcat, make_sensor, make_estimator)
+
+
+def _add_blocks(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    meshcat: Meshcat | None,
+    make_sensor: MakeSensor | None,
+    make_estimator: MakeEstimator | None,
+) -> StationParts:
     nominal = read_nominal_model(scenario.nominal)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))

@@ -4,7 +4,9 @@ Its ports call the functions for one sample. A recording calls them once for all
 blocks that its loop reads together, sample by sample (`diagrams.live`): all three call the same functions.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -86,6 +88,19 @@ class Memory(Step):
     over_time: Callable[..., Any] | None = None  # from the sources at all samples; None: known only during a run
 
 
+_ASLEEP: ContextVar[bool] = ContextVar("asleep", default=False)
+
+
+@contextmanager
+def asleep() -> Iterator[None]:
+    """Blocks that are made inside rest until `wake`; an event that does nothing would cost time at every sample."""
+    token = _ASLEEP.set(True)
+    try:
+        yield
+    finally:
+        _ASLEEP.reset(token)
+
+
 class RestingError(RuntimeError):
     """A port of a block is read that is not computed while the simulation runs."""
 
@@ -105,14 +120,13 @@ class ArrayBlock(LeafSystem):
         super().__init__()
         self.steps: dict[str, Step] = {}
         self.outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
-        self.period, self._rests = period, False
+        self.period, self._rests, self._has_events = period, True, False
         self._read: dict[str, Callable[[Context], Any]] = {}  # the steps
         self._tickets: dict[str, set[Any]] = {}  # of each step
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
         self._groups: dict[str, int] = {}  # discrete state of samples and memories
-        if period is not None:
-            self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weakly(self._advance))
+        if not _ASLEEP.get():
+            self.wake()
 
     def take(self, name: str, size: int, random: RandomDistribution | None = None) -> InputPort:
         """Declares a vector input, which may be random, and the step of its name."""
@@ -216,6 +230,14 @@ class ArrayBlock(LeafSystem):
         port = self.DeclareVectorOutputPort(name, size, calc, self._tickets_of(sources))
         describe(port, unit, meanings, **axes)
         self.outputs[name] = function, sources
+
+    def wake(self) -> None:
+        """Takes samples from now on; to be called before the diagram is used."""
+        self._rests = False
+        if self.period is not None and not self._has_events:
+            self._has_events = True
+            self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
+            self.DeclarePeriodicDiscreteUpdateEvent(self.period, 0.0, weakly(self._advance))
 
     def rest(self) -> None:
         """Takes no samples from now on: nothing that runs reads this block."""

@@ -29,6 +29,7 @@ from pydrake.systems.sensors import RgbdSensor
 from scipy.linalg import expm
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.live import add_live
 from soft_gripper.diagrams.scene import arm_joints, first_body
 from soft_gripper.diagrams.station import add_station
 from soft_gripper.diagrams.station_parts import StationParts
@@ -365,6 +366,7 @@ def make_learning_station(
         of_task["goal"] = describe(goal.get_output_port(), "m")
     observation = add_observation(builder, config.observation, parts.signals | of_task)
     builder.ExportOutput(observation, "observation")
+    add_live(builder, scenario.sensor.period)
     if picture:
         builder.ExportOutput(_add_camera(builder, parts), "picture")
     diagram = builder.Build()

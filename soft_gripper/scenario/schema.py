@@ -353,6 +353,15 @@ _SOLVER = {
 }
 
 
+@dataclass
+class RecordConfig:
+    """What is computed for the recording."""
+
+    # Every block runs in time with the simulation, so that any port can be read during a run; otherwise only those
+    # that others read.
+    live: bool = False
+
+
 @dataclass(eq=False)
 class Scenario(ByValue):
     """A whole scenario: models, drive, sensors, estimators and solver."""
@@ -370,6 +379,7 @@ class Scenario(ByValue):
     sensor: SensorConfig = field(default_factory=SensorConfig)
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     nominal: NominalConfig = field(default_factory=NominalConfig)
+    record: RecordConfig = field(default_factory=RecordConfig)
     plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config, metadata=valid(parts=_PLANT))
     simulator_config: SimulatorConfig = field(default_factory=default_simulator_config, metadata=valid(parts=_SOLVER))
 
