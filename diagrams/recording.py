@@ -287,6 +287,14 @@ class Recording:
     data: xr.Dataset
 
     def __getitem__(self, signal: str) -> xr.DataArray:
+        """A signal.
+
+        Raises:
+            InputError: if it was not recorded.
+        """
+        if signal not in self.data:
+            expected = "was not recorded; of the ground truth, everything is with record.truth: all"
+            raise InputError("recording", "signal", signal, expected)
         return self.data[signal]
 
     def save(self, path: Path | str) -> None:

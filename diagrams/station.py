@@ -94,14 +94,15 @@ def _add_blocks(
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
-    sensing = SensingConfig(scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator)
+    sensing = SensingConfig(scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator, scenario.record)
     station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing)
     set_point = add_pressure_commands(builder, station, drive)
     if scenario.arm is not None:
         add_arm(builder, station, scenario.arm, set_point)
     free = [model.name for model in scenario.models if model.free]
     arm = None if scenario.arm is None else scenario.arm.model
-    station.signals |= add_plant_signals(builder, scene.plant, free, arm)
+    wrenches = scenario.record.truth != "none"
+    station.signals |= add_plant_signals(builder, scene.plant, free, arm, wrenches)
     if meshcat is not None:
         add_meshcat_view(
             builder,

@@ -18,7 +18,11 @@ _WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
 
 
 def add_plant_signals(
-    builder: DiagramBuilder, plant: MultibodyPlant, free: Iterable[str], arm: str | None = None
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    free: Iterable[str],
+    arm: str | None = None,
+    wrenches: bool = True,
 ) -> dict[str, OutputPort]:
     """Adds blocks that select signals from the plant's state; returns the signals.
 
@@ -30,6 +34,7 @@ def add_plant_signals(
         plant: the finalized plant.
         free: names of the free models.
         arm: name of the arm.
+        wrenches: with the contact wrenches.
     """
     names, units = plant.GetStateNames(), state_units(plant)
     signals = {"plant.state": describe(plant.get_state_output_port(), units, state=names)}
@@ -39,7 +44,7 @@ def add_plant_signals(
         pose = _pick(builder, plant, f"{name}.pose", range(first, first + 7))
         signals[f"{name}.pose"] = describe(pose, _POSE_UNITS, pose_entry=_POSE)
         forces = plant.get_generalized_contact_forces_output_port(model)
-        if forces.size() == len(_WRENCH):
+        if wrenches and forces.size() == len(_WRENCH):
             signals[f"{name}.contact_wrench"] = describe(forces, _WRENCH_UNITS, wrench=_WRENCH)
     return signals | (_arm_signals(builder, plant, arm) if arm is not None else {})
 

@@ -19,7 +19,7 @@ from soft_gripper.scenario.schema import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
-from soft_gripper.truth.poses import Difference, PoseError, TruePoses
+from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses
 
 _DELAYED = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
@@ -96,10 +96,15 @@ def _free_name(builder: DiagramBuilder, name: str, fingers: Sequence[PlantFinger
     return f"{fingers[0].name}.{name}" if builder.HasSubsystemNamed(name) else name
 
 
-def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger]) -> Ports:
-    """Adds `true_contact` for fingers of one plant; returns its signals, `{finger}.{signal}`, and `width`."""
+def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger], interval: float | None = None) -> Ports:
+    """Adds `true_contact` for fingers of one plant, which is NaN but every `interval` s; None: known at all times.
+
+    Returns:
+        its signals, `{finger}.{signal}`, and `width`.
+    """
     plant, name = fingers[0].plant, _free_name(builder, "true_contact", fingers)
-    truth = builder.AddNamedSystem(name, TrueContact({finger.name: TouchedLinks.of(finger) for finger in fingers}))
+    links = {finger.name: TouchedLinks.of(finger) for finger in fingers}
+    truth = builder.AddNamedSystem(name, TrueContact(links, interval))
     builder.Connect(plant.get_contact_results_output_port(), truth.GetInputPort("contact_results"))
     builder.Connect(plant.get_body_poses_output_port(), truth.GetInputPort("body_poses"))
     return vector_outputs(truth)
@@ -169,8 +174,10 @@ def add_alongside(
             estimation = AlongsideEstimation(estimator, layout.finger, period)
             builder.AddNamedSystem(f"{finger.name}.{kind}.estimation", estimation)
             connect_known(builder, estimation, estimation_inputs(known), "estimator")
-        scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger.segments))
         found = vector_outputs(estimation)
-        connect_known(builder, scoring, {**known, **found}, "score")
-        signals |= {f"{kind}.{name}": port for name, port in (found | vector_outputs(scoring)).items()}
+        if TRUE_JOINTS in known:
+            scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger.segments))
+            connect_known(builder, scoring, {**known, **found}, "score")
+            found |= vector_outputs(scoring)
+        signals |= {f"{kind}.{name}": port for name, port in found.items()}
     return signals

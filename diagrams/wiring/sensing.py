@@ -28,7 +28,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
 from soft_gripper.scenario.nominal_model import NominalModel
-from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
+from soft_gripper.scenario.schema import EstimatorConfig, RecordConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import MakeSensor, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
@@ -61,6 +61,7 @@ class SensingConfig:
     nominal: NominalModel = field(default_factory=NominalModel)  # see `read_nominal_model`
     make_sensor: MakeSensor | None = None  # in the place of the sensor that `sensor.type` names
     make_estimator: MakeEstimator | None = None  # in the place of the estimator that `estimator.type` names
+    record: RecordConfig = field(default_factory=RecordConfig)  # which ground truth is added
 
 
 def add_sensing(
@@ -89,28 +90,42 @@ def add_sensing(
     known_uncertainty = uncertainty(config.estimator, config.sensor)
     config = replace(config, estimator=replace(config.estimator, uncertainty=known_uncertainty))
     check_finalized(fingers)
-    signals = add_true_poses(builder, fingers, config.sensor.period) if fingers else {}
+    is_scored = config.record.truth != "none"
+    signals = add_true_poses(builder, fingers, config.sensor.period) if fingers and is_scored else {}
     layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
     for finger in fingers:
         if finger.name not in pressures:
             raise InputError("add_sensing", "pressures", list(pressures), f"has no entry for finger '{finger.name}'")
-        truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP)}
+        truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP) if is_scored}
         found = _sense(builder, finger, pressures[finger.name], truth, layouts[finger.name], config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
     if not fingers:
         return signals
-    truth = add_true_contact(builder, fingers)
-    true_width = truth.pop("width")
-    signals |= truth
+    true_width = _add_true_contact(builder, fingers, config, signals)
     if not forms_gripper(fingers):
         return signals
-    signals["grip.true_object_width"] = true_width
+    if true_width is not None:
+        signals["grip.true_object_width"] = true_width
     if config.estimator.contact_threshold is not None:
         nominal = {name: layout.finger for name, layout in layouts.items()}
         gripper = find_gripper(fingers, "estimator.contact_threshold")
         width = signals["grip.object_width"] = add_object_width(builder, gripper, nominal, signals)
-        signals["grip.object_width_error"] = add_width_error(builder, width, true_width)
+        if true_width is not None:
+            signals["grip.object_width_error"] = add_width_error(builder, width, true_width)
     return signals
+
+
+def _add_true_contact(
+    builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: SensingConfig, signals: Ports
+) -> OutputPort | None:
+    """Adds the patches of contact if they are recorded, and their signals; returns the true width of what is held."""
+    every = config.record.patches_every
+    if every is None:
+        return None
+    truth = add_true_contact(builder, fingers, None if every == 1 else every * config.sensor.period)
+    width = truth.pop("width")
+    signals |= truth
+    return width
 
 
 def _sense(
@@ -128,7 +143,7 @@ def _sense(
         builder, finger.name, nominal, estimator, period, gravity, measured, config.make_estimator
     )
     known = {**measured, **estimated}
-    scores = add_scoring(builder, finger, period, known | truth)
+    scores = add_scoring(builder, finger, period, known | truth) if truth else {}
     alongside = add_alongside(builder, finger, nominal, estimator, period, measured | truth)
     twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure"})
     if twice:

@@ -121,11 +121,15 @@ def _write(out: Path, name: str, station: Station, recording: Recording, console
         console.table("phases", phases)
         console.document["outcome"] = outcome(recording).words
         looked_for = station.scenario.estimator.contact_threshold is not None
-        if looked_for and any(phase.holds for phase in station.task.phases):
+        is_judged = station.scenario.record.truth == "all"
+        if is_judged and looked_for and any(phase.holds for phase in station.task.phases):
             truth = judged(station, recording)
             print_truth(truth)
             console.table("truth", [truth])
         return [*files, "phases.csv", "phases.png"]
+    if station.scenario.record.truth == "none":
+        print("There is no ground truth to compare with (record.truth: none).")
+        return files
     if station.scenario.control.set_points is not None:
         steps = step_table(station, recording)
         write_csv(out / "steps.csv", steps)

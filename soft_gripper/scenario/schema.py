@@ -5,6 +5,7 @@ of a class; those across the parts of a scenario are in `checks.py`.
 """
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
@@ -360,6 +361,19 @@ class RecordConfig:
     # Every block runs in time with the simulation, so that any port can be read during a run; otherwise only those
     # that others read.
     live: bool = False
+    # The ground truth: "all"; "forces", without the patches of contact, which cost the most; "every 10", with the
+    # patches at every tenth sample; or "none".
+    truth: str = "all"
+
+    @property
+    def patches_every(self) -> int | None:
+        """Samples from one record of the contact patches to the next; None: they are not recorded."""
+        words = self.truth.split()
+        return int(words[1]) if words[0] == "every" else 1 if self.truth == "all" else None
+
+    def misfits(self) -> Iterator[Misfit]:
+        if re.fullmatch(r"all|forces|none|every [1-9][0-9]{0,5}", self.truth) is None:
+            yield "truth", self.truth, 'must be "all", "forces", "every N" with N samples, or "none"'
 
 
 @dataclass(eq=False)

@@ -140,7 +140,7 @@ def patch_table(found: Iterable[Patch], links: Mapping[int, OwnLink], X_WB: Sequ
 class FingerContacts(NamedTuple):
     """All P patches in which fingers touch something else, in T samples."""
 
-    samples: int  # T
+    known: NDArray[np.bool_]  # (T,) samples of which the patches are known
     sample: NDArray[np.int_]  # (P,) of the patch
     finger: NDArray[np.int_]  # (P,) number of the finger
     link: NDArray[np.int_]  # (P,) number of the link, 0 at the base
@@ -154,16 +154,23 @@ class FingerContacts(NamedTuple):
     def of(self, finger: int) -> "FingerContacts":
         """Those of one finger."""
         own = self.finger == finger
-        return FingerContacts(self.samples, *(column[own] for column in self[1:]))
+        return FingerContacts(self.known, *(column[own] for column in self[1:]))
 
     def sums(self, values: Array) -> Array:
-        """Sums over the patches of each sample, (P,) -> (T,)."""
-        return np.bincount(self.sample, values, self.samples).astype(float)
+        """Sums over the patches of each sample, (P,) -> (T,); NaN where they are not known."""
+        sums: Array = np.where(self.known, np.bincount(self.sample, values, self.samples), np.nan)
+        return sums
 
     def link_sums(self, values: Array, links: int) -> Array:
-        """Sums over the patches of each link, of so many, (P,) -> (T, links)."""
+        """Sums over the patches of each link, of so many, (P,) -> (T, links); NaN where they are not known."""
         row = self.sample * links + self.link
-        return np.bincount(row, values, self.samples * links).astype(float).reshape(self.samples, links)
+        sums = np.bincount(row, values, self.samples * links).reshape(self.samples, links)
+        return np.where(self.known[:, None], sums, np.nan)
+
+    @property
+    def samples(self) -> int:
+        """T."""
+        return len(self.known)
 
     @property
     def mean_arc_length(self) -> Array:
@@ -188,7 +195,7 @@ class FingerContacts(NamedTuple):
         return normals
 
 
-def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> FingerContacts:
+def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bool_]) -> FingerContacts:
     """External contacts of fingers.
 
     A force that presses on the inner side pushes a link along the -x axis of its frame. The pressure of a surface acts
@@ -197,7 +204,7 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> Fin
     Args:
         table: of patches, (P, 28), see `patch_table`.
         sample: that each belongs to, (P,), in rising order.
-        samples: how many there are.
+        known: samples of which the patches are known, (T,).
     """
     finger, link = table[:, :2].astype(int).T
     begin, sign = table[:, 2:4].T
@@ -211,7 +218,7 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], samples: int) -> Fin
     arc_length = begin + (z * (center - origin)).sum(axis=1)
     opening = -sign * (force * x).sum(axis=1)
     total = np.linalg.norm(force, axis=1)
-    return FingerContacts(samples, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening)
+    return FingerContacts(known, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening)
 
 
 def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
@@ -286,13 +293,15 @@ class TrueContact(ArrayBlock):
     along the normal of each. Without contact forces are 0 and places NaN; for the width see `contact_width`.
     """
 
-    def __init__(self, fingers: Mapping[str, TouchedLinks]):
-        """`fingers` by their names."""
+    def __init__(self, fingers: Mapping[str, TouchedLinks], interval: float | None = None):
+        """`fingers` by their names; at other times than multiples of `interval`, s, everything is NaN; None: never."""
         super().__init__()
+        self._interval = interval
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
-        self.show("patches", self._collect, {self._results.ticket(), self._poses.ticket()})
+        followed = {self._results.ticket(), self._poses.ticket()}
+        self.show("patches", self._collect, followed if interval is None else followed | {self.time_ticket()})
         self.derive("contacts", _of_sample, "patches", over_time=_of_samples)
         for number, (name, finger) in enumerate(fingers.items()):
             self._put_out_signals(number, name, len(finger.bodies))
@@ -306,18 +315,26 @@ class TrueContact(ArrayBlock):
             unit, axes = "m" if signal in PLACES else "N", _axes(signal, sizes.get(signal, 1))
             self.put_out(f"{name}.{signal}", itemgetter(signal), name, unit=unit, **axes)
 
-    def _collect(self, context: Context) -> Array:
+    def _collect(self, context: Context) -> Array | None:
+        """The table of patches; None at samples that are left out."""
+        intervals = 0.0 if self._interval is None else context.get_time() / self._interval
+        if abs(intervals - round(intervals)) > _SHARE:
+            return None
         found = list(patches(self._results.Eval(context), self._links))
         return patch_table(found, self._links, self._poses.Eval(context) if found else [])
 
 
-def _of_sample(table: Array) -> FingerContacts:
-    return finger_contacts(table, np.zeros(len(table), int), 1)
+_SHARE = 1e-6  # of an interval, by which a time may differ from a multiple of it
 
 
-def _of_samples(tables: Sequence[Array]) -> FingerContacts:
-    sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
-    return finger_contacts(np.concatenate(tables), sample, len(tables))
+def _of_sample(table: Array | None) -> FingerContacts:
+    return _of_samples([table])
+
+
+def _of_samples(tables: Sequence[Array | None]) -> FingerContacts:
+    found = [np.empty((0, COLUMNS)) if table is None else table for table in tables]
+    sample = np.repeat(np.arange(len(found)), [len(table) for table in found])
+    return finger_contacts(np.concatenate(found), sample, np.array([table is not None for table in tables]))
 
 
 def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:

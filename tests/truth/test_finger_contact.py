@@ -38,7 +38,7 @@ def over_time(samples, finger=FINGER):
     """Signals of a finger from the patches of several samples."""
     tables = [patch_table(found, LINKS, POSES) for found in samples]
     sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
-    contacts = finger_contacts(np.concatenate(tables), sample, len(tables))
+    contacts = finger_contacts(np.concatenate(tables), sample, np.full(len(tables), True))
     return contact_signals(contacts.of([FINGER, NEIGHBOUR].index(finger)), len(finger.bodies))
 
 
@@ -124,10 +124,10 @@ def pressed_at(*places):
     count = len(places)
     centers, normals = (np.array(vectors, dtype=float) for vectors in zip(*places, strict=True))
     numbers, ones = np.zeros(count, int), np.ones(count)
-    return FingerContacts(count, np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones)
+    return FingerContacts(np.full(count, True), np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones)
 
 
-UNTOUCHED = FingerContacts(1, *np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0)))
+UNTOUCHED = FingerContacts(np.array([True]), *np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0)))
 
 
 def on_circle(count, radius, heights):
@@ -161,7 +161,7 @@ def test_the_strongest_patch_gives_the_normal():
     weak, strong = patch(ONE, THING, X, Y, [0, 1.0, 0]), patch(ONE, THING, X, Z, [0, 0, 2.0])
     for found in ([weak, strong], [strong, weak]):
         table = patch_table(found, LINKS, POSES)
-        np.testing.assert_allclose(finger_contacts(table, np.zeros(2, int), 1).main_normal, [Z])
+        np.testing.assert_allclose(finger_contacts(table, np.zeros(2, int), np.array([True])).main_normal, [Z])
 
 
 def test_there_is_no_width_unless_two_fingers_or_more_all_touch():
