@@ -9,8 +9,8 @@ one event at every sample: a Python block costs more by its events, ports and ca
 samples only, and are state. Others, and those that are read inside of the same part of the diagram, run by themselves.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, is_dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,29 +27,34 @@ from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memor
 from soft_gripper.arrays import Array
 from soft_gripper.cached import weakly
 from soft_gripper.diagrams.wires import Feed, Level, leaf_systems
+from soft_gripper.quantity import rules
 
-Values = list[Any]  # of all nodes of a network
+
+class _Node(NamedTuple):
+    """A step of one block, or of several alike at once, along a leading axis."""
+
+    of: Callable[..., Any]  # of the values of the sources
+    sources: Sequence[int]
 
 
 class _Taken(NamedTuple):
-    """A sample: the node that is sampled, None for the time."""
+    """A sample."""
 
     step: Sample
-    source: int | None
+    source: int | None  # None: the time
     held: slice  # where it is kept in the state
+    shape: tuple[int, ...]
 
 
 class _Remembered(NamedTuple):
+    """What follows from a memory, and what is remembered of it."""
+
     step: Memory
-    sources: list[int]
-    kept: list[int]  # what it is kept of, the step itself first
-    begin: int | None  # node from which it begins
+    sources: Sequence[int]
+    kept: Sequence[int]  # what is remembered of, the step itself first
+    begin: int | None  # the node from which it begins
     held: slice
-
-
-class _Computed(NamedTuple):
-    of: Callable[..., Any]
-    sources: list[int]
+    shape: tuple[int, ...]
 
 
 @dataclass(eq=False)
@@ -57,8 +62,13 @@ class Network:
     """The steps of several blocks, each after those that it follows from."""
 
     inputs: list[tuple[OutputPort, Step]] = field(default_factory=list)  # ports outside, and the steps that they feed
-    nodes: list[Any] = field(default_factory=list)
+    nodes: list[Any] = field(default_factory=list)  # an int is an input
     begin: list[Array] = field(default_factory=list)  # of what is held between samples
+
+    def add(self, node: Any) -> int:
+        """The number of a new node."""
+        self.nodes.append(node)
+        return len(self.nodes) - 1
 
     def hold(self, begin: Array) -> slice:
         """Room for an array in the state."""
@@ -66,45 +76,48 @@ class Network:
         self.begin.append(begin.ravel())
         return slice(start, start + begin.size)
 
-    def values(self, read: Values, held: Array, time: float, is_first: bool) -> Values:
-        """All nodes at a sample.
+    def sample(self, read: Sequence[Any], held: Array, time: float, is_first: bool) -> tuple[list[Any], Array]:
+        """The values of all nodes at a sample, and the state after it.
 
         Args:
             read: values of the inputs.
             held: state.
             time: s.
-            is_first: the run is initialized.
+            is_first: the run is initialized; then, at time 0, nothing is remembered yet.
         """
-        values: Values = []
+        values: list[Any] = []
         for node in self.nodes:
-            if isinstance(node, _Computed):
+            if isinstance(node, _Node):
                 values.append(node.of(*[values[i] for i in node.sources]))
             elif isinstance(node, int):
                 values.append(read[node])
             elif isinstance(node, _Taken):
-                step = node.step
-                is_taken = step.at_initialization if is_first else step.at_zero or time > 0
+                is_taken = node.step.at_initialization if is_first else node.step.at_zero or time > 0
                 present = np.array([time]) if node.source is None else values[node.source]
-                values.append(present if is_taken else held[node.held])
+                values.append(present if is_taken else held[node.held].reshape(node.shape))
             else:
-                step = node.step
-                is_begun = is_first and node.begin is not None
-                memory = step.begin_of[0](values[node.begin]) if is_begun else held[node.held].reshape(step.begin.shape)
-                values.append(step.of(memory, *[values[i] for i in node.sources]))
-        return values
+                memory = self._begun(node, values) if is_first else None
+                memory = held[node.held].reshape(node.shape) if memory is None else memory
+                values.append(node.step.of(memory, *[values[i] for i in node.sources]))
+        return values, self._state(values, held, is_first and time == 0)
 
-    def state(self, values: Values, held: Array, time: float, is_first: bool) -> Array:
-        """What is held after a sample; at the initialization of a run at time 0 nothing is remembered yet."""
+    def _state(self, values: list[Any], held: Array, is_begun: bool) -> Array:
         after = held.copy()
-        for i, node in enumerate(self.nodes):
+        for number, node in enumerate(self.nodes):
             if isinstance(node, _Taken):
-                after[node.held] = values[i]
+                after[node.held] = values[number].ravel()
             elif isinstance(node, _Remembered):
-                if not is_first or time > 0:
-                    after[node.held] = node.step.keep(*[values[j] for j in node.kept]).ravel()
-                elif node.begin is not None:
-                    after[node.held] = node.step.begin_of[0](values[node.begin]).ravel()
+                memory = self._begun(node, values) if is_begun else node.step.keep(*[values[i] for i in node.kept])
+                if memory is not None:
+                    after[node.held] = memory.ravel()
         return after
+
+    @staticmethod
+    def _begun(node: _Remembered, values: list[Any]) -> Array | None:
+        """What is remembered when a run is initialized; None if that is the initial state."""
+        if node.begin is None or node.step.begin_of is None:
+            return None
+        return node.step.begin_of[0](values[node.begin])
 
 
 class LiveSignals(LeafSystem):
@@ -117,19 +130,19 @@ class LiveSignals(LeafSystem):
                                                        +-------------+
     """
 
-    def __init__(self, network: Network, outputs: dict[str, tuple[int, int]], period: float):
-        """`outputs` are nodes and sizes by the names of the ports; sampled every `period` s."""
+    def __init__(self, network: Network, outputs: Mapping[str, "_Found"], period: float):
+        """`outputs` by the names of the ports; sampled every `period` s."""
         super().__init__()
-        self._network, self._nodes = network, [node for node, _ in outputs.values()]
+        self._network, self._outputs = network, [(found.node, found.lane) for found in outputs.values()]
         self._ports = [self._declare_input(port, step) for port, step in network.inputs]
         self._held = int(self.DeclareDiscreteState(np.concatenate([np.zeros(0), *network.begin])))
-        for name, (_, size) in outputs.items():
-            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(size))
+        for name, found in outputs.items():
+            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(found.size))
         self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weakly(self._sample))
 
     def _declare_input(self, port: OutputPort, step: Step) -> InputPort:
-        name = _name(port)
+        name = name_of(port)
         if isinstance(step, Value):
             return self.DeclareAbstractInputPort(name, step.model)
         return self.DeclareVectorInputPort(name, port.size())
@@ -141,124 +154,217 @@ class LiveSignals(LeafSystem):
         self._update(context, values, False)
 
     def _update(self, context: Context, values: DiscreteValues, is_first: bool) -> None:
-        time, held = context.get_time(), context.get_discrete_state(self._held).value()
-        found = self._network.values([port.Eval(context) for port in self._ports], held, time, is_first)
-        values.set_value(self._held, self._network.state(found, held, time, is_first))
-        for group, node in enumerate(self._nodes, self._held + 1):
-            values.set_value(group, found[node])
+        held = context.get_discrete_state(self._held).value()
+        read = [port.Eval(context) for port in self._ports]
+        found, after = self._network.sample(read, held, context.get_time(), is_first)
+        values.set_value(self._held, after)
+        for group, (node, lane) in enumerate(self._outputs, self._held + 1):
+            values.set_value(group, found[node] if lane is None else found[node][lane])
+
+
+class _Found(NamedTuple):
+    """Where the value of a port is in a network."""
+
+    node: int
+    lane: int | None  # along the leading axis of the node, None if it has none
+    size: int
+
+
+class _OrderError(Exception):
+    """A block follows from another that is alike, so that they cannot be computed at once."""
 
 
 class _Compiler:
-    """Finds the steps that ports follow from."""
+    """Finds the steps that ports follow from; of blocks that are alike, such as those of equal fingers, at once."""
 
-    def __init__(self) -> None:
+    def __init__(self, alike: Mapping[ArrayBlock, Sequence[ArrayBlock]], levels: Mapping[ArrayBlock, Level]):
+        """`alike` has for each block those that are computed together with it, `levels` where they are."""
         self.network = Network()
+        self._alike, self._levels = alike, levels
         self._found: dict[Any, int] = {}
-        self._later: list[tuple[int, ArrayBlock, Level]] = []  # memories, whose `kept` may come later
+        self._open: set[Any] = set()  # steps that are being added
+        self._later: list[tuple[int, ArrayBlock]] = []  # memories, of which the `kept` are still missing
 
-    def output(self, port: OutputPort, level: Level) -> int:
-        """The node of a port of an ArrayBlock, its vector flat.
-
-        Raises:
-            LookupError: if it depends on a port that cannot be reached.
-        """
-        block = port.get_system()
-        function, sources = block.outputs[port.get_name()]
-        key = block, "output", port.get_name()
+    def output(self, port: OutputPort) -> _Found:
+        """A port of an ArrayBlock; its vector is flat."""
+        name, lanes = port.get_name(), self._alike[port.get_system()]
+        key = lanes[0], "output", name
         if key not in self._found:
-            nodes = [self._step(block, source, level) for source in sources]
-            self._add(key, _Computed(_flat(function), nodes))
-        return self._found[key]
+            function, sources = lanes[0].outputs[name]
+            nodes = [self._step(lanes[0], source) for source in sources]
+            shape = (-1,) if len(lanes) == 1 else (len(lanes), -1)
+            self._found[key] = self.network.add(_Node(_reshaped(function, shape), nodes))
+        return _Found(self._found[key], None if len(lanes) == 1 else lanes.index(port.get_system()), port.size())
 
-    def finish(self) -> None:
-        """Adds what memories are kept of."""
+    def finish(self) -> Network:
+        """Adds what is remembered, which may come after what follows from it."""
         while self._later:
-            number, block, level = self._later.pop()
+            number, block = self._later.pop()
             node = self.network.nodes[number]
-            kept = [number, *(self._step(block, name, level) for name in node.step.kept)]
+            kept = [number, *(self._step(block, name) for name in node.step.kept)]
             self.network.nodes[number] = node._replace(kept=kept)
+        return self.network
 
-    def _step(self, block: ArrayBlock, name: str, level: Level) -> int:
+    def _step(self, block: ArrayBlock, name: str) -> int:
+        """The node of a step of a block and of those computed with it; `block` is the first of them."""
         key = block, name
+        if key in self._open:
+            raise _OrderError
         if key not in self._found:
+            self._open.add(key)
             step = block.steps[name]
-            if is_leaf(step):
-                self._found[key] = self._input(block, name, level)
-            else:
-                self._add(key, self._node(block, step, level))
-            if isinstance(step, Memory):
-                self._later.append((self._found[key], block, level))
+            self._found[key] = self._input(block, name) if is_leaf(step) else self._add(block, name)
+            self._open.remove(key)
         return self._found[key]
 
-    def _node(self, block: ArrayBlock, step: Step, level: Level) -> Any:
+    def _add(self, block: ArrayBlock, name: str) -> int:
+        step, lanes = block.steps[name], self._alike[block]
         if isinstance(step, Constant):
-            return _Computed(lambda value=step.value: value, [])
-        if isinstance(step, Sample):
-            source = None if step.source == TIME else self._step(block, step.source, level)
-            return _Taken(step, source, self.network.hold(step.begin))
-        sources = [self._step(block, source, level) for source in step.sources]
+            values = [lane.steps[name].value for lane in lanes]
+            value = values[0] if len(lanes) == 1 else np.array(values)
+            return self.network.add(_Node(lambda: value, []))
         if isinstance(step, Function):
-            return _Computed(step.of, sources)
-        begin = None if step.begin_of is None else self._step(block, step.begin_of[1], level)
-        return _Remembered(step, sources, [], begin, self.network.hold(step.begin))
+            return self.network.add(_Node(step.of, [self._step(block, source) for source in step.sources]))
+        begin = step.begin if len(lanes) == 1 else np.broadcast_to(step.begin, (len(lanes), *step.begin.shape))
+        if isinstance(step, Sample):
+            source = None if step.source == TIME else self._step(block, step.source)
+            return self.network.add(_Taken(step, source, self.network.hold(begin), begin.shape))
+        sources = [self._step(block, source) for source in step.sources]
+        first = None if step.begin_of is None else self._step(block, step.begin_of[1])
+        number = self.network.add(_Remembered(step, sources, [], first, self.network.hold(begin), begin.shape))
+        self._later.append((number, block))
+        return number
 
-    def _input(self, block: ArrayBlock, name: str, level: Level) -> int:
-        feed = level.feed(block.GetInputPort(name)) if block.HasInputPort(name) else None
-        if feed is None:
-            raise LookupError(name)
-        port, inside = feed.level.leaf_output(feed.output)
+    def _input(self, block: ArrayBlock, name: str) -> int:
+        lanes = self._alike[block]
+        found = [self._fed(lane, name) for lane in lanes]
+        nodes, places = [each.node for each in found], [each.lane for each in found]
+        if len(found) == 1 and places[0] is None:
+            return nodes[0]
+        is_whole = len(set(nodes)) == 1 and places == list(range(len(lanes)))
+        if is_whole and len(lanes) > 1 and self._lanes_of(lanes[0], name) == len(lanes):
+            return nodes[0]
+        return self.network.add(_Node(_gathered(places), nodes))
+
+    def _lanes_of(self, block: ArrayBlock, name: str) -> int:
+        """How many blocks are computed with the one that feeds an input."""
+        port, _ = _source(block, name, self._levels[block])
+        return len(self._alike[port.get_system()])
+
+    def _fed(self, block: ArrayBlock, name: str) -> _Found:
+        """What feeds an input of a block."""
+        port, level = _source(block, name, self._levels[block])
         if isinstance(port.get_system(), ArrayBlock):
-            return self.output(port, inside)
-        shown = inside.exported(port)
-        if shown is None:
-            raise LookupError(name)
+            return self.output(port)
+        shown = level.exported(port)
         key = shown.get_system(), shown.get_index()
         if key not in self._found:
             self.network.inputs.append((shown, block.steps[name]))
-            self._add(key, len(self.network.inputs) - 1)
-        return self._found[key]
-
-    def _add(self, key: Any, node: Any) -> None:
-        self.network.nodes.append(node)
-        self._found[key] = len(self.network.nodes) - 1
+            self._found[key] = self.network.add(len(self.network.inputs) - 1)
+        return _Found(self._found[key], None, 0)
 
 
-def _flat(function: Callable[..., Any]) -> Callable[..., Array]:
-    return lambda *steps: np.reshape(function(*steps), -1)
+def _reshaped(function: Callable[..., Any], shape: tuple[int, ...]) -> Callable[..., Array]:
+    return lambda *steps: np.reshape(function(*steps), shape)
 
 
-def _is_sampled(port: OutputPort, level: Level, period: float, path: Sequence[Any] = ()) -> bool:
-    """Whether an output of an ArrayBlock follows from samples, all of that period, and from constants alone."""
-    block, name = port.get_system(), port.get_name()
-    return name in block.outputs and all(
-        _is_step_sampled(block, source, level, period, path) for source in block.outputs[name][1]
-    )
+def _gathered(places: Sequence[int | None]) -> Callable[..., Array]:
+    """From values, or the entry of each at its place along the leading axis, to one array."""
+
+    def gathered(*values: Array) -> Array:
+        chosen = [value if place is None else value[place] for value, place in zip(values, places, strict=True)]
+        return chosen[0] if len(chosen) == 1 else np.array(chosen)
+
+    return gathered
 
 
-def _is_step_sampled(block: ArrayBlock, name: str, level: Level, period: float, path: Sequence[Any]) -> bool:
-    step = block.steps[name]
-    if isinstance(step, Constant) or (block, name) in path:
-        return True
-    if isinstance(step, Sample):
-        return block.period == period
-    path = [*path, (block, name)]
-    if is_leaf(step):
-        feed = level.feed(block.GetInputPort(name)) if block.HasInputPort(name) else None
-        if feed is None:
+def _source(block: ArrayBlock, name: str, level: Level) -> tuple[OutputPort, Level] | None:
+    """The port of a leaf system that feeds an input of a block, and its level; None if there is none."""
+    feed = level.feed(block.GetInputPort(name)) if block.HasInputPort(name) else None
+    return None if feed is None else feed.level.leaf_output(feed.output)
+
+
+class _Reach:
+    """Which steps `live` can compute: those that follow from samples of one period and from constants alone."""
+
+    def __init__(self, period: float):
+        self._period = period
+        self.levels: dict[ArrayBlock, Level] = {}  # of the blocks on the way
+        self._assumed: set[Any] = set()  # memories; what they remember leads back to them
+        self._open: set[Any] = set()  # steps that are being looked at
+
+    def output(self, port: OutputPort, level: Level) -> bool:
+        """Whether a port of an ArrayBlock can be computed."""
+        block, name = port.get_system(), port.get_name()
+        self.levels[block] = level
+        return name in block.outputs and all(self._step(block, source, True) for source in block.outputs[name][1])
+
+    def _step(self, block: ArrayBlock, name: str, is_steady: bool) -> bool:
+        """Whether a step can be computed; `is_steady`: and changes at samples only."""
+        step, key = block.steps[name], (block, name, is_steady)
+        if key in self._assumed or isinstance(step, Constant):
+            return True
+        if key in self._open:
             return False
-        port, inside = feed.level.leaf_output(feed.output)
-        return isinstance(port.get_system(), ArrayBlock) and _is_sampled(port, inside, period, path)
-    kept = step.kept if isinstance(step, Memory) else ()
-    if isinstance(step, Memory) and block.period != period:
-        return False
-    return all(_is_step_sampled(block, each, level, period, path) for each in (*step.sources, *kept))
+        if isinstance(step, Sample | Memory) and block.period != self._period:
+            return False
+        if isinstance(step, Memory):
+            self._assumed.add(key)
+        self._open.add(key)
+        found = self._looked_at(block, name, is_steady)
+        self._open.remove(key)
+        return found
+
+    def _looked_at(self, block: ArrayBlock, name: str, is_steady: bool) -> bool:
+        step = block.steps[name]
+        if is_leaf(step):
+            return self._fed(block, name, is_steady)
+        if isinstance(step, Sample):
+            return step.source == TIME or self._step(block, step.source, False)
+        others = step.kept if isinstance(step, Memory) else ()
+        return all(self._step(block, each, is_steady) for each in (*step.sources, *others))
+
+    def _fed(self, block: ArrayBlock, name: str, is_steady: bool) -> bool:
+        found = _source(block, name, self.levels[block])
+        if found is None:
+            return False
+        port, level = found
+        if not isinstance(port.get_system(), ArrayBlock):
+            return not is_steady and level.exported(port) is not None
+        self.levels[port.get_system()] = level
+        names = port.get_system().outputs
+        return port.get_name() in names and all(
+            self._step(port.get_system(), source, is_steady) for source in names[port.get_name()][1]
+        )
+
+
+def _alike(blocks: Iterable[ArrayBlock]) -> dict[ArrayBlock, list[ArrayBlock]]:
+    """The blocks that can be computed together with each: of the same class, made of equal things."""
+    groups: dict[Any, list[ArrayBlock]] = {}
+    for block in blocks:
+        key = (type(block), _fingerprint(block.made_of)) if block.takes_axes else id(block)
+        groups.setdefault(key, []).append(block)
+    return {block: group for group in groups.values() for block in group}
+
+
+def _fingerprint(value: Any) -> Any:
+    """Equal for values that are equal but for names; what cannot be compared equals itself alone."""
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    if is_dataclass(value) and not isinstance(value, type):
+        known = rules(type(value))
+        return type(value), *(_fingerprint(getattr(value, name)) for name, rule in known.items() if not rule.is_name)
+    if isinstance(value, Mapping):
+        return tuple((name, _fingerprint(each)) for name, each in value.items())
+    if isinstance(value, tuple | list):
+        return type(value), *map(_fingerprint, value)
+    return value if isinstance(value, str | bool | int | float | complex | type | None) else id(value)
 
 
 class _Read(NamedTuple):
     """A port of an ArrayBlock, and the wire at the root by which something reads it during a run."""
 
     port: OutputPort
-    level: Level
     wire: Feed
 
 
@@ -271,9 +377,9 @@ def add_live(builder: DiagramBuilder, period: float) -> None:
         builder: of the diagram.
         period: of the samples, s.
     """
-    reads, running = _find_reads(builder, period)
+    reads, running, levels = _find_reads(builder, period)
     if reads:
-        _replace(builder, reads, period)
+        _replace(builder, reads, levels, period)
     for system, _ in leaf_systems(builder):
         if isinstance(system, ArrayBlock):
             system.wake() if system in running else system.rest()
@@ -286,10 +392,13 @@ def wake_all(builder: DiagramBuilder) -> None:
             system.wake()
 
 
-def _find_reads(builder: DiagramBuilder, period: float) -> tuple[list[_Read], set[ArrayBlock]]:
-    """What `live` can compute for the blocks that read it, and the blocks that must run by themselves."""
+def _find_reads(
+    builder: DiagramBuilder, period: float
+) -> tuple[list[_Read], set[ArrayBlock], Mapping[ArrayBlock, Level]]:
+    """What `live` can compute for the blocks that read it, the blocks that must run by themselves, and all levels."""
     reads: list[_Read] = []
     running: set[ArrayBlock] = set()
+    levels: dict[ArrayBlock, Level] = {}
     pending = [(system, level) for system, level in leaf_systems(builder) if not isinstance(system, ArrayBlock)]
     while pending:
         system, level = pending.pop()
@@ -298,28 +407,40 @@ def _find_reads(builder: DiagramBuilder, period: float) -> tuple[list[_Read], se
             if wire is None:
                 continue
             read, inside = wire.level.leaf_output(wire.output)
-            block = read.get_system()
+            block, reach = read.get_system(), _Reach(period)
             if not isinstance(block, ArrayBlock):
                 continue
-            if wire.level.diagram is None and _is_sampled(read, inside, period):
-                reads.append(_Read(read, inside, wire))
+            if wire.level.diagram is None and reach.output(read, inside):
+                reads.append(_Read(read, wire))
+                levels |= reach.levels
             elif block not in running:
                 running.add(block)
                 pending.append((block, inside))
-    return reads, running
+    return reads, running, levels
 
 
-def _replace(builder: DiagramBuilder, reads: Sequence[_Read], period: float) -> None:
-    compiler = _Compiler()
-    outputs = {_name(read.wire.output): (compiler.output(read.port, read.level), read.port.size()) for read in reads}
-    compiler.finish()
-    live = builder.AddNamedSystem("live", LiveSignals(compiler.network, outputs, period))
-    for i, (port, _) in enumerate(compiler.network.inputs):
+def _replace(
+    builder: DiagramBuilder, reads: Sequence[_Read], levels: Mapping[ArrayBlock, Level], period: float
+) -> None:
+    network, outputs = _compiled(reads, levels)
+    live = builder.AddNamedSystem("live", LiveSignals(network, outputs, period))
+    for i, (port, _) in enumerate(network.inputs):
         builder.Connect(port, live.get_input_port(i))
     for wire in {(read.wire.input.get_system(), read.wire.input.get_index()): read.wire for read in reads}.values():
         builder.Disconnect(wire.output, wire.input)
-        builder.Connect(live.GetOutputPort(_name(wire.output)), wire.input)
+        builder.Connect(live.GetOutputPort(name_of(wire.output)), wire.input)
 
 
-def _name(port: OutputPort) -> str:
+def _compiled(reads: Sequence[_Read], levels: Mapping[ArrayBlock, Level]) -> tuple[Network, dict[str, _Found]]:
+    for alike in (_alike(levels), {block: [block] for block in levels}):
+        compiler = _Compiler(alike, levels)
+        try:
+            outputs = {name_of(read.wire.output): compiler.output(read.port) for read in reads}
+            return compiler.finish(), outputs
+        except _OrderError:
+            continue
+    raise AssertionError("a block follows from itself")
+
+
+def name_of(port: OutputPort) -> str:
     return f"{port.get_system().get_name()}.{port.get_name()}"

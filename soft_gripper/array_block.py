@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from pydrake.common import RandomDistribution
@@ -115,9 +115,17 @@ class ArrayBlock(LeafSystem):
     A block that samples or remembers can rest: then it takes no samples, and its outputs may not be read.
     """
 
+    takes_axes = True  # functions for one sample take leading axes too, as those for a recording do
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Self:
+        block = super().__new__(cls, *arguments, **named)
+        block.made_of = arguments, named
+        return block
+
     def __init__(self, period: float | None = None):
         """`period` of its samples, s; None if it neither samples nor remembers anything."""
         super().__init__()
+        self.made_of: tuple[Any, ...]  # arguments; blocks of a class that are made of equal things are alike
         self.steps: dict[str, Step] = {}
         self.outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
         self.period, self._rests, self._has_events = period, True, False

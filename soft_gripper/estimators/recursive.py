@@ -300,7 +300,9 @@ class RecursiveEstimator(ShapeEstimator):
             unit="N m",
             joint=joints,
         )
-        self.put_out("loaded", lambda known: float(known.loaded), "known", meanings=("free", "loaded"))
+        self.put_out(
+            "loaded", lambda known: np.asarray(known.loaded, dtype=float), "known", meanings=("free", "loaded")
+        )
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         assert isinstance(function, RecursiveShape)
@@ -317,12 +319,15 @@ class RecursiveEstimator(ShapeEstimator):
 
 
 def _flat(known: Filter) -> Array:
-    return np.concatenate([np.ravel(part).astype(float) for part in known])
+    """All parts in a row, (..., n)."""
+    leading = known.loaded.shape
+    return np.concatenate([np.reshape(part, (*leading, -1)).astype(float) for part in known], axis=-1)
 
 
 def _unflat(numbers: Array, like: Filter) -> Filter:
-    """The inverse of flattening, with the part sizes of another filter state."""
+    """The inverse of flattening, with the part sizes of another filter state, which has no leading axes."""
     ends = np.cumsum([np.size(part) for part in like])[:-1]
-    parts = (part.reshape(np.shape(own)) for part, own in zip(np.split(numbers, ends), like, strict=True))
-    mean, covariance, difference, loaded, q = parts
+    parts = np.split(numbers, ends, axis=-1)
+    shaped = (part.reshape(*numbers.shape[:-1], *np.shape(own)) for part, own in zip(parts, like, strict=True))
+    mean, covariance, difference, loaded, q = shaped
     return Filter(mean, covariance, difference, loaded > 0, q)

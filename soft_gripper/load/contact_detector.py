@@ -42,6 +42,8 @@ class ContactDetector(ArrayBlock):
     or more; docs/manipulation.md has what was measured with it.
     """
 
+    takes_axes = False
+
     def __init__(self, joints: int, base_joints: int, period: float, threshold: float = THRESHOLD):
         """`joints` of the finger, of which `base_joints` lie in the section at the base; `threshold` in N m."""
         super().__init__(period)

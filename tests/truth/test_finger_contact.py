@@ -124,10 +124,14 @@ def pressed_at(*places):
     count = len(places)
     centers, normals = (np.array(vectors, dtype=float) for vectors in zip(*places, strict=True))
     numbers, ones = np.zeros(count, int), np.ones(count)
-    return FingerContacts(np.full(count, True), np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones)
+    return FingerContacts(
+        np.full(count, True), np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones
+    )
 
 
-UNTOUCHED = FingerContacts(np.array([True]), *np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0)))
+UNTOUCHED = FingerContacts(
+    np.array([True]), *np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0))
+)
 
 
 def on_circle(count, radius, heights):
