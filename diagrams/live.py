@@ -23,7 +23,18 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from soft_gripper.array_block import TIME, ArrayBlock, Constant, Function, Memory, Sample, Step, Value, is_leaf
+from soft_gripper.array_block import (
+    TIME,
+    ArrayBlock,
+    Constant,
+    Function,
+    Memory,
+    Sample,
+    Step,
+    Value,
+    is_leaf,
+    sources_of,
+)
 from soft_gripper.arrays import Array
 from soft_gripper.cached import weakly
 from soft_gripper.diagrams.wires import Feed, Level, leaf_systems
@@ -220,11 +231,13 @@ class _Compiler:
     def _add(self, block: ArrayBlock, name: str) -> int:
         step, lanes = block.steps[name], self._alike[block]
         if isinstance(step, Constant):
-            values = [lane.steps[name].value for lane in lanes]
+            constants = [lane.steps[name] for lane in lanes]
+            values = [each.value for each in constants if isinstance(each, Constant)]
             value = values[0] if len(lanes) == 1 else np.array(values)
             return self.network.add(_Node(lambda: value, []))
         if isinstance(step, Function):
             return self.network.add(_Node(step.of, [self._step(block, source) for source in step.sources]))
+        assert isinstance(step, Sample | Memory)
         begin = step.begin if len(lanes) == 1 else np.broadcast_to(step.begin, (len(lanes), *step.begin.shape))
         if isinstance(step, Sample):
             source = None if step.source == TIME else self._step(block, step.source)
@@ -248,15 +261,16 @@ class _Compiler:
 
     def _lanes_of(self, block: ArrayBlock, name: str) -> int:
         """How many blocks are computed with the one that feeds an input."""
-        port, _ = _source(block, name, self._levels[block])
+        port, _ = _known_source(block, name, self._levels[block])
         return len(self._alike[port.get_system()])
 
     def _fed(self, block: ArrayBlock, name: str) -> _Found:
         """What feeds an input of a block."""
-        port, level = _source(block, name, self._levels[block])
+        port, level = _known_source(block, name, self._levels[block])
         if isinstance(port.get_system(), ArrayBlock):
             return self.output(port)
         shown = level.exported(port)
+        assert shown is not None
         key = shown.get_system(), shown.get_index()
         if key not in self._found:
             self.network.inputs.append((shown, block.steps[name]))
@@ -282,6 +296,12 @@ def _source(block: ArrayBlock, name: str, level: Level) -> tuple[OutputPort, Lev
     """The port of a leaf system that feeds an input of a block, and its level; None if there is none."""
     feed = level.feed(block.GetInputPort(name)) if block.HasInputPort(name) else None
     return None if feed is None else feed.level.leaf_output(feed.output)
+
+
+def _known_source(block: ArrayBlock, name: str, level: Level) -> tuple[OutputPort, Level]:
+    found = _source(block, name, level)
+    assert found is not None
+    return found
 
 
 class _Reach:
@@ -322,7 +342,7 @@ class _Reach:
         if isinstance(step, Sample):
             return step.source == TIME or self._step(block, step.source, False)
         others = step.kept if isinstance(step, Memory) else ()
-        return all(self._step(block, each, is_steady) for each in (*step.sources, *others))
+        return all(self._step(block, each, is_steady) for each in (*sources_of(step), *others))
 
     def _fed(self, block: ArrayBlock, name: str, is_steady: bool) -> bool:
         found = _source(block, name, self.levels[block])

@@ -361,7 +361,8 @@ class ArrayBlock(LeafSystem):
     def _read_all(
         self, function: Callable[..., Any], sources: Sequence[str], states: Sequence[str] = ()
     ) -> Callable[[Context], Any]:
-        reads = [*(partial(weakly(self._state), name) for name in states), *(self._read[source] for source in sources)]
+        reads: list[Callable[[Context], Any]] = [partial(weakly(self._state), name) for name in states]
+        reads += [self._read[source] for source in sources]
         return lambda context: function(*[read(context) for read in reads])
 
     def _tickets_of(self, sources: Sequence[str]) -> set[Any]:

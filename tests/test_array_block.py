@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.array_block import ArrayBlock
+from soft_gripper.array_block import TIME, ArrayBlock, RestingError, asleep
 from soft_gripper.signals import signal_of
 
 PERIOD = 0.5
@@ -13,29 +17,28 @@ class Summing(ArrayBlock):
     """Squares, their sum beside a second input, and what it remembers of the sample before."""
 
     def __init__(self):
-        super().__init__()
+        super().__init__(PERIOD)
         self.calls = 0
         self.take("x", 3)
-        self._y = self.take("y", 1)
-        self.DeclareDiscreteState(1)
-        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+        self.take("y", 1)
         self.derive("squares", self._square, "x")
-        self.remember("pair", self._pair, "y", over_time=_pairs, period=PERIOD)
-        self.remember("state", lambda context: context.get_discrete_state_vector().value())
+        pair = {"begin": np.zeros(1), "keep": lambda pair: pair[..., 1:]}
+        self.remember("pair", lambda before, y: np.concatenate([before, y], axis=-1), "y", over_time=_pairs, **pair)
+        self.remember("sum of y", lambda before, y: before + y, "y", begin=np.zeros(1), keep=lambda total: total)
+        self.sample("now", TIME)
+        self.sample("sampled", "y", 7.0, at_initialization=False)
+        self.sample("drawn", "y", at_zero=False)
+        self.constant("two", np.array([2.0]))
         self.put_out("squares", lambda squares: squares, "squares", unit="m^2", axis=range(3))
         self.put_out("sum", lambda squares, y: squares.sum(axis=-1) + y[..., 0], "squares", "y", unit="m^2")
         self.put_out("change", lambda pair: pair[..., 1] - pair[..., 0], "pair")
-        self.put_out("state", lambda state: state, "state")
+        self.put_out("total", lambda total: total, "sum of y")
+        for name in ("now", "sampled", "drawn", "two"):
+            self.put_out(name, lambda value: value, name)
 
     def _square(self, x):
         self.calls += 1
         return x**2
-
-    def _pair(self, context):
-        return np.array([context.get_discrete_state_vector().value()[0], self._y.Eval(context)[0]])
-
-    def _update(self, context, values):
-        values.set_value(self._y.Eval(context))
 
 
 def _pairs(time, y):
@@ -89,8 +92,72 @@ def test_what_is_remembered_follows_if_the_samples_are_its_own(block):
 
 
 def test_what_a_run_alone_knows_does_not_follow(block):
-    assert not block.follows("state", PERIOD)
+    assert not block.follows("total", PERIOD)
+    assert not block.follows("drawn", PERIOD)
     assert not block.follows("no_port_of_it", PERIOD)
+
+
+def test_samples_are_those_before(block):
+    assert block.follows("sampled", PERIOD)
+    assert not block.follows("now", PERIOD / 2)
+    time, y = np.arange(3) * PERIOD, np.array([[1.0], [4.0], [9.0]])
+    found = block.over_time(time, {"y": y}, ["now", "sampled", "two"])
+    np.testing.assert_array_equal(found["now"][:, 0], [0, 0, PERIOD])
+    np.testing.assert_array_equal(found["sampled"][:, 0], [7, 1, 4])
+    np.testing.assert_array_equal(found["two"], [[2], [2], [2]])
+
+
+@pytest.fixture
+def run(block):
+    """A run in which y is 1 + 2 t, with a log of every output that is of one number."""
+    builder = DiagramBuilder()
+    builder.AddSystem(block)
+    x = builder.AddSystem(ConstantVectorSource(np.zeros(3)))
+    y = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0, 10], [[1, 21]])))
+    for source, name in ((x, "x"), (y, "y")):
+        builder.Connect(source.get_output_port(), block.GetInputPort(name))
+    names = ("change", "total", "now", "sampled", "drawn")
+    logs = {name: LogVectorOutput(block.GetOutputPort(name), builder, PERIOD) for name in names}
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(3 * PERIOD)
+    return {name: log.FindLog(simulator.get_context()).data()[0] for name, log in logs.items()}
+
+
+def test_a_run(run, block):
+    """The samples before; at time 0 nothing is remembered yet, and what is drawn is not drawn again."""
+    np.testing.assert_array_equal(run["now"], [0, 0, PERIOD, 2 * PERIOD])
+    np.testing.assert_array_equal(run["sampled"], [7, 1, 2, 3])
+    np.testing.assert_array_equal(run["drawn"], [1, 1, 2, 3])
+    np.testing.assert_array_equal(run["total"], [1, 2, 2 + 3, 2 + 3 + 4])
+    time, y = np.arange(4) * PERIOD, np.arange(1.0, 5.0)[:, None]
+    np.testing.assert_array_equal(run["sampled"], block.over_time(time, {"y": y}, ["sampled"])["sampled"][:, 0])
+
+
+def test_a_block_that_rests_cannot_be_read(block, context):
+    block.rest()
+    np.testing.assert_array_equal(block.GetOutputPort("sum").Eval(context), [24])
+    with pytest.raises(RestingError, match=r"record\.live"):
+        block.GetOutputPort("sampled").Eval(context)
+
+
+def test_a_block_made_asleep_rests_until_it_wakes():
+    with asleep():
+        block = Summing()
+    context = block.CreateDefaultContext()
+    with pytest.raises(RestingError):
+        block.GetOutputPort("sampled").Eval(context)
+    block.wake()
+    np.testing.assert_array_equal(block.GetOutputPort("sampled").Eval(block.CreateDefaultContext()), [7])
+
+
+def test_memory_takes_a_period():
+    class Forgetful(ArrayBlock):
+        def __init__(self):
+            super().__init__()
+            self.sample("now", TIME)
+
+    with pytest.raises(ValueError, match="period"):
+        Forgetful()
 
 
 def test_what_an_output_follows_from(block):

@@ -57,7 +57,7 @@ class FingerSensors(Diagram):
         if errors is not None:
             _add_errors(wires, "reading_errors", ReadingErrorBlock(layout, errors, period), period)
         if config.pressure_errors is not None:
-            block = ErrorBlock(config.pressure_errors, 1, period, f"{IDEAL}pressure", "sampled_pressure", "Pa")
+            block = ErrorBlock(config.pressure_errors, 1, period, f"{IDEAL}pressure", "sampled_pressure", unit="Pa")
             _add_errors(wires, "pressure_errors", block, period)
         wires.build_into(self)
 

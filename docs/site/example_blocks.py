@@ -46,7 +46,7 @@ def example_blocks() -> dict[type, Placed]:
 def station(name: str) -> Station:
     """A shipped scenario, built; kept, since Drake does not free it."""
     meshcat = Meshcat() if name == "pick_and_place_delicate" else None
-    return sg.make_station(sg.load_scenario(name, _SCENARIOS.get(name, [])), meshcat)
+    return sg.make_station(sg.load_scenario(name, [*_SCENARIOS.get(name, []), "record.live=true"]), meshcat)
 
 
 def _all_systems() -> Iterator[Placed]:

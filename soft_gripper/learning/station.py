@@ -324,7 +324,7 @@ class LearningStation:
 
     diagram: Diagram
     parts: StationParts
-    forces: PeakForce
+    forces: PeakForce | None  # on the fingers, if they handle an object
     seen: bool  # by a camera or in Meshcat
     object: RigidBody | None = None  # first body of the handled object
     object_height: float = 0.0  # m, of its frame over its lowest point
@@ -355,7 +355,8 @@ def make_learning_station(
     builder = DiagramBuilder()
     parts = add_station(builder, scenario, meshcat)
     _add_action(builder, config, parts)
-    forces = add_peak_force(builder, parts)
+    handled = config.grasp or config.pick_place
+    forces = None if handled is None else add_peak_force(builder, parts)
     target = goal = None
     of_task: dict[str, OutputPort] = {}
     if config.reach is not None:
@@ -371,7 +372,7 @@ def make_learning_station(
         builder.ExportOutput(_add_camera(builder, parts), "picture")
     diagram = builder.Build()
     parts.check(diagram)
-    handled, seen = config.grasp or config.pick_place, picture or meshcat is not None
+    seen = picture or meshcat is not None
     if handled is None:
         return LearningStation(diagram, parts, forces, seen, target=target)
     body = first_body(parts.plant, handled.object)

@@ -61,6 +61,7 @@ class HandledObject:
     def look(self, context: Context) -> Handled:
         """The object in a context of the whole diagram."""
         forces = self._station.forces
+        assert forces is not None
         own = forces.GetMyContextFromRoot(context)
         force, peak = (forces.GetOutputPort(name).Eval(own) for name in ("force", "peak"))
         return Handled(self._place(context) - self._begin, force, float(max(peak.max(), force.max())))

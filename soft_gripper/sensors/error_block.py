@@ -56,6 +56,7 @@ class ErrorBlock(ArrayBlock):
         period: float,
         ideal: str,
         disturbed: str,
+        *,
         unit: str | Sequence[str] = "1",
         **axes: Sequence[Any],
     ):

@@ -251,4 +251,4 @@ class ReadingErrorBlock(ErrorBlock):
         """Samples the sensors every `period` s."""
         model = _ReadingErrors(errors, layout.response, period)
         ports = f"ideal_{layout.quantity}", layout.quantity
-        super().__init__(model, layout.readings, period, *ports, layout.unit, **layout.axes)
+        super().__init__(model, layout.readings, period, *ports, unit=layout.unit, **layout.axes)

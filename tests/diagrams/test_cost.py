@@ -35,7 +35,7 @@ def calls_per_sample(scenario, begin):
 
 @pytest.mark.parametrize(
     ("name", "begin", "limit"),
-    [("free_bending", 0.5025, 169), ("box_grasp", 10.0025, 219), ("pick_and_place_box", 0.5025, 602)],
+    [("free_bending", 0.5025, 19), ("box_grasp", 10.0025, 69), ("pick_and_place_box", 0.5025, 480)],
 )
 def test_a_sample_takes_few_calls(name, begin, limit):
     """All two fingers, in the box grasp while they touch it."""

@@ -18,7 +18,8 @@ OF_THE_PLANT = (
     "soft_gripper.truth.contact.",
     "soft_gripper.control.task._",
 )
-_REMEMBERED = "estimators.driving_torque._remember"
+_REMEMBERED = "estimators.driving_torque.internal_angles"
+LIVE = "record.live=true"
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
@@ -63,21 +64,17 @@ def baseline():
     return bending(time_step=0.01)
 
 
-def test_blocks_work_once_a_sample_for_all_who_read_them(baseline):
-    two_fingers = 2 * 100
-    assert baseline["soft_gripper.sensors.sensor_block._sample"] == two_fingers
-    assert baseline["soft_gripper.estimators.arcs.bends_from_readings"] == two_fingers
-    assert baseline["soft_gripper.load.force_estimator._remember"] == two_fingers
+def test_where_every_block_runs_it_works_once_a_sample_for_all_who_read_it():
+    calls = calls_per_second(free_bending([50e3], 2.0, LIVE))
+    assert calls["soft_gripper.estimators.arcs.bends_from_readings"] == 2 * 100  # of two fingers
 
 
 def test_what_nothing_reads_is_left_for_the_recording(baseline):
-    for name in (
-        "truth.poses",
-        "truth.contact.finger_contacts",
-        "load.force_estimator.external_torque",
-        "estimators.arcs.join",
-    ):
-        assert not any(call.startswith(f"soft_gripper.{name}") for call in baseline)
+    """All blocks but that of the true contact, whose patches must be collected."""
+    assert {name.rpartition(".")[0] for name in baseline} == {
+        *("soft_gripper.array_block", "soft_gripper.cached", "soft_gripper.diagrams.recording"),
+        "soft_gripper.truth.contact",
+    }
 
 
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
@@ -100,29 +97,29 @@ def test_errors_of_sensors_work_once_a_sample():
     }
     assert runs[0.01] == runs[0.002]
     blocks = 2 * 2 * 100
-    assert [runs[0.01][f"soft_gripper.sensors.error_block.{name}"] for name in ("_calc", "_remember")] == [blocks] * 2
-    for name in ("estimators.arcs.bends_from_readings", "load.force_estimator._remember"):
-        assert runs[0.01][f"soft_gripper.{name}"] == 200
+    assert runs[0.01]["soft_gripper.sensors.error_block.step"] == blocks / 2  # two equal fingers at once
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.002])
 def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
-    """Of two fingers. Without creep nothing is remembered."""
+    """Of two fingers, one by one or at once. Without creep nothing is remembered, and nothing asks."""
     files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
-    for overrides, remembered in ((files, 200), ([], 0)):
+    for overrides, calls_of_both in (
+        ([LIVE, *files], [200, 200]),
+        (files, [100, 100]),
+        ([LIVE], [200, 0]),
+        ([], [0, 0]),
+    ):
         calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides))
         found = [calls[f"soft_gripper.{name}"] for name in ("fingers.finger.pressure_torque", _REMEMBERED)]
-        assert found == [200, remembered]
+        assert found == calls_of_both
 
 
-CALLBACKS = {  # calls in a second, with two fingers
-    "sensors.base_pose._sample": 200,
-    "estimators.arc_shapes.joint_angles": 200,
-    "load.force_estimator.external_torque": 200,
-    "load.force_estimator._remember": 200,
-    "load.contact_detector._calc_touch": 200,
-    "load.contact_detector._remember": 200,
-    "load.opening._calc_width": 0,  # which nothing reads: it is computed after the run
+CALLBACKS = {  # calls in a second, for both fingers at once
+    "estimators.arc_shapes.joint_angles": 100,
+    "load.force_estimator.external_torque": 100,
+    "load.contact_detector._touch": 200,  # takes fingers one by one
+    "load.opening._width": 0,  # which nothing reads: it is computed after the run
     "truth.contact._collect": 100,
     "load.opening._calc_opening": 100,
     "control.pid_controller._remember": 100,
@@ -155,5 +152,5 @@ def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
 def test_what_is_remembered_is_computed_once_a_sample(time_step):
     """Whatever the step of the plant; how much work a sample is depends on whether something is touched."""
     _, calls = handling("pick_and_place_delicate", time_step)
-    for name in ("recursive._calc_known", "recursive.estimate", "recursive._remember"):
-        assert calls[f"soft_gripper.estimators.{name}"] == 200
+    for name in ("recursive.step", "recursive.estimate"):
+        assert calls[f"soft_gripper.estimators.{name}"] == 100  # both fingers at once

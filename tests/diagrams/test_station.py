@@ -134,7 +134,7 @@ def test_blocks_of_the_station(free_bending):
 def test_blocks_of_a_task(pick_and_place):
     of_each = ("joint_angles", "contact_torque", "base_pose", *PARTS)
     of_arm = [f"arm.{name}" for name in ("gravity_compensation", "torque", "desired")]
-    of_contact = ("true_contact", "true_poses", "true_poses.state", "object_width", "object_width_error")
+    of_contact = ("true_contact", "true_poses", "true_poses.state", "object_width", "object_width_error", "live")
     others = ("plant", "scene_graph", "logs", "gripper.pressure_drive", "grip_control", "task", "box.pose", *OF_ARM)
     assert blocks(pick_and_place) == sorted([*others, *of_arm, *of_contact, *of_each_finger(of_each)])
     assert pick_and_place.task is pick_and_place.diagram.GetSubsystemByName("task")
@@ -156,7 +156,7 @@ def test_wires_of_a_task(pick_and_place):
         ("arm.desired: u0", "task: desired_state"),
         ("arm.gravity_compensation: state", "plant: arm_state"),
         *(
-            (f"grip_control: {finger}.{signal}", f"{finger}.estimation: {signal}")
+            (f"grip_control: {finger}.{signal}", f"live: {finger}.estimation.{signal}")
             for finger in FINGERS
             for signal in ("tip_pose", "external_torque")
         ),

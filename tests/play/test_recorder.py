@@ -47,7 +47,7 @@ def test_it_has_its_own_time(runs) -> None:
 
 
 @pytest.mark.parametrize(
-    ("signal", "settled"), [("plant.state", 0), ("left_finger.strain", 0), ("left_finger.external_torque", 5)]
+    ("signal", "settled"), [("plant.state", 0), ("left_finger.strain", 1), ("left_finger.external_torque", 5)]
 )
 def test_it_is_that_part_of_the_run(runs, signal: str, settled: int) -> None:
     """`settled` is the number of samples over which what remembers is at first without its past."""

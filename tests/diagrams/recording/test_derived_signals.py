@@ -8,6 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput, Sine
 
 from soft_gripper.array_block import ArrayBlock
+from soft_gripper.diagrams.live import wake_all
 from soft_gripper.diagrams.recording import Logged, Output, SignalSources, add_logs
 from soft_gripper.diagrams.simulation import seed_random_sources, solver_config
 from soft_gripper.diagrams.station import add_station
@@ -28,20 +29,33 @@ SCENARIOS = {
 
 
 def run(name, overrides, duration):
-    """Every signal of a run, by the logs of the station and by a log for each port, {signal: (T, size)}; the logs."""
-    scenario, builder = load_scenario(name, overrides), DiagramBuilder()
-    station = add_station(builder, scenario)
+    """Every signal of a run, {signal: (T, size)}: by the logs of a station, and by a log for each port of another one,
+    in which all blocks run; the logs of the first.
+    """
+    scenario = load_scenario(name, overrides)
+    builder, live = DiagramBuilder(), DiagramBuilder()
+    station, same = (add_station(each, scenario) for each in (builder, live))
     logs = add_logs(builder, station.signals, scenario.sensor.period)
-    every = {name: LogVectorOutput(port, builder, scenario.sensor.period) for name, port in station.signals.items()}
-    simulator = Simulator(builder.Build())
-    ApplySimulatorConfig(solver_config(scenario), simulator)
-    seed_random_sources(simulator.get_system(), simulator.get_mutable_context(), 0)
-    simulator.AdvanceTo(duration)
-    context = simulator.get_context()
+    every = {name: LogVectorOutput(port, live, scenario.sensor.period) for name, port in same.signals.items()}
+    wake_all(live)
+    context, other = (_simulated(each.Build(), scenario, duration) for each in (builder, live))
     time, found = logs.samples(context)
-    expected = {name: log.FindLog(context).data().T for name, log in every.items()}
+    expected = {name: log.FindLog(other).data().T for name, log in every.items()}
     assert len(time) > 50
     return found, expected, logs
+
+
+def _simulated(diagram, scenario, duration):
+    """The context of a diagram after a run."""
+    simulator = Simulator(diagram)
+    ApplySimulatorConfig(solver_config(scenario), simulator)
+    seed_random_sources(diagram, simulator.get_mutable_context(), 0)
+    simulator.AdvanceTo(duration)
+    _running.append(simulator)
+    return simulator.get_context()
+
+
+_running = []  # simulators, to which the contexts belong
 
 
 def assert_same(found, expected):

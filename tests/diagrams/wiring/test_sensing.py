@@ -70,9 +70,9 @@ def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch)
     """Oracle: what moves with the first joint of a finger, and its base."""
     seen = {}
 
-    def spy(fingers):
+    def spy(fingers, interval):
         seen.update(fingers)
-        return TrueContact(fingers)
+        return TrueContact(fingers, interval)
 
     monkeypatch.setattr(scoring, "TrueContact", spy)
     plant = station(TWO_FINGERS, 2.5e-3).plant
