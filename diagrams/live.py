@@ -305,7 +305,10 @@ def _known_source(block: ArrayBlock, name: str, level: Level) -> tuple[OutputPor
 
 
 class _Reach:
-    """Which steps `live` can compute: those that follow from samples of one period and from constants alone."""
+    """Which steps `live` can compute: those that follow from samples of one period and from constants alone.
+
+    What is sampled must itself not be sampled by a block that `live` stands for: it would be that of the sample before.
+    """
 
     def __init__(self, period: float):
         self._period = period
@@ -320,13 +323,13 @@ class _Reach:
         return name in block.outputs and all(self._step(block, source, True) for source in block.outputs[name][1])
 
     def _step(self, block: ArrayBlock, name: str, is_steady: bool) -> bool:
-        """Whether a step can be computed; `is_steady`: and changes at samples only."""
+        """Whether a step can be computed; if `is_steady`, from samples and constants alone, otherwise without any."""
         step, key = block.steps[name], (block, name, is_steady)
         if key in self._assumed or isinstance(step, Constant):
             return True
         if key in self._open:
             return False
-        if isinstance(step, Sample | Memory) and block.period != self._period:
+        if isinstance(step, Sample | Memory) and not (is_steady and block.period == self._period):
             return False
         if isinstance(step, Memory):
             self._assumed.add(key)

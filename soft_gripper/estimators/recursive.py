@@ -328,6 +328,6 @@ def _unflat(numbers: Array, like: Filter) -> Filter:
     """The inverse of flattening, with the part sizes of another filter state, which has no leading axes."""
     ends = np.cumsum([np.size(part) for part in like])[:-1]
     parts = np.split(numbers, ends, axis=-1)
-    shaped = (part.reshape(*numbers.shape[:-1], *np.shape(own)) for part, own in zip(parts, like, strict=True))
+    shaped = (part.reshape((*numbers.shape[:-1], *np.shape(own))) for part, own in zip(parts, like, strict=True))
     mean, covariance, difference, loaded, q = shaped
     return Filter(mean, covariance, difference, loaded > 0, q)

@@ -250,5 +250,5 @@ class ReadingErrorBlock(ErrorBlock):
     def __init__(self, layout: MeasurementModel, errors: StrainErrors, period: float):
         """Samples the sensors every `period` s."""
         model = _ReadingErrors(errors, layout.response, period)
-        ports = f"ideal_{layout.quantity}", layout.quantity
-        super().__init__(model, layout.readings, period, *ports, unit=layout.unit, **layout.axes)
+        ideal = f"ideal_{layout.quantity}"
+        super().__init__(model, layout.readings, period, ideal, layout.quantity, unit=layout.unit, **layout.axes)
