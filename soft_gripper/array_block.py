@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from typing import Any, Self
 
 import numpy as np
@@ -116,6 +117,10 @@ class ArrayBlock(LeafSystem):
     """
 
     takes_axes = True  # functions for one sample take leading axes too, as those for a recording do
+
+    def __init_subclass__(cls) -> None:
+        init = signature(cls.__init__)  # that of `__new__` says nothing
+        cls.__signature__ = init.replace(parameters=[*init.parameters.values()][1:])
 
     def __new__(cls, *arguments: Any, **named: Any) -> Self:
         block = super().__new__(cls, *arguments, **named)
