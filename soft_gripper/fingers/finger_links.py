@@ -46,8 +46,8 @@ def _before(finger: Finger, index: int) -> str:
     return f"{finger.name}_shear_link_{index}" if finger.shear_factor else link_name(finger.name, index)
 
 
-def finger_to_urdf(mounted: FingerElement) -> list[ET.Element]:
-    """The URDF elements of a finger, from base to tip.
+def finger_to_urdf(mounted: FingerElement, springs: bool = True) -> list[ET.Element]:
+    """The URDF elements of a finger, from base to tip; without `springs`, its bending joints are limp.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
     `{finger}_tip` marks the end.
@@ -55,11 +55,11 @@ def finger_to_urdf(mounted: FingerElement) -> list[ET.Element]:
     finger = mounted.finger
     links = [_link(finger, i) for i in range(finger.segments + 1)]
     joints = [_joint(finger, i) for i in range(finger.segments)]
-    springs = [spring for i in range(finger.segments) for spring in _spring_pair(finger, i)]
+    pairs = [spring for i in range(finger.segments if springs else 0) for spring in _spring_pair(finger, i)]
     shear = [part for i in range(finger.segments if finger.shear_factor else 0) for part in _shear(finger, i)]
     actuators = [_actuator(finger, i) for i in range(finger.segments)]
     other = [_tip_frame(finger), _self_collision_filter(finger)]
-    return [*links, _mount(mounted), *shear, *joints, *springs, *actuators, *other]
+    return [*links, _mount(mounted), *shear, *joints, *pairs, *actuators, *other]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:

@@ -18,7 +18,7 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.finger_parts import ContactMaterial
-from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_file import arm_urdf
@@ -115,7 +115,8 @@ def load_model(
     with drake_reads(where, "file", config.file):
         if is_urdf:
             change = partial(configured_finger, where=where, configs=config.fingers)
-            expanded = expand_urdf(path, config.segments, config.name, config.without, change=change)
+            linear = config.springs == "linear"
+            expanded = expand_urdf(path, config.segments, config.name, config.without, change=change, springs=linear)
             fingers = expanded.fingers
             models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
@@ -130,7 +131,8 @@ def load_model(
     plant.RenameModelInstance(models[0], config.name)
     if not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
-    return models[0], [PlantFinger(finger, plant, models[0]) for finger in fingers]
+    put = PlantFinger if config.springs == "linear" else add_torsion_springs
+    return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
 
 
 def add_fingers(
