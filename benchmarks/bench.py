@@ -84,7 +84,7 @@ def _speed(station: Station) -> float:
 
 def _print_blocks(station: Station) -> bool:
     builder, scenario = DiagramBuilder(), station.scenario
-    add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
     plant = builder.Build()
     repeats = [(_run(plant, station), _run(station.diagram, station), cost_of_blocks(station)) for _ in range(REPEATS)]
     bare, closed = np.array([repeat[:2] for repeat in repeats]).T

@@ -53,14 +53,14 @@ def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
 
 
 def add_model(
-    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool, visuals: bool = True
 ) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
     """Loads a model and places it; returns the model and the fingers in it.
 
     Raises:
         InputError: if its file or a frame that it names is invalid.
     """
-    model, fingers = load_model(plant, config, where, is_arm)
+    model, fingers = load_model(plant, config, where, is_arm, visuals)
     X_PC = config.X_PC.GetDeterministicValue()
     if config.free:
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
@@ -116,6 +116,7 @@ def add_plant(
     models: Sequence[ModelConfig],
     gravity: Sequence[float],
     arm: ArmConfig | None = None,
+    visuals: bool = True,
 ) -> Scene:
     """Adds a finalized plant named "plant" and its SceneGraph, with all models placed.
 
@@ -125,6 +126,7 @@ def add_plant(
         models: the models, each welded to an earlier one.
         gravity: gravity in the world, (3,) m/s^2.
         arm: which of the models is an arm, and its initial posture.
+        visuals: whether Meshcat or a camera is to see the fingers; where nothing looks, their shapes only cost time.
 
     Raises:
         InputError: if a model or a finger in it is invalid.
@@ -134,7 +136,7 @@ def add_plant(
     fingers: list[PlantFinger] = []
     for i, model in enumerate(models):
         where = f"models[{i}]"
-        _, found = add_model(plant, model, where, is_arm=arm is not None and model.name == arm.model)
+        _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals)
         if model.free and found:
             raise InputError(where, "free", True, "fingers need a welded base")
         fingers += found

@@ -32,7 +32,10 @@ def make_station(
         InputError: if a part of the scenario cannot be built.
     """
     builder = DiagramBuilder()
-    station = add_station(builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator)
+    looked_at = meshcat is not None  # nothing is added to the diagram that could look otherwise
+    station = add_station(
+        builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator, visuals=looked_at
+    )
     logs = add_logs(builder, station.signals, station.scenario.sensor.period)
     for name, command in station.inputs.items():
         builder.ExportInput(command, name)
@@ -51,6 +54,7 @@ def add_station(
     *,
     make_sensor: MakeSensor | None = None,
     make_estimator: MakeEstimator | None = None,
+    visuals: bool = True,
 ) -> StationParts:
     """Adds the blocks of a scenario to a diagram; add your own blocks, `add_logs` and `Build` afterwards.
 
@@ -67,6 +71,7 @@ def add_station(
         scenario: defines the models, drive, sensors and estimators.
         meshcat: shows the scene and the estimates.
         make_sensor, make_estimator: make user blocks that replace those named in the scenario.
+        visuals: see `add_plant`; False is for a diagram in which no Meshcat or camera looks at the fingers.
 
     Raises:
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
@@ -74,7 +79,7 @@ def add_station(
     _check_first(builder)
     scenario = checked_scenario("scenario", scenario)
     nominal = read_nominal_model(scenario.nominal)
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)

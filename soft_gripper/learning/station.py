@@ -351,8 +351,8 @@ def make_learning_station(
     Raises:
         InputError: if a part cannot be built, or does not fit the others.
     """
-    builder = DiagramBuilder()
-    parts = add_station(builder, scenario, meshcat)
+    builder, seen = DiagramBuilder(), picture or meshcat is not None
+    parts = add_station(builder, scenario, meshcat, visuals=seen)
     _add_action(builder, config, parts)
     forces = add_peak_force(builder, parts)
     target = goal = None
@@ -369,7 +369,7 @@ def make_learning_station(
         builder.ExportOutput(_add_camera(builder, parts), "picture")
     diagram = builder.Build()
     parts.check(diagram)
-    handled, seen = config.grasp or config.pick_place, picture or meshcat is not None
+    handled = config.grasp or config.pick_place
     if handled is None:
         return LearningStation(diagram, parts, forces, seen, target=target)
     body = first_body(parts.plant, handled.object)

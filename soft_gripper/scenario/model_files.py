@@ -93,11 +93,11 @@ def _value(where: str, name: str, text: str, before: float) -> float:
 
 
 def load_model(
-    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False, visuals: bool = True
 ) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
     """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
 
-    The file of an arm is first made ready for Drake, see `arm_urdf`.
+    The file of an arm is first made ready for Drake, see `arm_urdf`. Without `visuals`, its fingers are not seen.
 
     Raises:
         InputError: if the file is missing, or neither we nor Drake can read it.
@@ -114,9 +114,15 @@ def load_model(
     fingers: Sequence[Finger] = ()
     with drake_reads(where, "file", config.file):
         if is_urdf:
-            change = partial(configured_finger, where=where, configs=config.fingers)
-            linear = config.springs == "linear"
-            expanded = expand_urdf(path, config.segments, config.name, config.without, change=change, springs=linear)
+            expanded = expand_urdf(
+                path,
+                config.segments,
+                config.name,
+                config.without,
+                change=partial(configured_finger, where=where, configs=config.fingers),
+                springs=config.springs == "linear",
+                visuals=visuals,
+            )
             fingers = expanded.fingers
             models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
