@@ -1,14 +1,17 @@
-# Every target sets up .venv; this needs python3 (3.11 or newer) with its venv module, and make.
+# Every target sets up .venv; this needs Python (3.11 or newer) with its venv module, and make.
 
-PYTHON ?= python3
+# The Pythons that are found, one of each version, newest first: 3.12 and newer have a newer Drake.
+PYTHONS = $(shell for v in 14 13 12 11; do for p in python3.$$v python3 $(HOME)/.pyenv/versions/3.$$v.*/bin/python; do \
+	[ "$$($$p -c 'import ensurepip, sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && echo $$p && break; done; done)
+# That of .venv, once and for all: make PYTHON=python3.11 chooses another one.
+PYTHON ?= $(or $(firstword $(PYTHONS)),python3)
+# A second Python to run the tests on: the oldest, if it is older than that of .venv.
+OLDER = $(shell $(lastword $(PYTHONS)) -c 'import sys; print(sys.executable if sys.version_info[1] < $(MINOR) else "")')
+MINOR = $(shell $(BIN)/python -c 'import sys; print(sys.version_info[1])')
 BIN := .venv/bin
 READY := .venv/ready
-# A second Python to run the tests on: the newest working one that is newer than $(PYTHON).
-NEWER := $(shell for v in 14 13 12; do for p in python3.$$v $(HOME)/.pyenv/versions/3.$$v.*/bin/python; do \
-	[ "$$($$p -c 'import sys; print(sys.version_info[1])' 2>/dev/null)" = $$v ] && \
-	[ "$$($(PYTHON) -c 'import sys; print(sys.version_info[1])')" -lt $$v ] && echo $$p && exit; done; done)
 
-.PHONY: evaluate fuzz kills soak test test-slow test-newer check lint format types wheel bench bench-against bench-peers scaling work-precision release-check clean
+.PHONY: evaluate fuzz kills soak test test-slow test-older check lint format types wheel bench bench-against bench-peers scaling work-precision release-check clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -18,20 +21,20 @@ PYTEST = python -m pytest -n 3 --dist loadscope
 
 test: $(READY)
 	$(BIN)/$(PYTEST) -m "not slow"
-	@$(MAKE) --no-print-directory test-newer
+	@$(MAKE) --no-print-directory test-older
 
 # Long runs, which hardly depend on the version of Python.
 test-slow: $(READY)
 	$(BIN)/$(PYTEST) -m slow
 
-test-newer:
-ifeq ($(NEWER),)
-	@echo "No Python 3.12 or newer was found: the tests ran on one Python only."
-else
-	$(NEWER) -m venv .venv-newer
-	.venv-newer/bin/python -m pip install -q -c constraints.txt -e .[dev]
-	.venv-newer/bin/$(PYTEST) -m "not slow"
-endif
+test-older: $(READY)
+	$(or $(if $(OLDER),$(ON_OLDER)),@echo "No Python older than that of .venv was found: the tests ran on one Python only.")
+
+define ON_OLDER
+$(OLDER) -m venv .venv-older
+.venv-older/bin/python -m pip install -q -c constraints.txt -e .[dev]
+.venv-older/bin/$(PYTEST) -m "not slow"
+endef
 
 check: lint types
 	$(BIN)/$(PYTEST) -m "not slow"
@@ -105,13 +108,14 @@ docs-links: .venv/docs
 	$(SPHINX) -b linkcheck -D nb_execution_mode=off build/docs/source build/docs/links
 
 clean:
-	rm -rf .venv .venv-newer build dist results *.egg-info
+	rm -rf .venv .venv-older build dist results *.egg-info
 
 .venv/docs: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[docs]
 	touch $@
 
 $(READY): pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv
+	$(or $(wildcard $(BIN)/python),$(PYTHON)) -m venv .venv
+	@echo "The environment .venv has $$($(BIN)/python --version); make clean and PYTHON=... choose another one."
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[dev]
 	touch $(READY)

@@ -107,7 +107,7 @@ def _print_blocks(name: str, overrides: list[str]) -> bool:
 def _bare(station: Station) -> Diagram:
     """The plant alone."""
     builder, scenario = DiagramBuilder(), station.scenario
-    add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
     return builder.Build()
 
 

@@ -40,7 +40,7 @@ def main(name: str) -> None:
 def bare_diagram(scenario: Scenario):
     """The plant and what drives it."""
     builder = DiagramBuilder()
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     steps = {name: pressure_steps(scenario.pressure, name) for name in drive.commands}
     add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)

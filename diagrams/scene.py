@@ -1,11 +1,15 @@
 """The plant: models added at their poses, and the fingers found in them."""
 
 from collections.abc import Sequence
+from math import dist
 from typing import NamedTuple
 
+import numpy as np
 from pydrake.geometry import (
     ContactSurface,
+    GeometryId,
     HydroelasticContactRepresentation,
+    Role,
     SceneGraph,
     SceneGraphInspector,
 )
@@ -13,6 +17,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, Multibody
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.drake_parsing import drake_reads
@@ -53,14 +58,14 @@ def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
 
 
 def add_model(
-    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool, visuals: bool = True
 ) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
     """Loads a model and places it; returns the model and the fingers in it.
 
     Raises:
         InputError: if its file or a frame that it names is invalid.
     """
-    model, fingers = load_model(plant, config, where, is_arm)
+    model, fingers = load_model(plant, config, where, is_arm, visuals)
     X_PC = config.X_PC.GetDeterministicValue()
     if config.free:
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
@@ -116,6 +121,7 @@ def add_plant(
     models: Sequence[ModelConfig],
     gravity: Sequence[float],
     arm: ArmConfig | None = None,
+    visuals: bool = True,
 ) -> Scene:
     """Adds a finalized plant named "plant" and its SceneGraph, with all models placed.
 
@@ -125,6 +131,7 @@ def add_plant(
         models: the models, each welded to an earlier one.
         gravity: gravity in the world, (3,) m/s^2.
         arm: which of the models is an arm, and its initial posture.
+        visuals: whether Meshcat or a camera is to see the fingers; where nothing looks, their shapes only cost time.
 
     Raises:
         InputError: if a model or a finger in it is invalid.
@@ -134,7 +141,7 @@ def add_plant(
     fingers: list[PlantFinger] = []
     for i, model in enumerate(models):
         where = f"models[{i}]"
-        _, found = add_model(plant, model, where, is_arm=arm is not None and model.name == arm.model)
+        _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals)
         if model.free and found:
             raise InputError(where, "free", True, "fingers need a welded base")
         fingers += found
@@ -142,7 +149,58 @@ def add_plant(
         plant.Finalize()
     if arm is not None:
         set_home_posture(plant, arm)
-    return Scene(plant, scene_graph, fingers)
+    scene = Scene(plant, scene_graph, fingers)
+    remove_idle_skins(scene)
+    return scene
+
+
+class _Reach(NamedTuple):
+    """A ball that a geometry never leaves."""
+
+    center: Array  # (3,) m in the world
+    radius: float  # m
+
+    def meets(self, other: "_Reach") -> bool:
+        """Whether two geometries may ever touch."""
+        return dist(self.center, other.center) <= self.radius + other.radius
+
+
+def remove_idle_skins(scene: Scene) -> None:
+    """Removes the collision geometry of those links of fingers that nothing can ever touch; it would only cost time.
+
+    That is known only where nothing moves but the joints of fingers: then a link cannot leave a ball about the base of
+    its finger, whose radius is the length of the finger up to the end of the link.
+    """
+    plant, scene_graph, fingers = scene
+    other_joints = plant.num_positions() > sum(finger.finger.segments for finger in fingers)
+    if other_joints or not all(finger.is_anchored for finger in fingers):
+        return
+    reaches = _reaches(scene)
+    pairs = scene_graph.model_inspector().GetCollisionCandidates()
+    touched = {geometry for pair in pairs if reaches[pair[0]].meets(reaches[pair[1]]) for geometry in pair}
+    skins = (skin for finger in fingers for link in finger.links for skin in plant.GetCollisionGeometriesForBody(link))
+    for idle in set(skins) - touched:
+        scene_graph.RemoveRole(plant.get_source_id(), idle, Role.kProximity)
+
+
+def _reaches(scene: Scene) -> dict[GeometryId, _Reach]:
+    """Of all collision geometries, where nothing moves but the joints of fingers."""
+    plant, inspector = scene.plant, scene.scene_graph.model_inspector()
+    context, reaches = plant.CreateDefaultContext(), {}
+    links = {
+        link.index(): (finger.base, begin)
+        for finger in scene.fingers
+        for link, begin in zip(finger.links, finger.finger.link_ends[:-1], strict=True)
+    }
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        body, box = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)), inspector.GetObbInGeometryFrame(geometry)
+        base, begin = links.get(body.index(), (body, 0.0))
+        radius = np.inf  # of a half space, and of what a finger carries
+        if box is not None and plant.IsAnchored(base):
+            middle = inspector.GetPoseInFrame(geometry) @ box.center()
+            radius = begin + float(np.linalg.norm(middle) + np.linalg.norm(box.half_width()))
+        reaches[geometry] = _Reach(plant.EvalBodyPoseInWorld(context, base).translation(), radius)
+    return reaches
 
 
 MAX_RELATIVE_DEPTH = 0.1  # of the depth at which a compliant body is compressed to its middle

@@ -33,7 +33,10 @@ def make_station(
         InputError: if a part of the scenario cannot be built.
     """
     builder = DiagramBuilder()
-    station = add_station(builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator)
+    looked_at = meshcat is not None  # nothing is added to the diagram that could look otherwise
+    station = add_station(
+        builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator, visuals=looked_at
+    )
     live = station.scenario.record.live or bool(station.inputs)  # what is outside may read any port
     logs = add_logs(builder, station.signals, station.scenario.sensor.period, live)
     for name, command in station.inputs.items():
@@ -46,6 +49,7 @@ def make_station(
     return Station(diagram, station, logs)
 
 
+@asleep()  # until `add_logs` or `add_live`
 def add_station(
     builder: DiagramBuilder,
     scenario: Scenario,
@@ -53,6 +57,7 @@ def add_station(
     *,
     make_sensor: MakeSensor | None = None,
     make_estimator: MakeEstimator | None = None,
+    visuals: bool = True,
 ) -> StationParts:
     """Adds the blocks of a scenario to a diagram; add your own blocks, `add_logs` and `Build` afterwards.
 
@@ -71,24 +76,15 @@ def add_station(
         scenario: defines the models, drive, sensors and estimators.
         meshcat: shows the scene and the estimates.
         make_sensor, make_estimator: make user blocks that replace those named in the scenario.
+        visuals: see `add_plant`; False is for a diagram in which no Meshcat or camera looks at the fingers.
 
     Raises:
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
     """
     _check_first(builder)
-    with asleep():
-        return _add_blocks(builder, checked_scenario("scenario", scenario), meshcat, make_sensor, make_estimator)
-
-
-def _add_blocks(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    meshcat: Meshcat | None,
-    make_sensor: MakeSensor | None,
-    make_estimator: MakeEstimator | None,
-) -> StationParts:
+    scenario = checked_scenario("scenario", scenario)
     nominal = read_nominal_model(scenario.nominal)
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)

@@ -22,7 +22,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     scenario, builder = task.scenario, DiagramBuilder()
     for field, value in setting.items():
         setattr(scenario.plant_config, field, value)
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     steps = {finger.name: pressure_steps(scenario.pressure, finger.name) for finger in scene.fingers}
     add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)

@@ -59,7 +59,8 @@ class Arcs(NamedTuple):
 def chord(theta: Array, length: Array, heading: Array) -> Planar:
     """Vector from the beginning to the end of an arc; exact for every angle, zero included."""
     half = theta / 2 + _TINY
-    return length * (np.sin(half) / half) * np.exp(1j * (heading + half))
+    direction: Planar = np.exp(1j * (heading + half))
+    return length * (np.sin(half) / half) * direction
 
 
 def join_arcs(theta: Array, length: Array) -> Arcs:

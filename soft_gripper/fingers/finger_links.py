@@ -46,20 +46,20 @@ def _before(finger: Finger, index: int) -> str:
     return f"{finger.name}_shear_link_{index}" if finger.shear_factor else link_name(finger.name, index)
 
 
-def finger_to_urdf(mounted: FingerElement) -> list[ET.Element]:
+def finger_to_urdf(mounted: FingerElement, springs: bool = True, visuals: bool = True) -> list[ET.Element]:
     """The URDF elements of a finger, from base to tip.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
-    `{finger}_tip` marks the end.
+    `{finger}_tip` marks the end. Without `springs`, the bending joints are limp; without `visuals`, nothing is seen.
     """
     finger = mounted.finger
-    links = [_link(finger, i) for i in range(finger.segments + 1)]
+    links = [_link(finger, i, visuals) for i in range(finger.segments + 1)]
     joints = [_joint(finger, i) for i in range(finger.segments)]
-    springs = [spring for i in range(finger.segments) for spring in _spring_pair(finger, i)]
+    pairs = [spring for i in range(finger.segments if springs else 0) for spring in _spring_pair(finger, i)]
     shear = [part for i in range(finger.segments if finger.shear_factor else 0) for part in _shear(finger, i)]
     actuators = [_actuator(finger, i) for i in range(finger.segments)]
     other = [_tip_frame(finger), _self_collision_filter(finger)]
-    return [*links, _mount(mounted), *shear, *joints, *springs, *actuators, *other]
+    return [*links, _mount(mounted), *shear, *joints, *pairs, *actuators, *other]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -72,19 +72,22 @@ def _text(*values: float) -> str:
     return " ".join(f"{v:.15g}" for v in values)
 
 
-def _link(finger: Finger, index: int) -> ET.Element:
+def _link(finger: Finger, index: int, visuals: bool) -> ET.Element:
     begin, end = finger.link_ends[index : index + 2]
     length, middle = end - begin, np.array((begin + end) / 2)
     section = finger.section(middle)
     width, middle_of_section = float(section.width), -float(section.neutral_axis)
     origin = _element("origin", xyz=_text(middle_of_section, 0, length / 2))
     box = _element("geometry", _element("box", size=_text(section.thickness, width, length)))
+    seen = [_element("visual", origin, box, _material(finger))]
+    if index:
+        seen.append(_knuckle(finger, width, begin))
+    if finger.tip_load is not None and index == finger.segments:
+        seen.append(_ball(finger.tip_load, length))
     return _element(
         "link",
         _inertial_of_link(finger, index),
-        _element("visual", origin, box, _material(finger)),
-        *([_knuckle(finger, width, begin)] if index else []),
-        *([_ball(finger.tip_load, length)] if finger.tip_load is not None and index == finger.segments else []),
+        *(seen if visuals else []),
         _element("collision", origin, box, _proximity(finger)),
         name=link_name(finger.name, index),
     )

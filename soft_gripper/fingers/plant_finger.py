@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RevoluteSpring, RigidBody
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
@@ -24,6 +24,7 @@ class PlantFinger:
     finger: Finger
     plant: MultibodyPlant
     model: ModelInstanceIndex
+    torsion_springs: tuple[RevoluteSpring, ...] = ()  # of the joints, if they are not pairs of linear springs
 
     @property
     def name(self) -> str:
@@ -98,3 +99,15 @@ class PlantFinger:
         """Matrix that assigns joint torques to the actuators of their model, (N, nu)."""
         names = self.actuator_names
         return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints]]
+
+
+def add_torsion_springs(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> PlantFinger:
+    """Adds a torsion spring at every bending joint of a finger that was expanded without springs.
+
+    They are Drake's force element, whose torque is the stiffness times the angle at any angle; the pair of linear
+    springs of the expanded URDF approximates that, see `finger_links`. Their stiffness is a parameter of the plant's
+    context (`RevoluteSpring.SetStiffness`), that of linear springs is not. The plant is not yet finalized.
+    """
+    joints = (plant.GetJointByName(joint_name(finger.name, i), model) for i in range(finger.segments))
+    springs = [RevoluteSpring(joint, 0.0, stiffness) for joint, stiffness in zip(joints, finger.stiffness, strict=True)]
+    return PlantFinger(finger, plant, model, tuple(plant.AddForceElement(spring) for spring in springs))

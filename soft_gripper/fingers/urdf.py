@@ -88,6 +88,8 @@ def expand_urdf(
     without: Sequence[str] = (),
     model_name: str | None = None,
     change: Callable[[Finger], Finger] = lambda finger: finger,
+    springs: bool = True,
+    visuals: bool = True,
 ) -> ExpandedUrdf:
     """Replaces every <finger> of a URDF by links, joints and springs.
 
@@ -98,6 +100,9 @@ def expand_urdf(
         without: links that are left out, see `remove_links`.
         model_name: name of the robot in the result; None: as in the file.
         change: returns the finger that replaces each finger of the file.
+        springs: False leaves the bending joints limp, for torsion springs that URDF cannot express, see
+            `add_torsion_springs`.
+        visuals: False leaves out what is seen of the fingers.
 
     Raises:
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
@@ -117,7 +122,7 @@ def expand_urdf(
     robot[:] = []
     expanded = iter(elements)
     for child in children:
-        robot.extend(finger_to_urdf(next(expanded)) if child.tag == "finger" else [child])
+        robot.extend(finger_to_urdf(next(expanded), springs, visuals) if child.tag == "finger" else [child])
     for mesh in robot.iter("mesh"):
         if filename := mesh.get("filename"):
             mesh.set("filename", _absolute(path, filename))

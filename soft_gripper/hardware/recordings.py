@@ -403,7 +403,7 @@ def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
     own = np.concatenate(([True], np.diff(t) > 0))
     row = int(timed.rows[np.argmin(own)])
     expected = f"most rows repeat a time, the first of them row {row}: does the clock count seconds alone?"
-    require(own.mean() > 0.5, table.path, time, float(t[np.argmin(own)]), expected)
+    require(bool(own.mean() > 0.5), table.path, time, float(t[np.argmin(own)]), expected)
     return timed.kept(own), len(table.values) - int(own.sum())
 
 

@@ -352,8 +352,8 @@ def make_learning_station(
     Raises:
         InputError: if a part cannot be built, or does not fit the others.
     """
-    builder = DiagramBuilder()
-    parts = add_station(builder, scenario, meshcat)
+    builder, seen = DiagramBuilder(), picture or meshcat is not None
+    parts = add_station(builder, scenario, meshcat, visuals=seen)
     _add_action(builder, config, parts)
     handled = config.grasp or config.pick_place
     forces = None if handled is None else add_peak_force(builder, parts)
@@ -372,7 +372,6 @@ def make_learning_station(
         builder.ExportOutput(_add_camera(builder, parts), "picture")
     diagram = builder.Build()
     parts.check(diagram)
-    seen = picture or meshcat is not None
     if handled is None:
         return LearningStation(diagram, parts, forces, seen, target=target)
     body = first_body(parts.plant, handled.object)

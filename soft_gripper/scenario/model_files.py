@@ -18,7 +18,7 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.finger_parts import ContactMaterial
-from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_file import arm_urdf
@@ -93,11 +93,11 @@ def _value(where: str, name: str, text: str, before: float) -> float:
 
 
 def load_model(
-    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False
+    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False, visuals: bool = True
 ) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
     """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
 
-    The file of an arm is first made ready for Drake, see `arm_urdf`.
+    The file of an arm is first made ready for Drake, see `arm_urdf`. Without `visuals`, its fingers are not seen.
 
     Raises:
         InputError: if the file is missing, or neither we nor Drake can read it.
@@ -114,8 +114,15 @@ def load_model(
     fingers: Sequence[Finger] = ()
     with drake_reads(where, "file", config.file):
         if is_urdf:
-            change = partial(configured_finger, where=where, configs=config.fingers)
-            expanded = expand_urdf(path, config.segments, config.name, config.without, change=change)
+            expanded = expand_urdf(
+                path,
+                config.segments,
+                config.name,
+                config.without,
+                change=partial(configured_finger, where=where, configs=config.fingers),
+                springs=config.springs == "linear",
+                visuals=visuals,
+            )
             fingers = expanded.fingers
             models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
@@ -130,7 +137,8 @@ def load_model(
     plant.RenameModelInstance(models[0], config.name)
     if not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
-    return models[0], [PlantFinger(finger, plant, models[0]) for finger in fingers]
+    put = PlantFinger if config.springs == "linear" else add_torsion_springs
+    return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
 
 
 def add_fingers(

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import Diagram
+from pydrake.geometry import Meshcat, Role
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import add_station, make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 from soft_gripper.signals import signal_of
@@ -271,6 +272,24 @@ def test_plant_stays_a_direct_child_under_an_arm(pick_and_place):
     nested = {type(s).__name__ for s in pick_and_place.diagram.GetSystems() if isinstance(s, Diagram)}
     of_fingers = {"FingerSensors", "FingerEstimation", "FingerScoring", "PressureDrive"}
     assert nested == {*of_fingers, "SignalLogs", "GravityCompensation", "GripControl"}
+
+
+def seen_of(parts):
+    """The number of shapes that a Meshcat or a camera sees on the links of the first finger."""
+    inspector, finger = parts.scene_graph.model_inspector(), parts.fingers[0]
+    frames = [finger.plant.GetBodyFrameIdOrThrow(link.index()) for link in finger.links]
+    counts = {
+        sum(len(inspector.GetGeometries(f, role)) for f in frames) for role in (Role.kIllustration, Role.kPerception)
+    }
+    (count,) = counts
+    return count
+
+
+def test_fingers_are_seen_only_where_something_can_look_at_them():
+    scenario, every = load_scenario("free_bending"), 13 + 12  # links, and the wedges between them
+    assert seen_of(make_station(scenario).parts) == 0
+    assert seen_of(make_station(scenario, Meshcat()).parts) == every
+    assert seen_of(add_station(DiagramBuilder(), scenario)) == every
 
 
 def test_each_finger_of_a_model_bends_under_its_own_pressure():

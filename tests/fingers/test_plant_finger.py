@@ -5,9 +5,9 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import RevoluteJoint, SpatialInertia
+from pydrake.multibody.tree import MultibodyForces, RevoluteJoint, SpatialInertia
 
-from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import add_fingers
@@ -98,3 +98,38 @@ def test_a_plant_loaded_by_drake_alone_will_do(load_plant):
     plant = load_plant(expanded.text, "mount")
     finger = PlantFinger(expanded.fingers[0], plant, plant.GetModelInstanceByName("finger"))
     assert (finger.name, finger.model_name, len(finger.links), len(finger.joints)) == ("finger", "finger", 4, 3)
+
+
+@pytest.fixture(scope="module")
+def torsion():
+    """The shipped finger with torsion springs, on the ground."""
+    plant, expanded = MultibodyPlant(0.01), expand_urdf(FINGER, springs=False)
+    (model,) = Parser(plant).AddModelsFromString(expanded.text, "urdf")
+    finger = add_torsion_springs(plant, model, expanded.fingers[0])
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("mount"))
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+    plant.Finalize()
+    return finger
+
+
+def elastic_torque(finger, context, q):
+    """Of all force elements, N m, at joint angles `q` rad."""
+    plant = finger.plant
+    plant.SetPositions(context, q)
+    forces = MultibodyForces(plant)
+    plant.CalcForceElementsContribution(context, forces)
+    return plant.CalcGeneralizedForces(context, forces)
+
+
+def test_torsion_springs_are_linear_at_any_angle(torsion, bent):
+    q = 5 * bent(12)  # up to 2 rad a joint
+    torque = elastic_torque(torsion, torsion.plant.CreateDefaultContext(), q)
+    np.testing.assert_allclose(torque, -torsion.finger.elastic_torque(q), rtol=1e-14)
+
+
+def test_stiffness_of_torsion_springs_is_a_parameter_of_the_context(torsion, bent):
+    q, contexts = bent(12), [torsion.plant.CreateDefaultContext() for _ in range(2)]
+    for spring, stiffness in zip(torsion.torsion_springs, torsion.finger.stiffness, strict=True):
+        spring.SetStiffness(contexts[0], 1.1 * stiffness)
+    stiffer, unchanged = (elastic_torque(torsion, context, q) for context in contexts)
+    np.testing.assert_allclose(stiffer, 1.1 * unchanged, rtol=1e-14)

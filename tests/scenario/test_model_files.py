@@ -79,6 +79,15 @@ def test_fingers_have_the_number_of_segments_of_the_scenario(plant):
     assert plant.num_actuators() == 2 * 7
 
 
+def test_springs_of_the_fingers_are_pairs_of_linear_ones_unless_the_scenario_chooses_torsion():
+    counts = {}
+    for springs in ("linear", "torsion"):
+        plant = MultibodyPlant(0.0)
+        _, (finger,) = load_model(plant, ModelConfig("finger", FINGER, springs=springs), "models[0]")
+        counts[springs] = plant.num_force_elements() - 1, len(finger.torsion_springs)  # gravity is one too
+    assert counts == {"linear": (24, 0), "torsion": (12, 12)}
+
+
 @pytest.mark.parametrize("name", ["part.stl", "PART.STL", "part.obj"])
 def test_a_bare_mesh_is_an_object(plant, name):
     trimesh.creation.box([40, 30, 50]).export(name, file_type=name[-3:].lower())

@@ -6,9 +6,11 @@ A finger that is pressed on a peg until it rests mobilises only a part of the fr
 Here contacts are computed by statics instead: a force on a face of the finger, with any share of the friction.
 """
 
+from typing import Any
+
 import numpy as np
 
-from soft_gripper.arrays import Array
+from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.contacts.dataset import (
     LAYOUTS,
     PEG_FRICTION,
@@ -45,7 +47,9 @@ def rubbing_contacts(number: int, friction: float, share: float, seed: int) -> C
     place = finger.length * rng.uniform(*PLACES, number)
     force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
     rub = share * friction * rng.choice([-1, 1], number)
-    gravity = G * rng.uniform(size=number) * np.exp(2j * np.pi * rng.uniform(size=number))
+    strength = G * rng.uniform(size=number)
+    direction: Planar = np.exp(2j * np.pi * rng.uniform(size=number))
+    gravity = strength * direction
     section = finger.section(place)
     offset = np.where(side == "inner", section.inner_face, section.outer_face)
     driven, angle = finger.pressure_torque(pressure), relaxed_law(finger).inverse()
@@ -57,7 +61,7 @@ def rubbing_contacts(number: int, friction: float, share: float, seed: int) -> C
         q = q + _STEP * moved
     kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q.sum(axis=-1)) < MOST_BEND)
     rest = np.zeros(number), np.full(number, friction)  # a peg's radius, which has no meaning here, and the coefficient
-    values = q, pressure, gravity, sign * force, force * np.hypot(1, rub), place, torque, side, *rest
+    values: tuple[Any, ...] = q, pressure, gravity, sign * force, force * np.hypot(1, rub), place, torque, side, *rest
     return Contacts(*(value[kept] for value in values))
 
 

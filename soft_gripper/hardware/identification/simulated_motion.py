@@ -162,7 +162,6 @@ _FILL_SUPPLY = 10e3  # Pa, of which the fill time is meant
 _LEVELS = 50  # of the pressure, between which the compliance of the chamber is interpolated
 _SUDDEN = 1e-3  # s, in which a hand lets go at least
 _ROOT = "root"
-_UNSEEN = ("visual", "collision")
 
 
 @dataclass(frozen=True)
@@ -238,10 +237,10 @@ def _add_finger(builder: DiagramBuilder, finger: Finger, gravity: Array, time_st
     """Adds a plant of a single finger with a fixed base and no contact geometry."""
     robot = ET.Element("robot", name="identified")
     robot.append(ET.Element("link", name=_ROOT))
-    robot.extend(finger_to_urdf(FingerElement(finger, _ROOT)))
+    robot.extend(finger_to_urdf(FingerElement(finger, _ROOT), visuals=False))
     for link in robot.findall("link"):
-        for geometry in [child for child in link if child.tag in _UNSEEN]:
-            link.remove(geometry)
+        for skin in link.findall("collision"):
+            link.remove(skin)
     plant = builder.AddNamedSystem("plant", MultibodyPlant(time_step))
     (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT))
