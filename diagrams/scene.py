@@ -18,6 +18,7 @@ from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.drake_parsing import drake_reads
@@ -58,14 +59,19 @@ def arm_joints(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Joint]:
 
 
 def add_model(
-    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool, visuals: bool = True
+    plant: MultibodyPlant,
+    config: ModelConfig,
+    where: str,
+    is_arm: bool,
+    visuals: bool = True,
+    points: int | None = None,
 ) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
     """Loads a model and places it; returns the model and the fingers in it.
 
     Raises:
         InputError: if its file or a frame that it names is invalid.
     """
-    model, fingers = load_model(plant, config, where, is_arm, visuals)
+    model, fingers = load_model(plant, config, where, is_arm, visuals, points)
     X_PC = config.X_PC.GetDeterministicValue()
     if config.free:
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
@@ -122,6 +128,7 @@ def add_plant(
     gravity: Sequence[float],
     arm: ArmConfig | None = None,
     visuals: bool = True,
+    points: int | None = None,
 ) -> Scene:
     """Adds a finalized plant named "plant" and its SceneGraph, with all models placed.
 
@@ -132,6 +139,7 @@ def add_plant(
         gravity: gravity in the world, (3,) m/s^2.
         arm: which of the models is an arm, and its initial posture.
         visuals: whether Meshcat or a camera is to see the fingers; where nothing looks, their shapes only cost time.
+        points: on either side of every link of a finger, at which it touches other bodies; None: over its surface.
 
     Raises:
         InputError: if a model or a finger in it is invalid.
@@ -141,11 +149,14 @@ def add_plant(
     fingers: list[PlantFinger] = []
     for i, model in enumerate(models):
         where = f"models[{i}]"
-        _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals)
+        _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals, points)
         if model.free and found:
             raise InputError(where, "free", True, "fingers need a welded base")
         fingers += found
     with drake_reads("models", "file", [model.file for model in models]):
+        if points is not None:
+            skins = (plant.GetCollisionGeometriesForBody(link) for finger in fingers for link in finger.links)
+            prepare_point_contact(plant, scene_graph, {geometry for of_link in skins for geometry in of_link})
         plant.Finalize()
     if arm is not None:
         set_home_posture(plant, arm)

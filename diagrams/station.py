@@ -84,7 +84,8 @@ def add_station(
     _check_first(builder)
     scenario = checked_scenario("scenario", scenario)
     nominal = read_nominal_model(scenario.nominal)
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals)
+    points = scenario.contact_points if scenario.contact == "points" else None
+    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals, points)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)

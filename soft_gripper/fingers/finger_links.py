@@ -46,14 +46,17 @@ def _before(finger: Finger, index: int) -> str:
     return f"{finger.name}_shear_link_{index}" if finger.shear_factor else link_name(finger.name, index)
 
 
-def finger_to_urdf(mounted: FingerElement, springs: bool = True, visuals: bool = True) -> list[ET.Element]:
+def finger_to_urdf(
+    mounted: FingerElement, springs: bool = True, visuals: bool = True, points: int | None = None
+) -> list[ET.Element]:
     """The URDF elements of a finger, from base to tip.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
     `{finger}_tip` marks the end. Without `springs`, the bending joints are limp; without `visuals`, nothing is seen.
+    With `points`, so many spheres on either side of every link touch other bodies, instead of its surface.
     """
     finger = mounted.finger
-    links = [_link(finger, i, visuals) for i in range(finger.segments + 1)]
+    links = [_link(finger, i, visuals, points) for i in range(finger.segments + 1)]
     joints = [_joint(finger, i) for i in range(finger.segments)]
     pairs = [spring for i in range(finger.segments if springs else 0) for spring in _spring_pair(finger, i)]
     shear = [part for i in range(finger.segments if finger.shear_factor else 0) for part in _shear(finger, i)]
@@ -72,7 +75,7 @@ def _text(*values: float) -> str:
     return " ".join(f"{v:.15g}" for v in values)
 
 
-def _link(finger: Finger, index: int, visuals: bool) -> ET.Element:
+def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.Element:
     begin, end = finger.link_ends[index : index + 2]
     length, middle = end - begin, np.array((begin + end) / 2)
     section = finger.section(middle)
@@ -84,11 +87,15 @@ def _link(finger: Finger, index: int, visuals: bool) -> ET.Element:
         seen.append(_knuckle(finger, width, begin))
     if finger.tip_load is not None and index == finger.segments:
         seen.append(_ball(finger.tip_load, length))
+    skin = [_element("collision", origin, box, _proximity(finger))]
+    if points is not None:
+        size = float(section.thickness), width, float(length)
+        skin = _pads(finger, index, size, middle_of_section, points)
     return _element(
         "link",
         _inertial_of_link(finger, index),
         *(seen if visuals else []),
-        _element("collision", origin, box, _proximity(finger)),
+        *skin,
         name=link_name(finger.name, index),
     )
 
@@ -153,6 +160,48 @@ def _proximity(finger: Finger) -> ET.Element:
         _element(DRAKE + "compliant_hydroelastic"),
         _element(DRAKE + "mesh_resolution_hint", value=_text(thinnest / 2)),
         _element(DRAKE + "hydroelastic_modulus", value=_text(contact.hydroelastic_modulus)),
+        _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
+        _element(DRAKE + "mu_static", value=_text(contact.friction)),
+        _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
+    )
+
+
+# The row of points of the last link, and its share of the stiffness. A tip that presses on something leans on its end,
+# over a wedge that covers about half of this link; chosen by the force and the tip of the box grasp (docs/solver.md).
+_TIP_ROW, _TIP_SHARE = 0.6, 0.5
+_PAD_RADIUS = 2e-3  # m at most
+
+
+def _pads(finger: Finger, index: int, size: tuple[float, float, float], middle: float, points: int) -> list[ET.Element]:
+    """Spheres under the skin on the inner and the outer side of a link, that many on each, in a row across its middle.
+
+    Together they are as stiff as the surface: the pressure of a hydroelastic box is the modulus E times the depth over
+    H, half its smallest side, so that all points of a side of area A have the stiffness E A / H.
+
+    Args:
+        finger: the finger.
+        index: of the link.
+        size: thickness, width and length of the link, m.
+        middle: of the thickness, x in the frame of the link, m.
+        points: in a row.
+    """
+    thickness, width, length = size
+    is_last, radius = index == finger.segments, min(_PAD_RADIUS, thickness / 5)
+    row, share = (_TIP_ROW, _TIP_SHARE) if is_last else (0.5, 1.0)
+    stiffness = share * finger.contact.hydroelastic_modulus * width * length / (min(size) / 2) / points
+    across = ((np.arange(points) + 0.5) / points - 0.5) * width
+    places = [(middle + side * (thickness / 2 - radius), y, row * length) for side in (1, -1) for y in across.tolist()]
+    sphere = _element("geometry", _element("sphere", radius=_text(radius)))
+    return [
+        _element("collision", _element("origin", xyz=_text(*at)), sphere, _touch(finger, stiffness)) for at in places
+    ]
+
+
+def _touch(finger: Finger, stiffness: float) -> ET.Element:
+    contact = finger.contact
+    return _element(
+        DRAKE + "proximity_properties",
+        _element(DRAKE + "point_contact_stiffness", value=_text(stiffness)),
         _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
         _element(DRAKE + "mu_static", value=_text(contact.friction)),
         _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),

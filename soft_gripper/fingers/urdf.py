@@ -90,6 +90,7 @@ def expand_urdf(
     change: Callable[[Finger], Finger] = lambda finger: finger,
     springs: bool = True,
     visuals: bool = True,
+    points: int | None = None,
 ) -> ExpandedUrdf:
     """Replaces every <finger> of a URDF by links, joints and springs.
 
@@ -103,6 +104,7 @@ def expand_urdf(
         springs: False leaves the bending joints limp, for torsion springs that URDF cannot express, see
             `add_torsion_springs`.
         visuals: False leaves out what is seen of the fingers.
+        points: spheres on either side of a link, which touch other bodies instead of its surface; None: the surface.
 
     Raises:
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
@@ -122,7 +124,7 @@ def expand_urdf(
     robot[:] = []
     expanded = iter(elements)
     for child in children:
-        robot.extend(finger_to_urdf(next(expanded), springs, visuals) if child.tag == "finger" else [child])
+        robot.extend(finger_to_urdf(next(expanded), springs, visuals, points) if child.tag == "finger" else [child])
     for mesh in robot.iter("mesh"):
         if filename := mesh.get("filename"):
             mesh.set("filename", _absolute(path, filename))

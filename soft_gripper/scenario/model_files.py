@@ -93,11 +93,17 @@ def _value(where: str, name: str, text: str, before: float) -> float:
 
 
 def load_model(
-    plant: MultibodyPlant, config: ModelConfig, where: str, is_arm: bool = False, visuals: bool = True
+    plant: MultibodyPlant,
+    config: ModelConfig,
+    where: str,
+    is_arm: bool = False,
+    visuals: bool = True,
+    points: int | None = None,
 ) -> tuple[ModelInstanceIndex, list[PlantFinger]]:
     """Adds one model to the plant, under its name in the scenario; returns it and the fingers in it.
 
-    The file of an arm is first made ready for Drake, see `arm_urdf`. Without `visuals`, its fingers are not seen.
+    The file of an arm is first made ready for Drake, see `arm_urdf`. Without `visuals`, its fingers are not seen;
+    for `points` see `expand_urdf`.
 
     Raises:
         InputError: if the file is missing, or neither we nor Drake can read it.
@@ -122,6 +128,7 @@ def load_model(
                 change=partial(configured_finger, where=where, configs=config.fingers),
                 springs=config.springs == "linear",
                 visuals=visuals,
+                points=points,
             )
             fingers = expanded.fingers
             models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")

@@ -395,8 +395,16 @@ class Scenario(ByValue):
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     nominal: NominalConfig = field(default_factory=NominalConfig)
     record: RecordConfig = field(default_factory=RecordConfig)
+    # How fingers touch other bodies: over the surface of their links, or at points of it, which is faster; see
+    # docs/solver.md for what that changes.
+    contact: str = quantity("surface", known=("surface", "points"))
+    contact_points: int = 4  # on either side of a link: 2, 4 or 8
     plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config, metadata=valid(parts=_PLANT))
     simulator_config: SimulatorConfig = field(default_factory=default_simulator_config, metadata=valid(parts=_SOLVER))
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.contact_points not in (2, 4, 8):
+            yield "contact_points", self.contact_points, "must be 2, 4 or 8"
 
     @property
     def steps(self) -> int:

@@ -1,0 +1,86 @@
+"""Point contact: fingers touch other bodies at points of their skin, not over patches of it.
+
+Every link carries spheres under its skin, see `finger_links`; they meet the shapes of other bodies in Drake's point
+contact, which costs less than a surface with as many polygons as it has. What it changes, and what it saves, is
+measured in docs/solver.md. Bodies that are not convex are given convex parts, and other bodies touch each other as
+before.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from pydrake.geometry import (
+    CollisionFilterDeclaration,
+    Convex,
+    GeometryId,
+    GeometrySet,
+    Mesh,
+    ProximityProperties,
+    Role,
+    RoleAssign,
+    SceneGraph,
+)
+from pydrake.multibody.plant import MultibodyPlant
+
+from soft_gripper.scenario.convex_parts import convex_parts
+
+_RIGID = 1e12  # N/m, of what touches a finger: the skin alone gives way
+_MATERIAL, _STIFFNESS = "material", "point_contact_stiffness"
+_HYDROELASTIC = "hydroelastic"
+
+
+def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins: Iterable[GeometryId]) -> None:
+    """Makes all bodies of a plant fit to be touched by the points of fingers, before it is finalized.
+
+    Args:
+        plant: with all its models.
+        scene_graph: of the plant.
+        skins: the collision geometries of the fingers.
+    """
+    inspector, touching = scene_graph.model_inspector(), set(skins)
+    others = [each for each in inspector.GetAllGeometryIds(Role.kProximity) if each not in touching]
+    for geometry in others:
+        shape = inspector.GetShape(geometry)
+        if isinstance(shape, Mesh) and not isinstance(shape, Convex):
+            _add_parts(plant, scene_graph, geometry, shape, touching)
+        else:
+            _make_rigid(plant, scene_graph, geometry)
+
+
+def _properties(scene_graph: SceneGraph, geometry: GeometryId) -> ProximityProperties:
+    """Those of a geometry, but rigid in point contact."""
+    properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(geometry))
+    properties.UpdateProperty(_MATERIAL, _STIFFNESS, _RIGID)
+    return properties
+
+
+def _make_rigid(plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId) -> None:
+    properties = _properties(scene_graph, geometry)
+    if properties.HasGroup(_HYDROELASTIC):  # others touch in point contact already, with a stiffness of their own
+        scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+
+
+def _add_parts(
+    plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId, mesh: Mesh, skins: set[GeometryId]
+) -> None:
+    """Adds convex parts to the body of a mesh, which fingers touch in place of the mesh."""
+    inspector = scene_graph.model_inspector()
+    body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+    pose, properties = inspector.GetPoseInFrame(geometry), _properties(scene_graph, geometry)
+    for name in list(properties.GetPropertiesInGroup(_HYDROELASTIC)):
+        properties.RemoveProperty(_HYDROELASTIC, name)
+    path = Path(mesh.source().path())
+    parts = [
+        plant.RegisterCollisionGeometry(
+            body,
+            pose,
+            Convex((corners * mesh.scale3()).T, f"part {i}"),
+            f"{inspector.GetName(geometry)}_part_{i}",
+            properties,
+        )
+        for i, corners in enumerate(convex_parts(path, path.stat().st_mtime_ns))
+    ]
+    others = [each for each in inspector.GetAllGeometryIds(Role.kProximity) if each not in skins]
+    for one, other in (([geometry], skins), (parts, others)):
+        excluded = CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(one)), GeometrySet(list(other)))
+        scene_graph.collision_filter_manager().Apply(excluded)

@@ -1,0 +1,54 @@
+"""Convex parts of a mesh: slabs of it, each with its convex hull.
+
+Point contact takes a mesh for its convex hull. Slices across the axis along which the hulls of all slices together
+exceed the mesh least follow its shape.
+"""
+
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from soft_gripper.arrays import Array
+from soft_gripper.scenario.mesh_object import read_scene
+
+PARTS = 14
+_CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
+
+
+@lru_cache(maxsize=16)
+def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
+    """Corners of the convex parts of a mesh, (M, 3) each, in its own units; a single part if it is convex.
+
+    Args:
+        path: of the file.
+        modified: time of its last change, ns, so that a changed file is read again.
+    """
+    mesh = read_scene(path).to_mesh()
+    hull = mesh.convex_hull
+    if mesh.is_volume and mesh.volume >= _CONVEX * hull.volume:
+        return (np.array(hull.vertices),)
+    candidates = [_slabs(mesh, axis) for axis in range(3)]
+    return tuple(np.array(slab.vertices) for slab in min(candidates, key=lambda slabs: sum(s.volume for s in slabs)))
+
+
+def _slabs(mesh: trimesh.Trimesh, axis: int) -> list[trimesh.Trimesh]:
+    """Hulls of slices of equal height along an axis."""
+    low, high = mesh.bounds[:, axis]
+    slices = (_between(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, PARTS + 1)))
+    return [trimesh.convex.convex_hull(points) for points in slices if len(points) > 3]
+
+
+def _between(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:
+    """The vertices of a mesh between two planes across an axis, and where its edges cross these, (M, 3)."""
+    vertices, edges = np.array(mesh.vertices), np.array(mesh.edges_unique)
+    points = [vertices[(vertices[:, axis] >= begin) & (vertices[:, axis] <= end)]]
+    for plane in (begin, end):
+        one, other = (vertices[edges[:, i]] for i in range(2))
+        crosses = (one[:, axis] - plane) * (other[:, axis] - plane) < 0
+        one, other = one[crosses], other[crosses]
+        share = (plane - one[:, axis]) / (other[:, axis] - one[:, axis])
+        points.append(one + share[:, None] * (other - one))
+    return np.concatenate(points)
