@@ -11,7 +11,7 @@ MINOR = $(shell $(BIN)/python -c 'import sys; print(sys.version_info[1])')
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: evaluate fuzz kills soak test test-slow test-older check lint format types wheel bench bench-against bench-peers scaling work-precision release-check clean
+.PHONY: evaluate fuzz kills soak test test-slow test-older check lint format types wheel contact-points bench bench-against bench-peers scaling work-precision release-check clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -75,6 +75,9 @@ wheel: $(READY)
 .PHONY: wheel-everywhere
 wheel-everywhere: wheel
 	.ci/wheel_everywhere
+
+contact-points: $(READY)
+	$(BIN)/python benchmarks/contact_points.py
 
 bench: $(READY)
 	$(BIN)/python benchmarks/bench.py
