@@ -72,8 +72,7 @@ class _Remembered(NamedTuple):
 class Network:
     """The steps of several blocks, each after those that it follows from."""
 
-    inputs: list[tuple[OutputPort, Step]] = field(default_factory=list)  # ports outside, and the steps that they feed
-    nodes: list[Any] = field(default_factory=list)  # an int is an input
+    nodes: list[Any] = field(default_factory=list)  # an int is the number of an input
     begin: list[Array] = field(default_factory=list)  # of what is held between samples
 
     def add(self, node: Any) -> int:
@@ -141,11 +140,11 @@ class LiveSignals(LeafSystem):
                                                        +-------------+
     """
 
-    def __init__(self, network: Network, outputs: Mapping[str, "_Found"], period: float):
+    def __init__(self, network: Network, inputs: Sequence["_Outside"], outputs: Mapping[str, "_Found"], period: float):
         """`outputs` by the names of the ports; sampled every `period` s."""
         super().__init__()
         self._network, self._outputs = network, [(found.node, found.lane) for found in outputs.values()]
-        self._ports = [self._declare_input(port, step) for port, step in network.inputs]
+        self._ports = [self._declare_input(*each) for each in inputs]
         self._held = int(self.DeclareDiscreteState(np.concatenate([np.zeros(0), *network.begin])))
         for name, found in outputs.items():
             self.DeclareStateOutputPort(name, self.DeclareDiscreteState(found.size))
@@ -173,6 +172,13 @@ class LiveSignals(LeafSystem):
             values.set_value(group, found[node] if lane is None else found[node][lane])
 
 
+class _Outside(NamedTuple):
+    """A port of a block of another kind, and a step that it feeds."""
+
+    port: OutputPort
+    step: Step
+
+
 class _Found(NamedTuple):
     """Where the value of a port is in a network."""
 
@@ -191,6 +197,7 @@ class _Compiler:
     def __init__(self, alike: Mapping[ArrayBlock, Sequence[ArrayBlock]], levels: Mapping[ArrayBlock, Level]):
         """`alike` has for each block those that are computed together with it, `levels` where they are."""
         self.network = Network()
+        self.inputs: list[_Outside] = []
         self._alike, self._levels = alike, levels
         self._found: dict[Any, int] = {}
         self._open: set[Any] = set()  # steps that are being added
@@ -207,14 +214,13 @@ class _Compiler:
             self._found[key] = self.network.add(_Node(_reshaped(function, shape), nodes))
         return _Found(self._found[key], None if len(lanes) == 1 else lanes.index(port.get_system()), port.size())
 
-    def finish(self) -> Network:
+    def finish(self) -> None:
         """Adds what is remembered, which may come after what follows from it."""
         while self._later:
             number, block = self._later.pop()
             node = self.network.nodes[number]
             kept = [number, *(self._step(block, name) for name in node.step.kept)]
             self.network.nodes[number] = node._replace(kept=kept)
-        return self.network
 
     def _step(self, block: ArrayBlock, name: str) -> int:
         """The node of a step of a block and of those computed with it; `block` is the first of them."""
@@ -273,8 +279,8 @@ class _Compiler:
         assert shown is not None
         key = shown.get_system(), shown.get_index()
         if key not in self._found:
-            self.network.inputs.append((shown, block.steps[name]))
-            self._found[key] = self.network.add(len(self.network.inputs) - 1)
+            self.inputs.append(_Outside(shown, block.steps[name]))
+            self._found[key] = self.network.add(len(self.inputs) - 1)
         return _Found(self._found[key], None, 0)
 
 
@@ -445,25 +451,33 @@ def _find_reads(
 def _replace(
     builder: DiagramBuilder, reads: Sequence[_Read], levels: Mapping[ArrayBlock, Level], period: float
 ) -> None:
-    network, outputs = _compiled(reads, levels)
-    live = builder.AddNamedSystem("live", LiveSignals(network, outputs, period))
-    for i, (port, _) in enumerate(network.inputs):
-        builder.Connect(port, live.get_input_port(i))
+    live = _live_signals(reads, levels, period)
+    number = sum(isinstance(system, LiveSignals) for system in builder.GetSystems())
+    builder.AddNamedSystem(f"live_{number + 1}" if number else "live", live.block)
+    for i, (port, _) in enumerate(live.inputs):
+        builder.Connect(port, live.block.get_input_port(i))
     for wire in {(read.wire.input.get_system(), read.wire.input.get_index()): read.wire for read in reads}.values():
         builder.Disconnect(wire.output, wire.input)
-        builder.Connect(live.GetOutputPort(name_of(wire.output)), wire.input)
+        builder.Connect(live.block.GetOutputPort(name_of(wire.output)), wire.input)
 
 
-def _compiled(reads: Sequence[_Read], levels: Mapping[ArrayBlock, Level]) -> tuple[Network, dict[str, _Found]]:
+class _Live(NamedTuple):
+    block: LiveSignals
+    inputs: Sequence[_Outside]
+
+
+def _live_signals(reads: Sequence[_Read], levels: Mapping[ArrayBlock, Level], period: float) -> _Live:
     for alike in (_alike(levels), {block: [block] for block in levels}):
         compiler = _Compiler(alike, levels)
         try:
             outputs = {name_of(read.wire.output): compiler.output(read.port) for read in reads}
-            return compiler.finish(), outputs
+            compiler.finish()
         except _OrderError:
             continue
+        return _Live(LiveSignals(compiler.network, compiler.inputs, outputs, period), compiler.inputs)
     raise AssertionError("a block follows from itself")
 
 
 def name_of(port: OutputPort) -> str:
+    """The name of a port in the block `live`."""
     return f"{port.get_system().get_name()}.{port.get_name()}"

@@ -176,3 +176,18 @@ def test_a_block_of_the_users_gets_what_it_reads():
     waves.holds = [*waves.holds[:1], reader]
     found = waves.logs(runs_live=True)
     assert found[1, -1] == pytest.approx(3 * (1 + 9 * 0.9 / 10))
+
+
+def test_a_diagram_may_be_logged_in_two_parts():
+    waves = Waves(0, 1)
+    first, second = (LogVectorOutput(hold.get_output_port(), waves.builder, PERIOD) for hold in waves.holds)
+    add_live(waves.builder, PERIOD)
+    gain = waves.builder.AddNamedSystem("gain", Gain(2.0, 1))
+    waves.builder.Connect(waves.holds[0].get_output_port(), gain.get_input_port())
+    third = LogVectorOutput(gain.get_output_port(), waves.builder, PERIOD)
+    add_live(waves.builder, PERIOD)
+    simulator = Simulator(waves.builder.Build())
+    simulator.AdvanceTo(1.0)
+    found = [log.FindLog(simulator.get_context()).data()[0] for log in (first, second, third)]
+    np.testing.assert_array_equal(found[2], 2 * found[0])
+    assert found[0][-1] != found[1][-1]
