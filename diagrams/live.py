@@ -10,12 +10,13 @@ samples only, and are state. Others, and those that are read inside of the same 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import (
     Context,
+    Diagram,
     DiagramBuilder,
     DiscreteValues,
     InputPort,
@@ -38,7 +39,6 @@ from soft_gripper.array_block import (
 from soft_gripper.arrays import Array
 from soft_gripper.cached import weakly
 from soft_gripper.diagrams.wires import Feed, Level, leaf_systems
-from soft_gripper.quantity import rules
 
 
 class _Node(NamedTuple):
@@ -151,7 +151,7 @@ class LiveSignals(LeafSystem):
         self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weakly(self._sample))
 
-    def _declare_input(self, port: OutputPort, step: Step) -> InputPort:
+    def _declare_input(self, port: OutputPort | InputPort, step: Step) -> InputPort:
         name = name_of(port)
         if isinstance(step, Value):
             return self.DeclareAbstractInputPort(name, step.model)
@@ -173,9 +173,9 @@ class LiveSignals(LeafSystem):
 
 
 class _Outside(NamedTuple):
-    """A port of a block of another kind, and a step that it feeds."""
+    """A port of a block of another kind, or an input that it feeds already, and a step that it feeds."""
 
-    port: OutputPort
+    port: OutputPort | InputPort
     step: Step
 
 
@@ -267,19 +267,22 @@ class _Compiler:
 
     def _lanes_of(self, block: ArrayBlock, name: str) -> int:
         """How many blocks are computed with the one that feeds an input."""
-        port, _ = _known_source(block, name, self._levels[block])
-        return len(self._alike[port.get_system()])
+        feed = self._levels[block].feed(block.GetInputPort(name))
+        source = None if feed is None else _array_source(feed)
+        return 1 if source is None else len(self._alike[source[0].get_system()])
 
     def _fed(self, block: ArrayBlock, name: str) -> _Found:
         """What feeds an input of a block."""
-        port, level = _known_source(block, name, self._levels[block])
-        if isinstance(port.get_system(), ArrayBlock):
-            return self.output(port)
-        shown = level.exported(port)
-        assert shown is not None
-        key = shown.get_system(), shown.get_index()
+        feed = self._levels[block].feed(block.GetInputPort(name))
+        assert feed is not None
+        source = _array_source(feed)
+        if source is not None:
+            return self.output(source[0])
+        outside = _outside(feed)
+        assert outside is not None
+        key = (feed.system, feed.output_index)
         if key not in self._found:
-            self.inputs.append(_Outside(shown, block.steps[name]))
+            self.inputs.append(_Outside(outside, block.steps[name]))
             self._found[key] = self.network.add(len(self.inputs) - 1)
         return _Found(self._found[key], None, 0)
 
@@ -298,16 +301,17 @@ def _gathered(places: Sequence[int | None]) -> Callable[..., Array]:
     return gathered
 
 
-def _source(block: ArrayBlock, name: str, level: Level) -> tuple[OutputPort, Level] | None:
-    """The port of a leaf system that feeds an input of a block, and its level; None if there is none."""
-    feed = level.feed(block.GetInputPort(name)) if block.HasInputPort(name) else None
-    return None if feed is None else feed.level.leaf_output(feed.output)
+def _array_source(feed: Feed) -> tuple[OutputPort, Level] | None:
+    """The port of an ArrayBlock behind a wire, and its level; None if it is a port of another block."""
+    if not isinstance(feed.system, ArrayBlock | Diagram):
+        return None
+    port, level = feed.level.leaf_output(feed.output)
+    return (port, level) if isinstance(port.get_system(), ArrayBlock) else None
 
 
-def _known_source(block: ArrayBlock, name: str, level: Level) -> tuple[OutputPort, Level]:
-    found = _source(block, name, level)
-    assert found is not None
-    return found
+def _outside(feed: Feed) -> OutputPort | InputPort | None:
+    """What stands at the root for the port behind a wire: an input that it feeds, or the port that exports it."""
+    return feed.input if feed.level.diagram is None else feed.level.exported(feed.output)
 
 
 class _Reach:
@@ -354,16 +358,16 @@ class _Reach:
         return all(self._step(block, each, is_steady) for each in (*sources_of(step), *others))
 
     def _fed(self, block: ArrayBlock, name: str, is_steady: bool) -> bool:
-        found = _source(block, name, self.levels[block])
-        if found is None:
+        feed = self.levels[block].feed(block.GetInputPort(name)) if block.HasInputPort(name) else None
+        if feed is None:
             return False
-        port, level = found
-        if not isinstance(port.get_system(), ArrayBlock):
-            return not is_steady and level.exported(port) is not None
-        self.levels[port.get_system()] = level
+        source = _array_source(feed)
+        if source is None:
+            return not is_steady and _outside(feed) is not None
+        port, self.levels[source[0].get_system()] = source
         names = port.get_system().outputs
         return port.get_name() in names and all(
-            self._step(port.get_system(), source, is_steady) for source in names[port.get_name()][1]
+            self._step(port.get_system(), step, is_steady) for step in names[port.get_name()][1]
         )
 
 
@@ -371,23 +375,9 @@ def _alike(blocks: Iterable[ArrayBlock]) -> dict[ArrayBlock, list[ArrayBlock]]:
     """The blocks that can be computed together with each: of the same class, made of equal things."""
     groups: dict[Any, list[ArrayBlock]] = {}
     for block in blocks:
-        key = (type(block), _fingerprint(block.made_of)) if block.takes_axes else id(block)
+        key = (type(block), block.made_of) if block.takes_axes else block
         groups.setdefault(key, []).append(block)
     return {block: group for group in groups.values() for block in group}
-
-
-def _fingerprint(value: Any) -> Any:
-    """Equal for values that are equal but for names; what cannot be compared equals itself alone."""
-    if isinstance(value, np.ndarray):
-        return value.shape, value.tobytes()
-    if is_dataclass(value) and not isinstance(value, type):
-        known = rules(type(value))
-        return type(value), *(_fingerprint(getattr(value, name)) for name, rule in known.items() if not rule.is_name)
-    if isinstance(value, Mapping):
-        return tuple((name, _fingerprint(each)) for name, each in value.items())
-    if isinstance(value, tuple | list):
-        return type(value), *map(_fingerprint, value)
-    return value if isinstance(value, str | bool | int | float | complex | type | None) else id(value)
 
 
 class _Read(NamedTuple):
@@ -435,10 +425,11 @@ def _find_reads(
             wire = level.feed(port)
             if wire is None:
                 continue
-            read, inside = wire.level.leaf_output(wire.output)
-            block, reach = read.get_system(), _Reach(period)
-            if not isinstance(block, ArrayBlock):
+            source = _array_source(wire)
+            if source is None:
                 continue
+            (read, inside), reach = source, _Reach(period)
+            block = read.get_system()
             if wire.level.diagram is None and reach.output(read, inside):
                 reads.append(_Read(read, wire))
                 levels |= reach.levels
@@ -455,7 +446,8 @@ def _replace(
     number = sum(isinstance(system, LiveSignals) for system in builder.GetSystems())
     builder.AddNamedSystem(f"live_{number + 1}" if number else "live", live.block)
     for i, (port, _) in enumerate(live.inputs):
-        builder.Connect(port, live.block.get_input_port(i))
+        connect = builder.ConnectToSame if isinstance(port, InputPort) else builder.Connect
+        connect(port, live.block.get_input_port(i))
     for wire in {(read.wire.input.get_system(), read.wire.input.get_index()): read.wire for read in reads}.values():
         builder.Disconnect(wire.output, wire.input)
         builder.Connect(live.block.GetOutputPort(name_of(wire.output)), wire.input)
@@ -478,6 +470,6 @@ def _live_signals(reads: Sequence[_Read], levels: Mapping[ArrayBlock, Level], pe
     raise AssertionError("a block follows from itself")
 
 
-def name_of(port: OutputPort) -> str:
+def name_of(port: OutputPort | InputPort) -> str:
     """The name of a port in the block `live`."""
     return f"{port.get_system().get_name()}.{port.get_name()}"

@@ -17,11 +17,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import (
     Context,
     Diagram,
     DiagramBuilder,
     EventStatus,
+    InputPort,
     LeafSystem,
     OutputPort,
     PortDataType,
@@ -77,11 +79,12 @@ class SignalSources:
 
     Use it before the diagram is built.
 
-    `ports` are those that may need a log.
+    `ports` are those that may need a log, or inputs that they feed.
     """
 
     def __init__(self, builder: DiagramBuilder, period: float):
-        self.ports: list[OutputPort] = []
+        self.ports: list[OutputPort | InputPort] = []
+        self._numbers: dict[tuple[System, int], int] = {}  # of `ports`, by the system and index of the output
         self._root, self._period = Level.root(builder), period
         self._blocks: dict[tuple[System, frozenset[str]], Derived] = {}
         self._outputs: dict[tuple[System, str], Output | None] = {}
@@ -91,9 +94,14 @@ class SignalSources:
         return self._trace(port, self._root) or self._logged(port)
 
     def _logged(self, port: OutputPort) -> Logged:
-        if port not in self.ports:
+        return self._log(port.get_system(), port.get_index(), port)
+
+    def _log(self, system: System, index: int, port: OutputPort | InputPort) -> Logged:
+        key = system, index
+        if key not in self._numbers:
+            self._numbers[key] = len(self.ports)
             self.ports.append(port)
-        return Logged(self.ports.index(port))
+        return Logged(self._numbers[key])
 
     def _trace(self, port: OutputPort, level: Level) -> Source | None:
         """The same at any level; None if it depends on an output that the root diagram does not export."""
@@ -122,6 +130,8 @@ class SignalSources:
     def _leaf(self, system: ArrayBlock, name: str, level: Level) -> Source | None:
         if system.HasInputPort(name):
             fed = level.feed(system.GetInputPort(name))
+            if fed is not None and isinstance(fed.system, MultibodyPlant) and fed.level.diagram is None:
+                return self._log(fed.system, fed.output_index, fed.input)
             return None if fed is None else self._trace(fed.output, fed.level)
         shown = level.exported(system.GetOutputPort(name))
         return None if shown is None else self._logged(shown)
@@ -239,7 +249,9 @@ def add_logs(
     logs = SignalLogs(signals, sources, period)
     builder.AddNamedSystem("logs", logs)
     for i, number in enumerate(logs.logged):
-        builder.Connect(sources.ports[number], logs.get_input_port(i))
+        port = sources.ports[number]
+        connect = builder.ConnectToSame if isinstance(port, InputPort) else builder.Connect
+        connect(port, logs.get_input_port(i))
     if live:
         wake_all(builder)
     else:
@@ -247,7 +259,7 @@ def add_logs(
     return logs
 
 
-def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort]) -> dict[int, str]:
+def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort | InputPort]) -> dict[int, str]:
     """The ports that need a log, with the name of each log: that of the signal, if the port is a signal."""
     found = {source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, Logged)}
     blocks = [source.of for source in sources.values() if not isinstance(source, Logged)]
@@ -261,7 +273,7 @@ def _logged_ports(sources: Mapping[str, Source], ports: Sequence[OutputPort]) ->
     return found
 
 
-def _is_vector(port: OutputPort) -> bool:
+def _is_vector(port: OutputPort | InputPort) -> bool:
     return bool(port.get_data_type() == PortDataType.kVectorValued)
 
 

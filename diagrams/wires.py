@@ -26,8 +26,7 @@ class Level(NamedTuple):
         """What feeds an input; None if nothing does yet."""
         key = port.get_system(), port.get_index()
         if key in self.wires:
-            system, index = self.wires[key]
-            return Feed(system.get_output_port(index), port, self)
+            return Feed(*self.wires[key], port, self)
         if self.diagram is None or self.above is None:
             return None
         outer = map(self.diagram.get_input_port, range(self.diagram.num_input_ports()))
@@ -55,11 +54,17 @@ class Level(NamedTuple):
 
 
 class Feed(NamedTuple):
-    """A wire: an output of one system to an input of another at the same level."""
+    """A wire: an output of one system, by its index, to an input of another at the same level."""
 
-    output: OutputPort
+    system: System
+    output_index: int
     input: InputPort
     level: Level
+
+    @property
+    def output(self) -> OutputPort:
+        """The output; of a plant, a port obtained like this would keep its diagram alive for ever."""
+        return self.system.get_output_port(self.output_index)
 
 
 def leaf_systems(builder: DiagramBuilder) -> Iterator[tuple[LeafSystem, Level]]:

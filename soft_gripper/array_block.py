@@ -7,9 +7,10 @@ blocks that its loop reads together, sample by sample (`diagrams.live`): all thr
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from functools import partial
 from inspect import signature
+from types import FunctionType
 from typing import Any, Self
 
 import numpy as np
@@ -19,6 +20,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Inpu
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached, weakly
+from soft_gripper.quantity import rules
 from soft_gripper.signals import describe
 
 TIME = "time"  # source of a `sample` that takes the time, s
@@ -124,13 +126,13 @@ class ArrayBlock(LeafSystem):
 
     def __new__(cls, *arguments: Any, **named: Any) -> Self:
         block = super().__new__(cls, *arguments, **named)
-        block.made_of = arguments, named
+        block.made_of = _fingerprint((arguments, named))
         return block
 
     def __init__(self, period: float | None = None):
         """`period` of its samples, s; None if it neither samples nor remembers anything."""
         super().__init__()
-        self.made_of: tuple[Any, ...]  # arguments; blocks of a class that are made of equal things are alike
+        self.made_of: Any  # of the arguments; blocks of a class that are made of equal things are alike
         self.steps: dict[str, Step] = {}
         self.outputs: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}  # functions and their steps
         self.period, self._rests, self._has_events = period, True, False
@@ -384,3 +386,21 @@ def sources_of(step: Step) -> tuple[str, ...]:
     if isinstance(step, Sample):
         return () if step.source == TIME else (step.source,)
     return step.sources if isinstance(step, Function | Memory) else ()
+
+
+def _fingerprint(value: Any) -> Any:
+    """Equal for values that are equal but for names; what cannot be compared equals nothing.
+
+    It holds nothing but numbers, texts and functions: a plant would keep the diagram alive.
+    """
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    if is_dataclass(value) and not isinstance(value, type):
+        known = rules(type(value))
+        return type(value), *(_fingerprint(getattr(value, name)) for name, rule in known.items() if not rule.is_name)
+    if isinstance(value, Mapping):
+        return tuple((name, _fingerprint(each)) for name, each in value.items())
+    if isinstance(value, tuple | list):
+        return type(value), *map(_fingerprint, value)
+    is_plain = isinstance(value, str | bool | int | float | complex | type | FunctionType | None)
+    return value if is_plain else object()
