@@ -11,11 +11,15 @@ Drake requires every <frame> to name a link. Expanding removes the element.
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.xml_text import read_xml
+from soft_gripper.files.text import read_text
+from soft_gripper.files.xml_text import parse_xml
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import DRAKE, finger_to_urdf
@@ -110,31 +114,75 @@ def expand_urdf(
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
     """
     path = Path(file)
-    robot = _read_robot(path)
-    remove_links(path, robot, without)
+    source = _Source(path, read_text(path), segments, only_name, tuple(without), model_name)
+    robot, read = _read(source)
+    elements = tuple(replace(element, finger=change(element.finger)) for element in read)
+    meshes = tuple(_absolute(path, mesh.get("filename", "")) for mesh in robot.iter("mesh"))  # links may have changed
+    manner = _Manner(springs, visuals, points)
+    return ExpandedUrdf(_expanded(source, elements, meshes, manner), tuple(element.finger for element in elements))
+
+
+class _Source(NamedTuple):
+    """All that the fingers of a file depend on; with these and its meshes, all that its expansion depends on."""
+
+    path: Path
+    text: str
+    segments: int | None
+    only_name: str | None
+    without: tuple[str, ...]
+    model_name: str | None
+
+
+class _Manner(NamedTuple):
+    """How fingers are expanded, see `expand_urdf`."""
+
+    springs: bool
+    visuals: bool
+    points: int | None
+
+
+class _Unexpanded(NamedTuple):
+    """A <robot> with its <finger>s, and what these say; both are kept, so they must not be changed."""
+
+    robot: ET.Element
+    elements: tuple[FingerElement, ...]
+
+
+_KEPT = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
+
+
+@lru_cache(maxsize=_KEPT)
+def _read(source: _Source) -> _Unexpanded:
+    path, only_name = source.path, source.only_name
+    robot = _parse_robot(path, source.text)
+    remove_links(path, robot, source.without)
     _take_guard(path, robot)
-    if model_name is not None:
-        robot.set("name", model_name)
+    if source.model_name is not None:
+        robot.set("name", source.model_name)
     if only_name is not None and len(robot.findall("finger")) == 1:
         robot.findall("finger")[0].set("name", only_name)
-    read = [read_finger_element(str(path), e, segments) for e in robot.findall("finger")]
-    elements = [replace(element, finger=change(element.finger)) for element in read]
-    _check_links(path, robot, elements)
+    elements = tuple(read_finger_element(str(path), e, source.segments) for e in robot.findall("finger"))
+    return _Unexpanded(robot, elements)
+
+
+@lru_cache(maxsize=_KEPT)
+def _expanded(source: _Source, elements: tuple[FingerElement, ...], meshes: tuple[str, ...], manner: _Manner) -> str:
+    robot = deepcopy(_read(source).robot)
+    _check_links(source.path, robot, elements)
+    for mesh, filename in zip(robot.iter("mesh"), meshes, strict=True):
+        if filename:
+            mesh.set("filename", filename)
     children = list(robot)
     robot[:] = []
     expanded = iter(elements)
     for child in children:
-        robot.extend(finger_to_urdf(next(expanded), springs, visuals, points) if child.tag == "finger" else [child])
-    for mesh in robot.iter("mesh"):
-        if filename := mesh.get("filename"):
-            mesh.set("filename", _absolute(path, filename))
+        robot.extend(finger_to_urdf(next(expanded), *manner) if child.tag == "finger" else [child])
     ET.indent(robot)
-    text = '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
-    return ExpandedUrdf(text, tuple(e.finger for e in elements))
+    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def _read_robot(path: Path) -> ET.Element:
-    robot = read_xml(path)
+def _parse_robot(path: Path, text: str) -> ET.Element:
+    robot = parse_xml(path, text)
     if robot.tag != "robot" or not robot.get("name"):
         raise InputError(path, "root element", robot.tag, "a URDF begins with <robot name='...'>")
     return robot
@@ -150,7 +198,7 @@ def _take_guard(path: Path, robot: ET.Element) -> None:
         raise InputError(path, "frame", None, f"{expected} fingers it would skip without a word")
 
 
-def _check_links(path: Path, robot: ET.Element, elements: list[FingerElement]) -> None:
+def _check_links(path: Path, robot: ET.Element, elements: Sequence[FingerElement]) -> None:
     links = [link.get("name") for link in robot.findall("link")]
     names = [element.finger.name for element in elements]
     for element in elements:
@@ -162,5 +210,5 @@ def _check_links(path: Path, robot: ET.Element, elements: list[FingerElement]) -
 
 
 def _absolute(path: Path, filename: str) -> str:
-    is_uri = "://" in filename
+    is_uri = "://" in filename or not filename
     return filename if is_uri else f"file://{os.path.realpath(path.parent / filename)}"

@@ -2,8 +2,8 @@
 
 WorkerProcesses is an executor whose processes are replaced when they have grown or died.
 
-pydrake 1.51 does not free systems written in Python along with their diagram, so every station built stays in memory,
-15 MB. A process that has grown by GROWTH is replaced.
+Drake 1.51 does not free systems written in Python along with their diagram, so every station built stays in memory,
+8 to 20 MB; Drake 1.58 does. A process that has grown by GROWTH is replaced; the next one has to fill its caches anew.
 """
 
 import logging
@@ -100,7 +100,7 @@ def make(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Made:
     return Made(result, _UNIT * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
-GROWTH = 0.15  # share by which a process may grow after its first call before it is replaced
+GROWTH = 300 * 2**20  # bytes by which a process may grow after its first call before it is replaced
 ATTEMPTS = 2  # at a call, if its process dies
 # Modules that most calls need, imported once by the server from which processes are forked, so that another process
 # takes only a tenth of a second; xarray loads dask.array on first use, if installed.
@@ -219,7 +219,7 @@ class _Worker:
                 raise UnguardedScriptError from None
             raise
         self._memory = made.memory if self._memory is None else self._memory
-        self.has_grown = made.memory > (1 + GROWTH) * self._memory
+        self.has_grown = made.memory > self._memory + GROWTH
         return made.result
 
     def end(self) -> None:

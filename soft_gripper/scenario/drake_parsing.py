@@ -2,8 +2,9 @@
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -32,20 +33,25 @@ def check_inside(where: object, uri: str) -> None:
         raise InputError(where, "file", uri, "leads out of the package")
 
 
-def check_uris(path: Path, root: ET.Element) -> None:
+def check_uris(path: Path, uris: Iterable[str]) -> None:
     """Checks the meshes and models that a URDF or SDFormat file names, in any package or beside it.
 
     Raises:
         InputError: if one leads out of its package, or names something, such as a pipe, that is not a file or folder.
     """
+    for uri in uris:
+        if uri.startswith(_SCHEMES):
+            check_inside(path, uri)
+        elif os.path.exists(file := os.path.join(path.parent, uri.removeprefix("file://"))):
+            require(os.path.isfile(file) or os.path.isdir(file), path, "file", uri, "is not a regular file")
+
+
+def named_uris(root: ET.Element) -> Iterator[str]:
+    """The meshes and models that a URDF or SDFormat file names."""
     for element in root.iter():
         for text in (element.get("filename", ""), element.text or "" if element.tag == "uri" else ""):
-            uri = text.strip()
-            if uri.startswith(_SCHEMES):
-                check_inside(path, uri)
-            elif uri and os.path.exists(file := os.path.join(path.parent, uri.removeprefix("file://"))):
-                expected = "is not a regular file"
-                require(os.path.isfile(file) or os.path.isdir(file), path, "file", uri, expected)
+            if uri := text.strip():
+                yield uri
 
 
 _XML = (".urdf", ".sdf", ".world", ".xml")
@@ -89,11 +95,17 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
 
 
 def _check(path: Path, text: str) -> None:
+    check_uris(path, _named_in_checked(path, text))  # what they name may have changed, unlike the text
+
+
+@lru_cache(maxsize=16)  # texts of about 0.1 MB: a sweep reads the same ones for every run
+def _named_in_checked(path: Path, text: str) -> tuple[str, ...]:
+    """The URIs in the text of a model, whose numbers and links are right."""
     root = parse_xml(path, text)
     check_numbers(path, root)
-    check_uris(path, root)
     for model in root.iter("model") if root.tag == "sdf" else (root,):
         _check_tree(path, model)
+    return tuple(dict.fromkeys(named_uris(root)))
 
 
 def _check_tree(path: Path, model: ET.Element) -> None:

@@ -1,5 +1,6 @@
 """expand_urdf: a gripper file with fingers -> plain URDF that pydrake loads with nothing of ours."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -173,3 +174,29 @@ def test_no_urdf(tmp_path, content):
     with pytest.raises(InputError) as caught:
         expand_urdf(path)
     assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_a_changed_file_is_seen(edited):
+    before = expand_urdf(edited()).text
+    assert expand_urdf(edited()).text is before
+    after = expand_urdf(edited('length="0.12"', 'length="0.13"'))
+    assert after.text != before
+    assert after.fingers[0].length == 0.13
+
+
+def test_a_changed_finger_is_seen():
+    before = expand_urdf(FINGER)
+    after = expand_urdf(FINGER, change=lambda finger: replace(finger, length=0.13))
+    assert after.fingers[0].length == 0.13
+    assert after.text != before.text
+    assert expand_urdf(FINGER).text is before.text
+
+
+def test_a_mesh_that_a_link_names_anew_is_seen(edited, tmp_path):
+    path = edited(
+        "</robot>", '<link name="a"><visual><geometry><mesh filename="a.obj"/></geometry></visual></link></robot>'
+    )
+    for name in ("b.obj", "c.obj"):
+        (tmp_path / "a.obj").unlink(missing_ok=True)
+        (tmp_path / "a.obj").symlink_to(tmp_path / name)
+        assert f'filename="file://{tmp_path / name}"' in expand_urdf(path).text

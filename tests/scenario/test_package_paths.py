@@ -1,15 +1,17 @@
 """A package:// path stays in its package."""
 
 import os
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.xml_text import parse_xml
 from soft_gripper.scenario.arm_file import mesh_file
-from soft_gripper.scenario.drake_parsing import check_inside, check_uris
+from soft_gripper.scenario.drake_parsing import add_text, check_inside, check_uris, named_uris
 from soft_gripper.scenario.model_files import model_path
 
 CLIMBING = ["../a.obj", "b/../../a.obj", "..", "b/../../package_of_another/a.obj", "", "b/.."]
@@ -43,9 +45,10 @@ def test_meshes_of_other_packages(tmp_path: Path) -> None:
 )
 def test_names_in_models(line: str) -> None:
     with refused("file"):
-        check_uris(Path("a.urdf"), parse_xml("a.urdf", f"<robot><link>{line}</link></robot>"))
+        check_uris(Path("a.urdf"), named_uris(ET.fromstring(f"<robot><link>{line}</link></robot>")))
     check_uris(
-        Path("a.urdf"), parse_xml("a.urdf", "<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>")
+        Path("a.urdf"),
+        named_uris(ET.fromstring("<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>")),
     )
 
 
@@ -53,5 +56,17 @@ def test_a_pipe_in_the_place_of_a_mesh(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.obj")
     for line in (f"<mesh filename='file://{tmp_path}/a.obj'/>", "<mesh filename='a.obj'/>", "<uri>a.obj</uri>"):
         with refused("file"):
-            check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", f"<robot>{line}</robot>"))
-    check_uris(tmp_path / "a.urdf", parse_xml("a.urdf", "<robot><uri>.</uri><mesh filename='none.obj'/></robot>"))
+            check_uris(tmp_path / "a.urdf", named_uris(ET.fromstring(f"<robot>{line}</robot>")))
+    check_uris(tmp_path / "a.urdf", named_uris(ET.fromstring("<robot><uri>.</uri><mesh filename='none.obj'/></robot>")))
+
+
+def test_a_pipe_that_took_the_place_of_a_mesh(tmp_path: Path) -> None:
+    mesh, before, after = tmp_path / "a.obj", MultibodyPlant(0.01), MultibodyPlant(0.01)
+    shape = f'<visual><geometry><mesh filename="file://{mesh}"/></geometry></visual>'
+    text = f'<robot name="r"><link name="a">{shape}</link></robot>'
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    add_text(Parser(before), text, tmp_path / "a.urdf", ".urdf")
+    mesh.unlink()
+    os.mkfifo(mesh)
+    with refused("file", f"file://{mesh}"):
+        add_text(Parser(after), text, tmp_path / "a.urdf", ".urdf")

@@ -100,7 +100,7 @@ def test_a_call_whose_process_died_by_chance_is_made_again(executor, tmp_path):
 
 
 def test_a_process_that_has_grown_makes_way_for_another(monkeypatch):
-    monkeypatch.setattr(worker_processes, "GROWTH", 0.3)
+    monkeypatch.setattr(worker_processes, "GROWTH", 100 * 2**20)
     with WorkerProcesses(1) as executor:
         pids = [executor.submit(hold, 60).result() for _ in range(6)]
     assert [pids.count(one) for one in dict.fromkeys(pids)] == [3, 3]
