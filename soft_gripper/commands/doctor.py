@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
@@ -30,6 +31,7 @@ EXTRAS = {
     "learning": "gymnasium",
 }
 SHORT = ["pressure.steps.all=[10e3]", "pressure.settle=0.05", "pressure.hold_samples=1"]
+ALLOCATORS = ("tcmalloc", "jemalloc", "mimalloc")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 
 
@@ -52,6 +54,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         Finding("python", True, f"{platform.python_version()} on {platform.platform()}"),
         *(Finding(name, True, version(name)) for name in (PROGRAM, *PACKAGES)),
         Finding("cores", True, str(os.cpu_count())),
+        Finding("allocator", True, _allocator()),
         _tried("simulation and pictures", _draws_a_run),
         _tried("Meshcat", lambda: f"served at {hidden_meshcat().web_url()}"),
         _tried("mesh cache", lambda: f"{writable_folder(cache_folder())} is writable"),
@@ -87,6 +90,14 @@ def _version(module: str) -> str | None:
         return version(module.replace("_", "-"))
     except PackageNotFoundError:
         return "there"
+
+
+def _allocator() -> str:
+    """The memory allocator of this process, and what another one gives; known on Linux alone."""
+    maps = Path("/proc/self/maps")
+    loaded = maps.read_text(encoding="utf-8") if maps.is_file() else ""
+    found = next((name for name in ALLOCATORS if f"lib{name}" in loaded), None)
+    return found or "that of the system; LD_PRELOAD=libtcmalloc_minimal.so.4 makes contact 1.1 to 1.3 times as fast"
 
 
 def _draws_a_run() -> str:

@@ -51,3 +51,14 @@ def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):
     broken = findings(outcome)["mesh cache"]
     assert not broken["works"]
     assert str(mesh_cache.cache_folder()) in broken["found"]
+
+
+def test_the_allocator_is_found_in_what_is_loaded(monkeypatch, tmp_path):
+    found = findings(soft_gripper("doctor", "--json"))["allocator"]["found"]
+    assert "LD_PRELOAD" in found or found in doctor.ALLOCATORS
+    maps = tmp_path / "maps"
+    maps.write_text("7f00 r-xp /usr/lib/x86_64-linux-gnu/libjemalloc.so.2\n")
+    monkeypatch.setattr(doctor, "Path", lambda _: maps)
+    assert doctor._allocator() == "jemalloc"
+    monkeypatch.setattr(doctor, "Path", lambda _: tmp_path / "missing")
+    assert "LD_PRELOAD" in doctor._allocator()
