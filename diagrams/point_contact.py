@@ -67,8 +67,9 @@ def _add_parts(
     inspector = scene_graph.model_inspector()
     body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
     pose, properties = inspector.GetPoseInFrame(geometry), _properties(scene_graph, geometry)
-    for name in list(properties.GetPropertiesInGroup(_HYDROELASTIC)):
-        properties.RemoveProperty(_HYDROELASTIC, name)
+    if properties.HasGroup(_HYDROELASTIC):
+        for name in list(properties.GetPropertiesInGroup(_HYDROELASTIC)):
+            properties.RemoveProperty(_HYDROELASTIC, name)
     path = Path(mesh.source().path())
     parts = [
         plant.RegisterCollisionGeometry(

@@ -15,6 +15,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.scenario.mesh_object import read_scene
 
 PARTS = 14
+_FLAT = 1e-6  # thickness over extent of points, below which they lie in a plane
 _CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
 
 
@@ -38,7 +39,15 @@ def _slabs(mesh: trimesh.Trimesh, axis: int) -> list[trimesh.Trimesh]:
     """Hulls of slices of equal height along an axis."""
     low, high = mesh.bounds[:, axis]
     slices = (_between(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, PARTS + 1)))
-    return [trimesh.convex.convex_hull(points) for points in slices if len(points) > 3]
+    return [trimesh.convex.convex_hull(points) for points in slices if _is_solid(points)]
+
+
+def _is_solid(points: Array) -> bool:
+    """Whether the hull of points has a volume: a slice may only touch a flat face of the mesh."""
+    if len(points) < 4:
+        return False
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[-1] > _FLAT * spread[0])
 
 
 def _between(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:
