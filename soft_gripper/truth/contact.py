@@ -315,11 +315,11 @@ class TrueContact(ArrayBlock):
             unit, axes = "m" if signal in PLACES else "N", _axes(signal, sizes.get(signal, 1))
             self.put_out(f"{name}.{signal}", itemgetter(signal), name, unit=unit, **axes)
 
-    def _collect(self, context: Context) -> Array | None:
-        """The table of patches; None at samples that are left out."""
+    def _collect(self, context: Context) -> Array:
+        """The table of patches; without columns at samples that are left out."""
         intervals = 0.0 if self._interval is None else context.get_time() / self._interval
         if abs(intervals - round(intervals)) > _SHARE:
-            return None
+            return _LEFT_OUT
         found = list(patches(self._results.Eval(context), self._links))
         return patch_table(found, self._links, self._poses.Eval(context) if found else [])
 
@@ -327,14 +327,18 @@ class TrueContact(ArrayBlock):
 _SHARE = 1e-6  # of an interval, by which a time may differ from a multiple of it
 
 
-def _of_sample(table: Array | None) -> FingerContacts:
+_LEFT_OUT = np.empty((0, 0))
+
+
+def _of_sample(table: Array) -> FingerContacts:
     return _of_samples([table])
 
 
-def _of_samples(tables: Sequence[Array | None]) -> FingerContacts:
-    found = [np.empty((0, COLUMNS)) if table is None else table for table in tables]
+def _of_samples(tables: Sequence[Array]) -> FingerContacts:
+    known = np.array([table.shape[1] > 0 for table in tables])
+    found = [table.reshape(-1, COLUMNS) for table in tables]
     sample = np.repeat(np.arange(len(found)), [len(table) for table in found])
-    return finger_contacts(np.concatenate(found), sample, np.array([table is not None for table in tables]))
+    return finger_contacts(np.concatenate(found), sample, known)
 
 
 def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:
