@@ -4,11 +4,13 @@ import argparse
 import logging
 import os
 import platform
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
@@ -30,6 +32,7 @@ EXTRAS = {
     "learning": "gymnasium",
 }
 SHORT = ["pressure.steps.all=[10e3]", "pressure.settle=0.05", "pressure.hold_samples=1"]
+MAPS = Path("/proc/self/maps")  # the libraries of this process, on Linux
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 
 
@@ -52,6 +55,9 @@ def run(options: argparse.Namespace) -> ExitCode:
         Finding("python", True, f"{platform.python_version()} on {platform.platform()}"),
         *(Finding(name, True, version(name)) for name in (PROGRAM, *PACKAGES)),
         Finding("cores", True, str(os.cpu_count())),
+        _optional(
+            "allocator", _allocator(), "that of the C library; LD_PRELOAD of tcmalloc or jemalloc speeds up contact"
+        ),
         _tried("simulation and pictures", _draws_a_run),
         _tried("Meshcat", lambda: f"served at {hidden_meshcat().web_url()}"),
         _tried("mesh cache", lambda: f"{writable_folder(cache_folder())} is writable"),
@@ -78,6 +84,12 @@ def _tried(part: str, act: Callable[[], str]) -> Finding:
 
 def _optional(part: str, found: str | None, missing: str) -> Finding:
     return Finding(part, None, missing) if found is None else Finding(part, True, found)
+
+
+def _allocator() -> str | None:
+    """The library that replaces the C library's malloc, if that is known."""
+    found = re.search(r"lib(?:tc|je|mi)malloc[^/\n]*$", MAPS.read_text(), re.MULTILINE) if MAPS.exists() else None
+    return found and found[0]
 
 
 def _version(module: str) -> str | None:
