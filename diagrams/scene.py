@@ -6,13 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import (
+    Box,
     ContactSurface,
     GeometryId,
+    HalfSpace,
     HydroelasticContactRepresentation,
+    ProximityProperties,
     Role,
     SceneGraph,
     SceneGraphInspector,
 )
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -21,6 +25,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.library_messages import without_messages
 from soft_gripper.scenario.drake_parsing import drake_reads
 from soft_gripper.scenario.model_files import load_model
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
@@ -150,6 +155,8 @@ def add_plant(
     for i, model in enumerate(models):
         where = f"models[{i}]"
         _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals, points)
+        if model.half_space:
+            make_half_space(plant, scene_graph, model, where)
         if model.free and found:
             raise InputError(where, "free", True, "fingers need a welded base")
         fingers += found
@@ -163,6 +170,35 @@ def add_plant(
     scene = Scene(plant, scene_graph, fingers)
     remove_idle_skins(scene)
     return scene
+
+
+def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: ModelConfig, where: str) -> None:
+    """Replaces the collision geometry of a welded box, such as a table, by all that lies below its upper face.
+
+    The pressure in a compliant box grows with the depth up to half its thickness; that of the half space grows as fast.
+    It belongs to the world: Drake does not survive an infinite geometry in its tree of those that can move.
+
+    Raises:
+        InputError: if the model has any other collision geometry, or is not welded to the world.
+    """
+    inspector, source = scene_graph.model_inspector(), plant.get_source_id()
+    bodies = [plant.get_body(i) for i in plant.GetBodyIndices(plant.GetModelInstanceByName(config.name))]
+    geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
+    shapes = [inspector.GetShape(geometry) for geometry in geometries]
+    frame = own_frame(plant, config, where)
+    if config.parent != "world" or len(bodies) != 1 or len(shapes) != 1 or not isinstance(shapes[0], Box):
+        found = ", ".join(type(shape).__name__ for shape in shapes) or "none"
+        expected = f"is for a single link, welded to the world, with one box; its collision geometry: {found}"
+        raise InputError(where, "half_space", True, expected)
+    (geometry,), (box,) = geometries, shapes
+    properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+    properties.AddProperty("hydroelastic", "slab_thickness", float(np.min(box.size())) / 2)
+    X_BodyTop = inspector.GetPoseInFrame(geometry) @ RigidTransform([0.0, 0.0, box.height() / 2])
+    X_WBody = config.X_PC.GetDeterministicValue() @ frame.GetFixedPoseInBodyFrame().inverse()
+    name = f"{config.name} half space"
+    scene_graph.RemoveRole(source, geometry, Role.kProximity)
+    with without_messages("deformable contact"):  # there is none here
+        plant.RegisterCollisionGeometry(plant.world_body(), X_WBody @ X_BodyTop, HalfSpace(), name, properties)
 
 
 class _Reach(NamedTuple):

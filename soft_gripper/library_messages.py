@@ -42,6 +42,21 @@ class _NotePrinter(logging.Handler):
 
 
 @contextmanager
+def without_messages(text: str) -> Iterator[None]:
+    """Drops Drake's messages that contain a text."""
+    drake = logging.getLogger(_DRAKE)
+
+    def concerns_us(record: logging.LogRecord) -> bool:
+        return text not in record.getMessage()
+
+    drake.addFilter(concerns_us)
+    try:
+        yield
+    finally:
+        drake.removeFilter(concerns_us)
+
+
+@contextmanager
 def printed_as_notes() -> Iterator[None]:
     """Prints log messages of libraries, and Python's warnings, as notes; most are about numbers out of range."""
     root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _NotePrinter()

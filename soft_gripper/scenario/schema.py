@@ -87,11 +87,14 @@ class ModelConfig(ByValue):
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
     springs: str = quantity("linear", known=("linear", "torsion"))  # of the finger joints, see docs/finger.md
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
+    half_space: bool = False  # its box, such as a table, is all that lies below its upper face, see docs/solver.md
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
 
     def misfits(self) -> Iterator[Misfit]:
         if self.free and (self.parent != "world" or self.child is not None):
             yield "free", True, "leave parent and child out: a free model is not welded"
+        if self.free and self.half_space:
+            yield "half_space", True, "leave it out: a free model has an end"
 
 
 @dataclass

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 from command_line import soft_gripper
 
 from soft_gripper.commands import doctor
@@ -53,12 +54,24 @@ def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):
     assert str(mesh_cache.cache_folder()) in broken["found"]
 
 
-def test_the_allocator_is_found_in_what_is_loaded(monkeypatch, tmp_path):
-    found = findings(soft_gripper("doctor", "--json"))["allocator"]["found"]
-    assert "LD_PRELOAD" in found or found in doctor.ALLOCATORS
-    maps = tmp_path / "maps"
-    maps.write_text("7f00 r-xp /usr/lib/x86_64-linux-gnu/libjemalloc.so.2\n")
-    monkeypatch.setattr(doctor, "Path", lambda _: maps)
-    assert doctor._allocator() == "jemalloc"
-    monkeypatch.setattr(doctor, "Path", lambda _: tmp_path / "missing")
-    assert "LD_PRELOAD" in doctor._allocator()
+@pytest.mark.parametrize(
+    ("maps", "works", "found"),
+    [
+        (
+            "7f00 r-xp 0 00:00 1 /usr/lib/libtcmalloc_minimal.so.4.5.10\n7f01 r-xp 0 00:00 2 /a/b.so\n",
+            True,
+            "libtcmalloc_minimal.so.4.5.10",
+        ),
+        ("7f00 r-xp 0 00:00 1 /opt/my libs/libmimalloc.so.3\n", True, "libmimalloc.so.3"),
+        ("7f00 r-xp 0 00:00 1 /home/libjemalloc/libc.so.6\n", None, "LD_PRELOAD"),
+        (None, None, "LD_PRELOAD"),
+    ],
+)
+def test_another_allocator_is_named_and_its_lack_is_no_failure(monkeypatch, tmp_path, maps, works, found):
+    monkeypatch.setattr(doctor, "MAPS", tmp_path / "maps")
+    if maps is not None:
+        (tmp_path / "maps").write_text(maps)
+    outcome = soft_gripper("doctor", "--json")
+    assert outcome.code == 0
+    assert findings(outcome)["allocator"]["works"] is works
+    assert found in findings(outcome)["allocator"]["found"]

@@ -5,11 +5,13 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from refusals import refused
 
+from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 GRIPPER = "package://soft_gripper/grippers/two_finger.urdf"
+PEG = "package://soft_gripper/objects/peg.sdf"
 BOX = "package://soft_gripper/objects/box.sdf"
 
 
@@ -95,3 +97,48 @@ def test_a_model_with_fingers_is_welded(tmp_path):
     """The sensing knows where a finger's base stands; a free base would move away from there."""
     with refused("free", True):
         station(tmp_path, f"name: a, file: '{FINGER}', free: true")
+
+
+TABLE = "package://soft_gripper/objects/table.sdf"
+
+
+def resting_box(tmp_path, table, points=False):
+    """Height of a box, m, that was put on a table, and the number of faces on which it rests."""
+    box = f"name: box, file: '{BOX}', free: true, X_PC: {{translation: [0.013, 0.007, 0.13001]}}"
+    finger = f"name: finger, file: '{FINGER}', X_PC: {{translation: [0, 1, 0.2]}}"
+    path = tmp_path / "resting.yaml"
+    contact = "contact: points\n" if points else ""
+    path.write_text(f"{contact}models:\n- {{{table}}}\n- {{{box}}}\n- {{{finger}}}\n")
+    built = make_station(load_scenario(str(path)))
+    simulator = make_simulator(built)
+    simulator.AdvanceTo(0.5)
+    context = built.plant.GetMyContextFromRoot(simulator.get_context())
+    results = built.plant.get_contact_results_output_port().Eval(context)
+    faces = [results.hydroelastic_contact_info(i) for i in range(results.num_hydroelastic_contacts())]
+    pose = built.plant.GetBodyByName("box").EvalPoseInWorld(context)
+    return pose.translation()[2], sum(info.contact_surface().num_faces() for info in faces)
+
+
+@pytest.mark.parametrize("points", [False, True])
+@pytest.mark.parametrize(("child", "height"), [("", 0.08), ("child: surface, ", 0.1)])
+def test_a_box_rests_on_a_half_space_as_on_the_table_that_it_replaces(tmp_path, child, height, points):
+    table = f"name: table, file: '{TABLE}', {child}X_PC: {{translation: [0, 0, {height}]}}"
+    on_table, of_table = resting_box(tmp_path, table, points)
+    on_half_space, of_half_space = resting_box(tmp_path, f"{table}, half_space: true", points)
+    assert on_table == pytest.approx(0.13, abs=1e-4)
+    assert on_half_space == pytest.approx(on_table, abs=1e-7)
+    assert of_half_space < of_table
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        f"name: peg, file: '{PEG}'",
+        f"name: hand, file: '{GRIPPER}'",
+        f"name: table, file: '{TABLE}', parent: 'finger::mount'",
+    ],
+)
+def test_only_a_welded_box_is_a_half_space(tmp_path, model):
+    finger = f"name: finger, file: '{FINGER}', X_PC: {{translation: [0, 1, 0.2]}}"
+    with refused("half_space", True):
+        station(tmp_path, finger, f"{model}, half_space: true")
