@@ -30,8 +30,9 @@ NEEDED = pytest.mark.skipif("EVALUATION" not in os.environ, reason="make release
     ("text", "numbers", "is_right"),
     [
         ("0.28", [0.2849], True),
-        ("0.28", [0.2851], False),
-        ("0.3", [0.2851], True),
+        ("0.28", [0.28505], True),  # another version of Drake may round down
+        ("0.28", [0.2852], False),
+        ("0.3", [0.2852], True),
         ("-96 and 51.5", [-96.05, 51.522], True),
         ("-96", [96.0], False),
         ("0.00", [-0.001], True),
@@ -46,7 +47,7 @@ def test_numbers_are_compared_to_the_digit_that_is_printed(text: str, numbers: l
     ("header", "expected", "problems"),
     [
         ("error [mm] | one | four", [[4.5751, 0.2791], [0.634, 0.001]], 1),  # -0.0 is not how 0 is printed
-        ("error [mm] | one | four", [[4.5851, 0.2851], [0.634, 0.001]], 3),
+        ("error [mm] | one | four", [[4.5852, 0.2852], [0.634, 0.001]], 3),
         ("error [mm] | one | four", [[4.5751, 0.2791]], 1),
         ("error [mm]", [], 1),  # two tables
         ("nothing", [], 1),
@@ -58,7 +59,7 @@ def test_a_table_is_found_by_its_header(header: str, expected: list[list[float]]
 
 def test_a_sentence_is_found_by_its_pattern_across_lines() -> None:
     assert sentence_problems(TEXT, "errs by # to # mm", [1.23, 2.9]) == []
-    assert len(sentence_problems(TEXT, "errs by # to # mm", [1.26, 3.5])) == 2
+    assert len(sentence_problems(TEXT, "errs by # to # mm", [1.26, 3.52])) == 2
     assert len(sentence_problems(TEXT, "errs by # cm", [1.2])) == 1
 
 
