@@ -34,13 +34,13 @@ class Result(NamedTuple):
         """The quantity that has to match: the creep of the held object, or the error of the tips."""
         return self.error if np.isnan(self.creep) else self.creep
 
-    def matches(self, ours: "Result") -> bool:
-        """Whether it is as good as ours."""
-        return self.holds and self.quality <= SLACK * ours.quality
+    def matches(self, other: "Result") -> bool:
+        """Whether it is as good as another one."""
+        return self.holds and self.quality <= SLACK * other.quality
 
-    def times_behind(self, ours: "Result") -> float:
-        """How many times as long as ours it takes; median over the alternating rounds."""
-        return float(np.median(self.seconds / ours.seconds))
+    def times_behind(self, other: "Result") -> float:
+        """How many times as long as another one it takes; median over the alternating rounds."""
+        return float(np.median(self.seconds / other.seconds))
 
 
 def installed(names: Iterable[str]) -> list[str]:
@@ -94,6 +94,12 @@ def chosen(results: list[Result]) -> list[Result]:
         matching = [result for result in own if result.matches(ours)]
         picked.append(max(matching, key=lambda r: r.speed) if matching else min(own, key=_badness))
     return picked
+
+
+def ours_as_good(results: list[Result], other: Result) -> Result | None:
+    """Our fastest result that matches that of another simulator; None if none of our settings does."""
+    matching = [result for result in results if result.simulator == OURS and result.matches(other)]
+    return max(matching, key=lambda result: result.speed, default=None)
 
 
 def _badness(result: Result) -> tuple[bool, float]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from peers.comparison import Result, chosen
+from peers.comparison import Result, chosen, ours_as_good
 from peers.measures import creep, holds, tip_error
 from peers.simulators import OURS, find_simulator
 from peers.task import Trial, load_task
@@ -128,3 +128,10 @@ def test_the_fastest_setting_that_is_as_good_is_chosen():
     bad, lost = result("B", 0.1, 3.0), result("B", 0.1, 0.1, stays=False)
     assert chosen([ours, fast, good, slow, bad, lost]) == [ours, good, bad]
     assert good.times_behind(ours) == 0.5
+
+
+def test_the_comparison_goes_both_ways():
+    """Of ours the fastest setting that is as good as another simulator, wherever there is one."""
+    rough, fine = result(OURS, 1.0, 1.0), result(OURS, 5.0, 0.1)
+    rougher, better, best = result("A", 0.1, 3.0), result("A", 0.5, 0.1), result("A", 9.0, 0.01)
+    assert [ours_as_good([rough, fine], other) for other in (rougher, better, best)] == [rough, fine, None]
