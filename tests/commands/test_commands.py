@@ -148,6 +148,7 @@ def test_run_has_a_torque_for_every_joint() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_wrong_nominal_model_is_named_and_shows_in_the_forces() -> None:
     """A finger whose nominal model is too stiff seems to bend under a load."""
     options = short("pressure.settle=1", "gravity=[0, 0, 0]")
@@ -175,6 +176,7 @@ def test_run_places_as_many_sensors_as_asked_for() -> None:
     assert {row["sections"] for row in table("here/metrics.csv")} == {"2"}
 
 
+@pytest.mark.slow
 def test_run_repeats_itself_from_the_scenario_that_it_wrote() -> None:
     soft_gripper("run", "free_bending", *short("gravity=[0, 0, 0]"), "--out", "first")
     assert soft_gripper("run", "first/scenario.yaml", "--out", "second").code == 0
@@ -203,6 +205,7 @@ class Links(HTMLParser):
         self.found += [value for name, value in attrs if name in ("src", "href") and tag != "a"]
 
 
+@pytest.mark.slow
 def test_run_keeps_an_animation_that_needs_nothing_else() -> None:
     assert soft_gripper("run", "free_bending", *short(), "--html", "animations/one.html").code == 0
     page = Path("animations/one.html").read_text()

@@ -69,6 +69,7 @@ def test_a_bar_is_full_when_a_run_ends_before_its_time(monkeypatch, capsys):
     assert "3/3 s simulated" in capsys.readouterr().err.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_run_as_a_document_says_what_its_tables_do(tmp_path):
     arguments = ["run", "free_bending", *short(), "--out", tmp_path]
     text, document, quiet = (soft_gripper(*arguments, *more) for more in ([], ["--json"], ["-q"]))

@@ -15,6 +15,7 @@ DIVERGING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "overrides"), DIVERGING)
 def test_a_run_that_diverges_says_so_in_one_line(tmp_path, name, overrides):
     outcome = soft_gripper("run", name, *short(*overrides), "--out", tmp_path / "out")

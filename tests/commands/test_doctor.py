@@ -14,6 +14,7 @@ def findings(outcome):
     return {row["part"]: row for row in json.loads(outcome.out)["findings"]}
 
 
+@pytest.mark.slow
 def test_what_works_and_what_is_left_out(monkeypatch):
     monkeypatch.setattr(doctor, "EXTRAS", {"there": "numpy", "missing": "no_such_module"})
     outcome = soft_gripper("doctor", "--json")
@@ -44,6 +45,7 @@ def test_a_picture_of_one_shade_shows_nothing(monkeypatch):
     assert "one shade only" in drawn["found"]
 
 
+@pytest.mark.slow
 def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
@@ -54,6 +56,7 @@ def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):
     assert str(mesh_cache.cache_folder()) in broken["found"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("maps", "works", "found"),
     [

@@ -116,6 +116,7 @@ def test_nothing_moves(files):
     assert "hardly moves" in refusal(*command("run.csv"))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("files")
 def test_fit_that_does_not_converge(monkeypatch):
     monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)

@@ -85,6 +85,7 @@ def test_run_keeps_both_results_and_says_where() -> None:
     assert Path("results/free_bending-2/recording.nc").is_file()
 
 
+@pytest.mark.slow
 def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("builtins.input", lambda *_: pytest.fail("waits for a key"))
     outcome = soft_gripper("run", "free_bending", *short(), "--meshcat")

@@ -54,6 +54,7 @@ def test_scenarios_and_their_recordings_lead_to_the_same_placement(tiny, tmp_pat
     assert "better by [%]" in read.out
 
 
+@pytest.mark.slow
 def test_a_scenario_takes_what_is_printed(tiny, tmp_path):
     file = tiny / "free_bending" / "recording.nc"
     done = soft_gripper("place-sensors", "--count", 2, "--recordings", file, "--out", tmp_path)
@@ -68,6 +69,7 @@ def test_a_scenario_takes_what_is_printed(tiny, tmp_path):
     assert (scenario.estimator.type, scenario.estimator.uncertainty.bend_per_pressure) == ("gaussian", 0.1)
 
 
+@pytest.mark.slow
 def test_contacts_add_errors_of_force_and_place(tiny, tmp_path):
     q, ones = np.linspace(0.0, 0.05, 3)[:, None] * np.ones(12), np.ones(3)
     values = (
@@ -91,6 +93,7 @@ def test_contacts_add_errors_of_force_and_place(tiny, tmp_path):
     assert all(float(row["force_error_n"]) > 0 for row in rows(tmp_path / "out" / "placements.csv"))
 
 
+@pytest.mark.slow
 def test_two_recordings_of_one_name_are_two_runs(tiny, tmp_path):
     copy = tmp_path / "free_bending" / "recording.nc"
     copy.parent.mkdir()

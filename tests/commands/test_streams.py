@@ -56,6 +56,7 @@ def test_a_reader_that_is_gone(tmp_path: Path) -> None:
     assert (found.returncode, found.stderr) == (141, b"")
 
 
+@pytest.mark.slow
 def test_a_terminal_that_cannot_show_a_character(tmp_path: Path) -> None:
     environment = os.environ | {"PYTHONIOENCODING": "ascii"}
     finger = (DIRECTORY / "grippers" / "finger.urdf").read_text()
@@ -162,6 +163,7 @@ def test_standard_streams_that_are_closed_or_full(closed: str, code: int, says: 
     assert (found.returncode, found.stderr) == (code, says)
 
 
+@pytest.mark.slow
 def test_a_file_never_takes_the_place_of_a_closed_stream(tmp_path: Path) -> None:
     file = tmp_path / "plain.urdf"
     command = [

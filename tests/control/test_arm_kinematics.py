@@ -75,6 +75,7 @@ def test_tool_pose_is_the_textbooks(load_plant):
         assert miss(tool_pose(plant, plant.GetFrameByName("tool"), q), planar_pose(q)) < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("joint", "limit"), [(REVOLUTE, LIMIT), (CONTINUOUS, np.inf)], ids=["limited", "continuous"])
 def test_of_all_textbook_postures_the_nearest_is_found(load_plant, joint, limit):
     plant = load_plant(planar_arm(joint), "base")
@@ -94,6 +95,7 @@ def test_a_joint_turns_up_to_its_limit_and_no_further(load_plant, goal):
     assert (q[0] > 6) == (goal < LIMIT)
 
 
+@pytest.mark.slow
 def test_forward_undoes_inverse(ur5e):
     plant, tool = ur5e
     rng = np.random.default_rng(3)

@@ -15,7 +15,10 @@ from soft_gripper.learning.station import make_learning_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 OLD = tuple(map(int, version("drake").split(".")[:2])) < (1, 58)
-pytestmark = pytest.mark.skipif(OLD, reason="older Drakes keep every diagram with blocks in Python")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(OLD, reason="older Drakes keep every diagram with blocks in Python"),
+]
 
 NOISY = ["sensor.errors.preset=realistic", "sensor.sections=2", "estimator.contact_threshold=2.5e-3"]
 SHORT = ["pressure.settle=0.05", "pressure.hold_samples=1"]

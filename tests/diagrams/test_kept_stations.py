@@ -32,6 +32,7 @@ def anew(scenario):
     return run_station(make_station(scenario)).data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "overrides"),
     [
@@ -51,6 +52,7 @@ def test_a_run_is_the_same_to_the_bit(built, name, overrides):
     xr.testing.assert_identical(between.data, anew(other))
 
 
+@pytest.mark.slow
 def test_a_scenario_that_is_changed_after_its_run_changes_no_station(built):
     scenario = load_scenario("tip_distance_steps", ["control.hold=0.1"])
     before = load_scenario("tip_distance_steps", ["control.hold=0.1"])
@@ -103,6 +105,7 @@ def test_blocks_of_the_users_are_built_for_every_run():
     xr.testing.assert_identical(simulate(scenario).data, simulate(scenario).data)
 
 
+@pytest.mark.slow
 def test_the_last_few_are_kept(built):
     scenarios = [load_scenario("free_bending", [*SHORT, f"sensor.sections={n}"]) for n in range(1, MOST + 2)]
     for scenario in scenarios:

@@ -37,6 +37,7 @@ def _difference(values, others):
     return np.abs(values - others)[known].max(initial=0.0) / np.abs(others[known]).max(initial=1e-300)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("overrides", CLOSED.values(), ids=CLOSED)
 def test_a_closed_loop_is_that_of_the_blocks_themselves(overrides):
     overrides = [*SHORT, *overrides]
@@ -46,6 +47,7 @@ def test_a_closed_loop_is_that_of_the_blocks_themselves(overrides):
     assert np.ptp(recording["left_finger.pressure_command"].values) > 1e3, "the loop does something"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimator", ["gaussian", "contact", "recursive"])
 def test_where_matrices_of_both_fingers_are_inverted_at_once_a_loop_differs_by_rounding(estimator):
     overrides = [*SHORT, f"estimator.type={estimator}", "sensor.errors.preset=realistic"]
@@ -53,6 +55,7 @@ def test_where_matrices_of_both_fingers_are_inverted_at_once_a_loop_differs_by_r
     assert difference(simulate(live), simulate(alone)) <= 1e-8
 
 
+@pytest.mark.slow
 def test_fingers_that_creep(tmp_path):
     """What drives them follows from their estimates, and these from what drives them."""
     files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]

@@ -191,6 +191,7 @@ def test_a_function_that_fails_for_all_samples_at_once():
     assert "ValueError: one at a time" in error.expected
 
 
+@pytest.mark.slow
 def test_nan_that_leads_the_state_out_of_the_numbers():
     """In a closed loop the estimator is named, and not the solver."""
     overrides = ("control.set_points=[0.06]", "control.hold=0.5")

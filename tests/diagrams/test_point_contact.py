@@ -13,6 +13,8 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.convex_parts import PARTS, convex_parts
 from soft_gripper.scenario.scenario_file import load_scenario
 
+pytestmark = pytest.mark.slow
+
 MASS, G = 0.05, 9.81  # kg of the box, m/s^2
 STEPS = "pressure.steps.all=[50.0e3, 120.0e3]"
 

@@ -100,6 +100,7 @@ def test_errors_of_sensors_work_once_a_sample():
     assert runs[0.01]["soft_gripper.sensors.error_block.step"] == blocks / 2  # two equal fingers at once
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", [0.01, 0.002])
 def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
     """Of two fingers, one by one or at once. Without creep nothing is remembered, and nothing asks."""

@@ -9,6 +9,8 @@ from api_pages import api_pages
 from links import ROOT
 from public_names import public, public_names
 
+pytestmark = pytest.mark.slow
+
 NAMES = [name for names in public_names().values() for name in names]
 
 

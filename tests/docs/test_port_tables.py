@@ -3,6 +3,7 @@
 import ast
 from pathlib import Path
 
+import pytest
 from example_blocks import example_blocks
 from port_tables import blocks_page, ports_table, signals_page
 
@@ -31,6 +32,7 @@ def row(of, port):
     return next(line for line in table.splitlines() if line.startswith(f"| `{port}` |"))
 
 
+@pytest.mark.slow
 def test_every_block_is_listed():
     shown = {cls.__name__ for cls in example_blocks()}
     assert classes_of_systems() - WITHOUT_PORTS <= shown

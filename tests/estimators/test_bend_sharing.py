@@ -153,6 +153,7 @@ def test_interpolation_is_exact_for_a_load_at_the_tip(layout):
     np.testing.assert_allclose(BendSharing(layout).interpolation @ means, lever, rtol=1e-12)
 
 
+@pytest.mark.slow
 @LAWS
 def test_an_elastic_law_converges(steep_finger, law):
     """Loads at the tip are found exactly, however the pieces of the law lie between sections and joints."""

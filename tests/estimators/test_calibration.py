@@ -41,6 +41,7 @@ def test_without_noise_everything_is_found(tapered_finger, ratio, one_sided):
     assert found.residual < 1e-6
 
 
+@pytest.mark.slow
 def test_outliers_do_little_harm(shipped_finger):
     layout = SensorLayout(shipped_finger, 4)
     gains, offsets = errors(8)
@@ -60,6 +61,7 @@ def test_a_common_gain_is_taken_for_bend(shipped_finger):
     assert found.bend_ratio == pytest.approx(1.1, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_finger_that_creeps_is_calibrated_as_it_rests(shipped_finger):
     """It bends as one does that is softer by what has crept away."""
     creeps = SensorLayout(replace(shipped_finger, creep=(CreepBranch(0.15, 0.3), CreepBranch(0.05, 2.0))), 4)

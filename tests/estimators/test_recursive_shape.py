@@ -95,6 +95,7 @@ def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
     assert not known.loaded
 
 
+@pytest.mark.slow
 def test_it_beats_what_is_estimated_from_one_sample(free, layout):
     """Noise is averaged, and gains and offsets learnt."""
     readings = read(layout, free, gain_error=0.01, offset=1e-3)
@@ -164,6 +165,7 @@ def test_a_dead_sensor_widens_the_band(grasp, layout):
     assert band[1][-1] > 1.1 * band[0][-1]
 
 
+@pytest.mark.slow
 def test_one_spike_is_no_shape(free, layout):
     readings = read(layout, free)
     readings[900, 2] += 0.5

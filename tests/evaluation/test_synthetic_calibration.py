@@ -48,6 +48,7 @@ def calibrate(file, out):
     return load_calibration(str(out)).fingers["left_finger"], result
 
 
+@pytest.mark.slow
 def test_the_truth_is_found(recorded, tmp_path):
     """While the pressure changes, the finger lags: samples that are not at rest would pull every number."""
     found, result = calibrate(recorded("run"), tmp_path / "calibration.yaml")
@@ -60,6 +61,7 @@ def test_the_truth_is_found(recorded, tmp_path):
     assert f"{found.bend_ratio:.4f} times as far as nominal" in result.out
 
 
+@pytest.mark.slow
 def test_a_recording_that_was_calibrated_says_the_same(recorded, tmp_path):
     """What was loaded then is where the fit does not begin: else it would count twice."""
     first, _ = calibrate(recorded("run"), tmp_path / "first.yaml")

@@ -171,6 +171,7 @@ def test_unknown_modes_are_refused():
         SoftGripperEnv("soft_reach", render_mode="paper")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", [np.zeros(7), np.zeros((2, 2)), 0.0, None, "text", [0.0, "a"]])
 def test_an_action_has_the_shape_of_its_space(action):
     env = gymnasium.make(**REACH)

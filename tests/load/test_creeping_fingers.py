@@ -14,6 +14,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.scenario.scenario_file import load_scenario
 
+pytestmark = pytest.mark.slow
+
 SHARE, TIME = 0.2, 0.4  # s
 PERIOD = 0.01  # s
 FINGERS = ("left_finger", "right_finger")

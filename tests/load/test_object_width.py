@@ -141,6 +141,7 @@ def test_unknown_shape_makes_the_width_unknown(shipped_finger, count):
         assert np.isnan(measured(around(count, 0.09), [shipped_finger] * count, shapes, [1.0] * count)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [0.038, 0.05])
 def test_box_is_measured_within_3_mm_at_every_pressure(shipped_finger, tmp_path, width):
     """Too narrow, since the skin gives way; and with arcs alone too narrow by more than 3 mm at full pressure."""

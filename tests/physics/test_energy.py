@@ -57,6 +57,7 @@ def test_springs_hold_the_energy_of_bending(finger_plant):
     assert plant.CalcPotentialEnergy(context) == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_undamped_finger_keeps_its_energy(finger_plant):
     plant = finger_plant(uniform_finger(4, relaxation_time=0.0))
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -9.81])
@@ -78,6 +79,7 @@ def test_energy_never_rises_in_free_decay(time_step):
     assert motion.kinetic[-1] < remains * motion.kinetic.max()
 
 
+@pytest.mark.slow
 def test_energy_that_is_lost_is_what_the_damping_takes():
     station, motion = free_decay(0.0005)
     damping = np.concatenate([finger.finger.damping for finger in station.fingers])

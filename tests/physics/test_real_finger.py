@@ -57,6 +57,7 @@ def test_an_arm_carries_it(real):
     assert np.isfinite(station.plant.GetPositionsAndVelocities(station.plant.GetMyContextFromRoot(context))).all()
 
 
+@pytest.mark.slow
 def test_no_python_runs_at_the_rate_of_the_plant(real):
     """As many calls with steps of 5 ms as with 1 ms."""
     counts = []

@@ -14,6 +14,8 @@ from soft_gripper.pictures import phases as module
 from soft_gripper.pictures.phases import CloseUp, phases_figure
 from soft_gripper.pictures.rendering import SceneRenderer
 
+pytestmark = pytest.mark.slow
+
 HOME, THERE = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0], [0.2, -1.2, 1.6, -2.0, -1.57, 0.3]
 LIFT, CARRY = np.array([0.0, 0.0, 0.1]), np.array([0.05, 0.3, 0.0])  # m
 TORQUES = np.full(12, -0.05)  # N m

@@ -47,6 +47,7 @@ def test_the_box_is_seen_where_it_is(box_grasp: Scene, shift: tuple[float, ...])
     np.testing.assert_array_equal(picture[0, 0], 255)
 
 
+@pytest.mark.slow
 def test_bending_moves_the_fingertip(box_grasp: Scene) -> None:
     # The middle of the last link's side before the camera, which is +y in B: the gripper points down. The frame of
     # the link lies on the neutral axis, near the inner face.
@@ -69,6 +70,7 @@ def test_links_have_the_colour_of_the_torque_where_they_begin(box_grasp: Scene) 
         assert shows(pixel(renderer, picture, front), color(torques[link - 1], 0.1)), link
 
 
+@pytest.mark.slow
 def test_a_time_looks_the_same_whatever_was_rendered_before(box_grasp: Scene) -> None:
     first = box_grasp.state()
     box_grasp.bend("right_finger", 0.1)
@@ -78,12 +80,14 @@ def test_a_time_looks_the_same_whatever_was_rendered_before(box_grasp: Scene) ->
     assert np.abs(before.astype(int) - other).max() > 100
 
 
+@pytest.mark.slow
 def test_a_mesh_without_normals_is_seen() -> None:
     scene = Scene("irregular_grasp")
     renderer = scene.renderer(scene.state())
     assert shows(pixel(renderer, renderer.render(0.0), scene.point("irregular", (0.0, 0.0, -0.02))), IRREGULAR)
 
 
+@pytest.mark.slow
 def test_an_arm_is_lit_where_it_is_seen_and_things_in_the_air_cast_shadows() -> None:
     scene = Scene("pick_and_place_box")
     scene.scenario.models[3].mesh.color = [*BOX, 1.0]
@@ -103,6 +107,7 @@ def test_an_arm_is_lit_where_it_is_seen_and_things_in_the_air_cast_shadows() -> 
     np.testing.assert_allclose(pixel(renderer, before, aside), pixel(renderer, after, aside), atol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [False, True])
 def test_a_close_up_goes_with_the_gripper(level: bool) -> None:
     scene = Scene("pick_and_place_box")

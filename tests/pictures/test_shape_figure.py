@@ -132,6 +132,7 @@ def test_the_true_contact_force_is_drawn(panels: list[Axes]) -> None:
     assert [len(arrows(axes)) for axes in panels[:3]] == [1, 0, 0]
 
 
+@pytest.mark.slow
 def test_an_estimated_force_is_drawn_beside_the_true_one() -> None:
     """And the uncertainty of the curve; the estimate ends at its tip, with an arc a segment."""
     steps = ["pressure.steps.all=[100e3]", "pressure.settle=0.79", "pressure.hold_samples=1"]

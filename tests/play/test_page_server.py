@@ -245,6 +245,7 @@ def test_a_message_that_is_too_long_ends_its_connection(served: Served, path: st
     assert served.panel.messages == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["live", "scene/"])
 def test_a_flood_of_messages_ends_its_connection(served: Served, path: str, monkeypatch) -> None:
     monkeypatch.setattr(module, "MOST_MESSAGES", 20)

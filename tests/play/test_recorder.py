@@ -64,6 +64,7 @@ def test_everything_to_look_at_it_is_there_and_whole(runs) -> None:
     assert load_scenario(str(folder / "scenario.yaml")).external == ["pressure"]
 
 
+@pytest.mark.slow
 def test_a_scenario_of_ones_own_is_found_again_from_the_recording(tmp_path: Path) -> None:
     (tmp_path / "own.urdf").write_text((DIRECTORY / "grippers" / "finger.urdf").read_text())
     (tmp_path / "own.yaml").write_text("models: [{name: only, file: own.urdf}]")

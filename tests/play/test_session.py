@@ -135,6 +135,7 @@ def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, e
     assert [each["note"] for each in sent] == ["", "", *[f"not written: {error}"] * 2]
 
 
+@pytest.mark.slow
 def test_a_recording_goes_from_click_to_click(play: Play, tmp_path: Path) -> None:
     _, sent = play(_2=record, _6=record, _8=nothing)
     assert [each["recording"] for each in sent] == [False] * 2 + [True] * 4 + [False] * 2
@@ -142,6 +143,7 @@ def test_a_recording_goes_from_click_to_click(play: Play, tmp_path: Path) -> Non
     assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.2)
 
 
+@pytest.mark.slow
 def test_every_recording_has_a_folder_of_its_own(play: Play, tmp_path: Path) -> None:
     _, sent = play(_1=record, _2=record, _3=record, _5=record, _6=nothing)
     assert sent[-1]["note"] == f"written: {tmp_path / '2'}"
@@ -149,6 +151,7 @@ def test_every_recording_has_a_folder_of_its_own(play: Play, tmp_path: Path) -> 
     assert ends == pytest.approx([0.05, 0.1])
 
 
+@pytest.mark.slow
 def test_reset_ends_a_recording(play: Play, tmp_path: Path) -> None:
     _, sent = play(_1=record, _3=reset, _4=nothing)
     assert [each["recording"] for each in sent] == [False, True, True, False]

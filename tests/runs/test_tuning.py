@@ -18,6 +18,7 @@ def two_steps():
     return load_scenario("tip_distance_steps", ["control.set_points=[0.06, 0.03]", "control.hold=2"])
 
 
+@pytest.mark.slow
 def test_step_response_has_the_gain_of_the_settled_finger(two_steps):
     gain, _ = step_response(two_steps)
     assert gain < 0, "pressure closes the gripper"
@@ -34,6 +35,7 @@ def test_rise_time_is_that_of_the_finger_and_its_supply(two_steps):
     assert step_response(slow)[1] == pytest.approx(0.4, abs=0.1)
 
 
+@pytest.mark.slow
 def test_first_gains_are_stable(two_steps):
     gains = gains_from_step_response(*step_response(two_steps))
     assert min(gains.kp, gains.ki, gains.kd) > 0

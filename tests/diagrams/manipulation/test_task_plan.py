@@ -110,6 +110,7 @@ def test_where_a_phase_ends(planned, name, place, height):
     assert found.IsNearlyEqualTo(X_WTool, 2e-6)
 
 
+@pytest.mark.slow
 def test_the_object_is_grasped_where_it_is_reported_and_put_down_as_if_that_were_right(tmp_path):
     arm, phases = plan(tmp_path, *PICK_AND_PLACE, error=PoseErrorConfig(0.03, -0.02, 0.4))
     x, y, z, turn = BEGIN

@@ -68,6 +68,7 @@ def test_joints_keep_their_velocity_limits():
     assert np.abs(velocities).max() > 0.05
 
 
+@pytest.mark.slow
 def test_joints_keep_their_acceleration_limits():
     follower = Follower()
     follower.go(*FAR, 1.0)
@@ -76,6 +77,7 @@ def test_joints_keep_their_acceleration_limits():
     assert np.abs(np.diff(follower.signal("desired_state")[:, 6:], axis=0)).max() / period <= limit * 1.01
 
 
+@pytest.mark.slow
 def test_the_limits_are_made_use_of():
     """The acceleration would let the joints go 0.6 rad in half a second."""
     distance, _ = Follower().go(*FAR, 2.0)

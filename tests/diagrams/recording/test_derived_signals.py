@@ -82,6 +82,7 @@ def test_a_recording_is_what_the_blocks_compute(name):
     assert len(logs.logged) < 0.75 * len(found)
 
 
+@pytest.mark.slow
 def test_a_finger_that_creeps(tmp_path):
     """What it remembers follows from a run alone."""
     files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]

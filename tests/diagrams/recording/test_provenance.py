@@ -10,6 +10,8 @@ from soft_gripper.diagrams.recording import Recording, provenance
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
+pytestmark = pytest.mark.slow
+
 EVERYTHING = str(Path(__file__).parents[2] / "scenarios/one_of_everything.yaml")
 SHORT = ["task=null", "pressure.settle=0.02"]
 

@@ -41,6 +41,7 @@ def test_a_start_inside_is_refused(name, overrides, models):
     assert all(model in str(caught.value) for model in models)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "overrides"), TOUCHING.values(), ids=TOUCHING)
 def test_a_touch_is_not(name, overrides):
     make_station(load_scenario(name, overrides))

@@ -31,6 +31,7 @@ def test_the_same_diagram_has_the_same_text(diagram):
     assert graphviz(again, max_depth=2) == graphviz(diagram, max_depth=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("suffix", "beginning"), BEGINNINGS.items())
 def test_file_is_of_the_kind_that_its_name_says(tmp_path, diagram, suffix, beginning):
     path = tmp_path / f"station.{suffix}"

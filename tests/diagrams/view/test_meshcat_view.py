@@ -49,6 +49,7 @@ def test_meshcat_has_bodies_estimates_and_legend(animation: tuple[Meshcat, str])
     assert meshcat.HasPath("/Cameras/default/rotated/<object>/legend")
 
 
+@pytest.mark.slow
 def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
     meshcat = Meshcat()
     short = ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=own_blocks:mean_bend"]

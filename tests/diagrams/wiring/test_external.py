@@ -46,6 +46,7 @@ def test_pressures_come_from_outside():
     assert recording["right_finger.pressure_command"].attrs["units"] == "Pa"
 
 
+@pytest.mark.slow
 def test_the_opening_comes_from_outside():
     station = make_station(
         load_scenario("tip_distance_steps", ["control.set_points=null", "external=[opening]", GAINS])

@@ -11,6 +11,8 @@ from soft_gripper.evaluation.contacts.dataset import Contacts, as_arrays, run_co
 from soft_gripper.evaluation.contacts.trials import SCORES, ContactErrorRow, score_contacts
 from soft_gripper.files.csv_table import read_csv
 
+pytestmark = pytest.mark.slow
+
 
 @cache
 def smooth() -> Contacts:

@@ -1,6 +1,7 @@
 """Contact trials: the rows, the reasons, and that processes change nothing."""
 
 import numpy as np
+import pytest
 
 from soft_gripper.evaluation.contacts.dataset import Contact, RandomContact, Settled, run_contact
 from soft_gripper.evaluation.contacts.trials import contact_row, redrawn, run_contacts
@@ -23,6 +24,7 @@ def test_reasons_are_counted() -> None:
     assert redrawn([]).total() == 0
 
 
+@pytest.mark.slow
 def test_contacts_of_processes_are_those_of_one_alone() -> None:
     reported: list[int] = []
     with open_executor(1) as executor:

@@ -30,6 +30,7 @@ def table() -> list[ContactForceRow]:
     return contact_force_table("obstructed", *obstructed(), LAYOUTS)
 
 
+@pytest.mark.slow
 def test_a_row_for_every_finger_layout_and_step() -> None:
     assert [(r.finger, r.estimator, r.nominal, r.sections, r.borders, r.pressure_kpa) for r in table()] == [
         (finger, "contact", "as simulated", sections, borders, pressure)

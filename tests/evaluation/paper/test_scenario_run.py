@@ -13,6 +13,8 @@ from soft_gripper.files.csv_table import read_csv
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
+pytestmark = pytest.mark.slow
+
 FILES = {
     "scenario.yaml",
     "recording.nc",

@@ -63,6 +63,7 @@ def quick(held, monkeypatch, tmp_path):
     monkeypatch.setattr(module, "touched_fingers", lambda name, station, recording: [(held, recording)])
 
 
+@pytest.mark.slow
 def test_jobs_leave_their_rows_and_a_plant_its_models_and_recording(quick, held, tmp_path, monkeypatch) -> None:
     def of_noise(name, fingers, noise, seeds, estimators):
         ((_, recording),) = fingers

@@ -41,6 +41,7 @@ def test_known_parameters_are_found(beam, motion, pool):
     assert reports[-1] < reports[0] / 10
 
 
+@pytest.mark.slow
 def test_jacobian_is_that_of_the_residuals(beam, motion, pool):
     """Without the part that other times of the events would bring about."""
     free = free_parameters(beam, ["youngs_modulus", "relaxation_time"], [])
@@ -74,6 +75,7 @@ def test_markers_that_are_not_seen_count_nothing(beam, motion):
     assert np.all(residuals[10:60, 0] != 0)
 
 
+@pytest.mark.slow
 def test_event_of_a_test_is_found_without_changing_the_model(beam, motion):
     late = motion.with_events(np.array([RELEASE, LET_GO]) - 0.03)
     assert fit_events(Model(beam), late).events == pytest.approx((RELEASE, LET_GO), abs=2e-3)

@@ -29,6 +29,7 @@ def test_load_that_does_not_hang_there_is_not_seen(beam, pool):
     assert found.confidence.unresolved == [("load_x",)]
 
 
+@pytest.mark.slow
 def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
     motion = recorded(beam, release(0.8))
     other = replace(recorded(beam, release(0.8), seed=1), name="other", events=(RELEASE + 0.02, LET_GO + 0.02))
@@ -44,6 +45,7 @@ def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
     ]
 
 
+@pytest.mark.slow
 def test_best_of_several_starts(beam, pool, monkeypatch):
     """A start that fails leaves the others; where all fail, that is said."""
     motion, begun = recorded(beam, release(0.8)), []

@@ -90,6 +90,7 @@ def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, r
     assert again.signals["arcs 2.body_error"].values[1:].min() > 0.02
 
 
+@pytest.mark.slow
 def test_fitted_to_chosen_ones(arms, arm_finger):
     found = replay_recordings(arms[:1], arms[1:], {"arcs 2": ("arcs", 2)}, arm_finger, DOWN).replayed
     assert found[0].fitted_on == ("run_1", "run_2", "run_3")

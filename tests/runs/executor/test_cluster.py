@@ -92,6 +92,7 @@ def test_a_worker_that_is_killed_loses_no_call(address, workers):
     assert workers[0].wait() == -signal.SIGKILL
 
 
+@pytest.mark.slow
 def test_workers_of_several_threads_are_refused(address):
     process = worker(address, threads=2)
     try:

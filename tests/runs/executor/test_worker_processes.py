@@ -99,6 +99,7 @@ def test_a_call_whose_process_died_by_chance_is_made_again(executor, tmp_path):
     assert executor.submit(die_once, str(tmp_path / "died")).result() == "made"
 
 
+@pytest.mark.slow
 def test_a_process_that_has_grown_makes_way_for_another(monkeypatch):
     monkeypatch.setattr(worker_processes, "GROWTH", 100 * 2**20)
     with WorkerProcesses(1) as executor:

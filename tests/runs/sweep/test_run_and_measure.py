@@ -14,6 +14,7 @@ SHORT = {"pressure.steps": {"all": [0.0, 60e3]}, "pressure.settle": 0.2, "pressu
 NOISY = {**SHORT, "sensor.errors.preset": "realistic"}
 
 
+@pytest.mark.slow
 def test_measures_are_those_of_the_tables():
     changes = {**NOISY, "models.gripper.fingers.all.youngs_modulus": "+10 %"}
     found = run_and_measure("box_grasp", changes)

@@ -8,6 +8,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.runs.trials.trial_run import slip
 
+pytestmark = pytest.mark.slow
+
 LINK = 9  # at which the box is held
 NOWHERE = np.full(3, np.nan)
 BENT = {f"{finger}_joint_{i}": 0.03 * (i + 1) for finger in FINGERS for i in range(12)}
