@@ -115,8 +115,11 @@ def python(request: pytest.FixtureRequest) -> Path:
 
 
 def lines_of_mypy(python: Path, folder: Path) -> set[int]:
-    cache = f"--cache-dir={ROOT / '.mypy_cache' / 'user_script'}"  # of half a minute of CPU for packages of others
-    command = [sys.executable, "-m", "mypy", "--strict", cache, "--python-executable", str(python), "script.py"]
+    cache = f"--cache-dir={ROOT / '.mypy_cache' / 'user_script'}"  # of packages of others
+    (folder / "mypy.ini").write_text(
+        "[mypy]\nstrict = true\n[mypy-gymnasium.wrappers.*]\nfollow_imports = skip\n"
+    )  # 40 s
+    command = [sys.executable, "-m", "mypy", cache, "--python-executable", str(python), "script.py"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=900)
     return set(map(int, re.findall(r"^script\.py:(\d+): error", done.stdout, re.MULTILINE)))
 
