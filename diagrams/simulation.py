@@ -21,6 +21,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import RandomSource
 
+from soft_gripper.cached import kept
 from soft_gripper.diagrams.own_blocks import blamed, check_values, note_missing, own_blocks
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
@@ -58,10 +59,7 @@ def kept_station(scenario: Scenario) -> Station:
     key = _built_of(scenario)
     if key is None:
         return make_station(scenario)
-    station = _kept.pop(key, None) or make_station(deepcopy(scenario))  # the caller may change the scenario later
-    _kept[key] = station
-    while len(_kept) > MOST:
-        _kept.popitem(last=False)
+    station = kept(_kept, key, lambda: make_station(deepcopy(scenario)), MOST)  # the caller may change the scenario
     return replace(station, parts=replace(station.parts, scenario=scenario))
 
 
