@@ -402,7 +402,7 @@ def _fingerprint(value: Any) -> Any:
         return value.shape, value.tobytes()
     if isinstance(value, tuple | list):
         return type(value), *map(_fingerprint, value)
-    if is_dataclass(value):
+    if is_dataclass(value) and not isinstance(value, type):
         known = rules(type(value))
         return type(value), *(_fingerprint(getattr(value, name)) for name, rule in known.items() if not rule.is_name)
     if isinstance(value, Mapping):
