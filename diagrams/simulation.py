@@ -21,6 +21,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import RandomSource
 
+from soft_gripper.cached import kept
 from soft_gripper.diagrams.own_blocks import blamed, check_values, note_missing, own_blocks
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
@@ -29,9 +30,9 @@ from soft_gripper.diagrams.view.meshcat_view import PERIOD
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.checks import checked_scenario
+from soft_gripper.scenario.drake_values import plain_values
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario, default_simulator_config
 
 MOST = 4  # cached stations, 8 to 20 MB each
@@ -58,10 +59,7 @@ def kept_station(scenario: Scenario) -> Station:
     key = _built_of(scenario)
     if key is None:
         return make_station(scenario)
-    station = _kept.pop(key, None) or make_station(deepcopy(scenario))  # the caller may change the scenario later
-    _kept[key] = station
-    while len(_kept) > MOST:
-        _kept.popitem(last=False)
+    station = kept(_kept, key, lambda: make_station(deepcopy(scenario)), MOST)  # the caller may change the scenario
     return replace(station, parts=replace(station.parts, scenario=scenario))
 
 
@@ -74,7 +72,7 @@ def _built_of(scenario: Scenario) -> tuple[str, ...] | None:
         return None
     of_a_run = replace(scenario.sensor, seed=0)
     built = replace(scenario, sensor=of_a_run, simulator_config=default_simulator_config())
-    return dump_scenario(built), *filter(None, contents)
+    return repr(plain_values(built)), *filter(None, contents)  # YAML takes ten times as long
 
 
 def _content(file: str) -> str | None:

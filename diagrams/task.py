@@ -7,6 +7,7 @@ and turns in the fingers.
 """
 
 import math
+from collections import OrderedDict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
@@ -15,15 +16,17 @@ from pydrake.geometry import PenetrationAsPointPair, SceneGraph, SceneGraphInspe
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, Frame
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.trajectories import Trajectory
 
 from soft_gripper.arrays import Array
+from soft_gripper.cached import kept
 from soft_gripper.control.arm_motion import (
     ArmLimits,
     LimitError,
     ToolFollower,
     UnreachableError,
+    arm_fingerprint,
     joint_path,
     solve_posture,
     straight_path,
@@ -54,7 +57,7 @@ class Collision:
 
 
 def first_collision(
-    diagram: Diagram,
+    root: Context,
     plant: MultibodyPlant,
     scene_graph: SceneGraph,
     robot: Collection[BodyIndex],
@@ -66,7 +69,7 @@ def first_collision(
     Meshes count as their convex hulls. Bodies welded to the same body, and pairs filtered by a model, never collide.
 
     Args:
-        diagram: contains plant and scene_graph.
+        root: context of a diagram that contains plant and scene_graph; the plant's positions in it change.
         plant: the plant.
         scene_graph: its geometry.
         robot: its bodies, including its payload; they may touch each other.
@@ -76,7 +79,6 @@ def first_collision(
     Returns:
         The deepest collision at the first positions with a collision; None if there is none.
     """
-    root = diagram.CreateDefaultContext()
     context, scene_context = plant.GetMyMutableContextFromRoot(root), scene_graph.GetMyContextFromRoot(root)
     own = frozenset(robot)
     for index, q in enumerate(positions):
@@ -133,12 +135,12 @@ def check_paths(
     """
     names = [arm.name, *(model.name for model in carried_models(models, arm.name))]
     robot = {body for name in names for body in plant.GetBodyIndices(plant.GetModelInstanceByName(name))}
-    tool = own_frame(plant, arm.tool_model, "models")
+    tool, root = own_frame(plant, arm.tool_model, "models"), diagram.CreateDefaultContext()
     for i, phase in enumerate(phases):
         postures = _postures(phase)
         positions = _positions(plant, arm, task, tool, postures, _place(models, task, i))
         held = {first_body(plant, task.object).index()} if phase.holds and task.object is not None else set()
-        collision = first_collision(diagram, plant, scene_graph, robot | held, positions)
+        collision = first_collision(root, plant, scene_graph, robot | held, positions)
         if collision is not None:
             failed = next((k for k, other in enumerate(phases) if other.rescue in range(i - 2, i + 1)), i)
             where = f"task.phases[{failed if i >= len(task.phases) else i}]"
@@ -191,17 +193,33 @@ def _positions(
 RESCUE = ("rescue: open", "rescue: rise", "rescue: home")
 
 
+_MOST_PLANS = 16  # of about 30 motions each, 0.2 MB
+_planned: OrderedDict[tuple[bytes | str, ...], tuple[Phase, ...]] = OrderedDict()
+
+
 def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tuple[Phase, ...]:
     """The phases of the task, followed by a rescue for each that can fail: fingers open, straight up, home.
+
+    Planning takes longer than building all the rest of a station, so that the same plan is made once.
 
     Raises:
         InputError: naming the phase whose goal the arm cannot reach, or cannot reach by the requested motion.
     """
-    planner, configs = MotionPlanner(task, models, arm), task.phases
+    planner = MotionPlanner(task, models, arm)
+    poses = [pose.GetDeterministicValue() for pose in (task.X_OG, task.X_WGoal)]
+    if task.object is not None:
+        poses.append(reported_pose(task, models))
+    numbers = (arm.home, arm.config.acceleration, [pose.GetAsMatrix34() for pose in poses])
+    arrays = (np.array(each).tobytes() for each in numbers)
+    key: tuple[bytes | str, ...] = (arm_fingerprint(arm.plant, arm.tool), repr(task.phases), *arrays)
+    return kept(_planned, key, lambda: _planned_by(planner, task.phases, arm.home), _MOST_PLANS)
+
+
+def _planned_by(planner: "MotionPlanner", configs: Sequence[PhaseConfig], home: Array) -> tuple[Phase, ...]:
     watched = [i for i, config in enumerate(configs) if config.holds or config.until]
     end = len(configs) + len(RESCUE) * len(watched)
     phases: list[Phase] = []
-    posture, opening = arm.home, math.nan
+    posture, opening = home, math.nan
     for i, config in enumerate(configs):
         motion = planner.motion(f"task.phases[{i}] '{config.name}'", config, posture)
         posture, opening = end_of(motion), opening if config.opening is None else config.opening

@@ -388,19 +388,23 @@ def sources_of(step: Step) -> tuple[str, ...]:
     return step.sources if isinstance(step, Function | Memory) else ()
 
 
+_PLAIN = (str, bool, int, float, complex, type, FunctionType, type(None))
+
+
 def _fingerprint(value: Any) -> Any:
     """Equal for values that are equal but for names; what cannot be compared equals nothing.
 
     It holds nothing but numbers, texts and functions: a plant would keep the diagram alive.
     """
+    if isinstance(value, _PLAIN):  # first: most values are, and this test costs least
+        return value
     if isinstance(value, np.ndarray):
         return value.shape, value.tobytes()
+    if isinstance(value, tuple | list):
+        return type(value), *map(_fingerprint, value)
     if is_dataclass(value) and not isinstance(value, type):
         known = rules(type(value))
         return type(value), *(_fingerprint(getattr(value, name)) for name, rule in known.items() if not rule.is_name)
     if isinstance(value, Mapping):
         return tuple((name, _fingerprint(each)) for name, each in value.items())
-    if isinstance(value, tuple | list):
-        return type(value), *map(_fingerprint, value)
-    is_plain = isinstance(value, str | bool | int | float | complex | type | FunctionType | None)
-    return value if is_plain else object()
+    return object()

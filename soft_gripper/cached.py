@@ -1,4 +1,5 @@
 """Cached: what a block computes once for its inputs and state. weakly: methods that do not keep their block alive.
+kept: what the next of several runs uses again.
 
 Drake holds the function behind a cache entry or an abstract output port where Python's garbage collector cannot see it.
 A function that refers to its block, and a cache entry that the block keeps, would therefore keep the block and the
@@ -6,9 +7,10 @@ whole diagram alive until the process ends. So would anything that belongs to a 
 geometries).
 """
 
+from collections import OrderedDict
 from collections.abc import Callable
 from types import MethodType
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 from weakref import proxy
 
 from pydrake.common.value import AbstractValue
@@ -34,3 +36,16 @@ class Cached:
     def Eval(self, context: Context) -> Any:  # noqa: N802, named as that of ports
         """The value for the context of the block."""
         return self._block.get_cache_entry(self._index).Eval(context)
+
+
+_Key = TypeVar("_Key")
+_T = TypeVar("_T")
+
+
+def kept(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
+    """What is stored for a key, or else made now; the `most` that were used last stay in the store."""
+    found = store.pop(key) if key in store else make()
+    store[key] = found
+    while len(store) > most:
+        store.popitem(last=False)
+    return found

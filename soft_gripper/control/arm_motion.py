@@ -8,6 +8,7 @@ Timing is minimum-jerk, not TOPPRA: the jumps in acceleration of a time-optimal 
 motion is still the quickest of its kind within the limits of velocity, acceleration and effort.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,15 +52,17 @@ def solve_posture(plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, s
     Returns:
         The positions, exact to POSE_TOLERANCE; None if none were found.
     """
-    moving = _moves_tool(plant, tool, seed)
+    context = plant.CreateDefaultContext()
+    moving = _moves_tool(plant, context, tool, seed)
     nearest, distance = None, np.inf
     for number, start in enumerate(_starts(plant, seed)):
-        if distance < NEAR_SEED or (nearest is not None and number >= NEAR_STARTS):
-            break
-        q = _solve(plant, tool, X_WTool, seed, start)
+        q = _solve(plant, context, tool, X_WTool, seed, start)
         q = np.where(moving, _unwound(plant, q, seed), seed)
-        if np.linalg.norm(q - seed) < distance and _miss(tool_pose(plant, tool, q), X_WTool) <= POSE_TOLERANCE:
+        plant.SetPositions(context, q)
+        if np.linalg.norm(q - seed) < distance and _miss(tool.CalcPoseInWorld(context), X_WTool) <= POSE_TOLERANCE:
             nearest, distance = q, float(np.linalg.norm(q - seed))
+        if distance < NEAR_SEED or (nearest is not None and number + 1 >= NEAR_STARTS):
+            break
     return nearest
 
 
@@ -69,22 +72,25 @@ def movable_joints(plant: MultibodyPlant) -> list[Joint]:
     return sorted((joint for joint in joints if joint.num_positions()), key=lambda joint: joint.position_start())
 
 
-def _starts(plant: MultibodyPlant, seed: Array) -> Array:
-    """The seed and random postures around it, NEAR_STARTS of them spread ever wider; (MAX_STARTS, n)."""
+def _starts(plant: MultibodyPlant, seed: Array) -> Iterator[Array]:
+    """The seed, from which most are found, and random postures around it, NEAR_STARTS of them spread ever wider."""
+    lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
+    yield np.clip(_unwound(plant, seed, seed), lower, upper)
     spread = np.pi * np.minimum(np.arange(MAX_STARTS) / NEAR_STARTS, 1.0)[:, None]
     starts = seed + spread * np.random.default_rng(0).uniform(-1.0, 1.0, (MAX_STARTS, len(seed)))
-    inside = _unwound(plant, starts, starts)
-    return np.clip(inside, plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits())
+    yield from np.clip(_unwound(plant, starts, starts), lower, upper)[1:]
 
 
-def _solve(plant: MultibodyPlant, tool: Frame, X_WTool: RigidTransform, seed: Array, start: Array) -> Array:
-    """Result of SNOPT, whether a solution or not, (n).
+def _solve(
+    plant: MultibodyPlant, context: Context, tool: Frame, X_WTool: RigidTransform, seed: Array, start: Array
+) -> Array:
+    """Result of SNOPT, whether a solution or not, (n); changes the context of the plant.
 
     The pose is six equations: the tool's origin, a point on its z axis and one on its x axis lie on the origin,
     on the positive z axis and in the xz half plane of the goal. They stay regular at the solution, unlike a bound
     of zero on the angle between two orientations, whose gradient vanishes there.
     """
-    ik = InverseKinematics(plant)
+    ik = InverseKinematics(plant, context)
     world, inf = plant.world_frame(), np.inf
     ik.AddPositionConstraint(tool, [0, 0, 0], world, X_WTool, [0, 0, 0], [0, 0, 0])
     ik.AddPositionConstraint(tool, [0, 0, 1], world, X_WTool, [0, 0, 0], [0, 0, inf])
@@ -107,9 +113,8 @@ def _unwound(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
     return q + np.where(is_revolute, turns * turn, 0.0)
 
 
-def _moves_tool(plant: MultibodyPlant, tool: Frame, q: Array) -> Array:
-    """Which joints move the tool, (n) bool."""
-    context = plant.CreateDefaultContext()
+def _moves_tool(plant: MultibodyPlant, context: Context, tool: Frame, q: Array) -> Array:
+    """Which joints move the tool, (n) bool; sets the positions in the context of the plant."""
     plant.SetPositions(context, q)
     world, by_v = plant.world_frame(), JacobianWrtVariable.kV
     jacobian = plant.CalcJacobianSpatialVelocity(context, by_v, tool, [0, 0, 0], world, world)
@@ -223,6 +228,7 @@ def timed(
     unit = PathParameterizedTrajectory(path, _minimum_jerk(1.0))
     q, v, vdot = (unit.MakeDerivative(order).vector_values(LIMIT_GRID).T for order in range(3))
     _check_inside(plant, "position", q, limits.lower - LIMIT_TOLERANCE, limits.upper + LIMIT_TOLERANCE)
+    q, v, vdot = np.split(np.unique(np.hstack([q, v, vdot]), axis=0), 3, axis=1)  # one state if the arm stays
     rest, linear, quadratic = _efforts(plant, q, v, vdot)
     _check_inside(plant, "effort at rest", rest, LIMIT_TOLERANCE - limits.effort, limits.effort - LIMIT_TOLERANCE)
     none = np.zeros_like(v)
@@ -246,25 +252,20 @@ def _minimum_jerk(duration: float) -> PiecewisePolynomial:
 
 
 def _efforts(plant: MultibodyPlant, q: Array, v: Array, vdot: Array) -> tuple[Array, Array, Array]:
-    """Static effort, and coefficients of the rate (damping) and of its square (inertia), all (K, n).
+    """Static effort, and coefficients of the rate (damping) and of its square (inertia), N m or N, all (K, n).
 
     q, v and vdot belong to a motion of 1 s. One that is r times as fast takes rest + linear r + quadratic r^2.
     """
-    rest = _inverse_dynamics(plant, q, 0.0 * v, 0.0 * vdot)
-    forth = _inverse_dynamics(plant, q, v, vdot)
-    back = _inverse_dynamics(plant, q, -v, vdot)
-    return rest, (forth - back) / 2, (forth + back) / 2 - rest
-
-
-def _inverse_dynamics(plant: MultibodyPlant, q: Array, v: Array, vdot: Array) -> Array:
-    """Effort of the joints against inertia, weight and damping, N m or N, (K, n)."""
     context, forces = plant.CreateDefaultContext(), MultibodyForces(plant)
-    efforts = np.empty_like(v)
+    efforts = np.empty((3, *v.shape))
     for k in range(len(q)):
-        plant.SetPositionsAndVelocities(context, np.concatenate([q[k], v[k]]))
-        plant.CalcForceElementsContribution(context, forces)
-        efforts[k] = plant.CalcInverseDynamics(context, vdot[k], forces)
-    return efforts
+        plant.SetPositions(context, q[k])  # whose kinematics serve all three velocities
+        for i, way in enumerate((0.0, 1.0, -1.0)):
+            plant.SetVelocities(context, way * v[k])
+            plant.CalcForceElementsContribution(context, forces)
+            efforts[i, k] = plant.CalcInverseDynamics(context, way**2 * vdot[k], forces)
+    rest, forth, back = efforts
+    return rest, (forth - back) / 2, (forth + back) / 2 - rest
 
 
 def _highest_rate(linear: Array, quadratic: Array, margin: Array) -> float:
@@ -286,6 +287,23 @@ def _check_inside(plant: MultibodyPlant, what: str, values: Array, lower: Array,
         name = movable_joints(plant)[i].name()
         limits = f"{lower[i]:.4g} to {upper[i]:.4g}"
         raise LimitError(f"joint '{name}': {what} {values[k, i]:.4g} is outside of its limits, {limits}")
+
+
+_PROBES = 3  # states
+
+
+def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
+    """Equal for arm plants with equal limits, efforts and tool poses, whatever files they were read from.
+
+    Efforts and poses are compared at a few states drawn at random, always the same: two arms that differ in a length,
+    a mass, a damping or in gravity are alike there with probability zero.
+    """
+    n, limits = plant.num_velocities(), ArmLimits.of_plant(plant, np.inf)
+    q, v, vdot = np.random.default_rng(0).uniform(-1.0, 1.0, (3, _PROBES, n))
+    poses = [tool_pose(plant, tool, posture).GetAsMatrix34() for posture in q]
+    turning = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
+    numbers = (*vars(limits).values(), *_efforts(plant, q, v, vdot), *poses, np.array(turning))
+    return b"".join(np.ascontiguousarray(array).tobytes() for array in numbers)
 
 
 GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose

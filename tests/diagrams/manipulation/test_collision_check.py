@@ -56,7 +56,8 @@ class Scene:
 
     def first(self, sled, ball=ASIDE, robot=("rail", "sled", "post"), **options):
         positions = self.positions(sled, ball)
-        return first_collision(self.diagram, self.plant, self.scene_graph, self.bodies(*robot), positions, **options)
+        root = self.diagram.CreateDefaultContext()
+        return first_collision(root, self.plant, self.scene_graph, self.bodies(*robot), positions, **options)
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """The phases of a task, planned for a gantry: three slides and a wrist that turns, with one posture for every pose."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -235,3 +236,46 @@ def test_what_the_arm_cannot_reach(tmp_path, config, complaint):
         plan(tmp_path, PhaseConfig("look", posture=POSTURE, opening=0.1), config)
     assert str(caught.value).startswith(f"task.phases[1] 'far': {complaint}")
     assert "\n" not in str(caught.value)
+
+
+def plan_of_arm(
+    folder, *, xyz="0 0 0", effort=1e3, mass=2.0, damping=0.0, gravity=9.81, error=0.0, height=OVER, **config
+):
+    """A plan for a gantry with these numbers, all of which bear on it."""
+    last = joint("revolute", "z", "flange", xyz=xyz, effort=effort)
+    last = last.replace("</joint>", f"<dynamics damping='{damping}'/></joint>")
+    scenario = small_arm(folder, GANTRY[: GANTRY.index('<joint name="revolute')] + last + "<link name='flange'/>", HOME)
+    hand = folder / "hand.urdf"
+    hand.write_text(hand.read_text().replace('<mass value="2.0"/>', f'<mass value="{mass}"/>'))
+    (folder / "thing.urdf").write_text(THING)
+    scenario.models.append(ModelConfig("thing", str(folder / "thing.urdf"), X_PC=schema(BEGIN), free=True))
+    scenario.gravity = [0.0, 0.0, -gravity]
+    scenario.arm = replace(scenario.arm, **config)
+    above = PhaseConfig("above", "object", height)
+    task = TaskConfig("thing", schema(GRASP), schema(GOAL), [above], pose_error=PoseErrorConfig(x=error))
+    return plan_phases(task, scenario.models, arm_of(scenario, add_scene(DiagramBuilder(), scenario)))
+
+
+def test_equal_plans_are_made_once(tmp_path):
+    first, *folders = (tmp_path / name for name in ("one", "other"))
+    first.mkdir()
+    folders[0].mkdir()
+    assert plan_of_arm(first) is plan_of_arm(folders[0])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"xyz": "0 0 1e-9"},
+        {"effort": 999.0},
+        {"mass": 2.000001},
+        {"damping": 1e-6},
+        {"gravity": 9.8},
+        {"error": 1e-9},
+        {"height": OVER + 1e-9},
+        {"home": [*HOME[:3], 1e-9]},
+        {"acceleration": 9.0},
+    ],
+)
+def test_whatever_changes_a_plan_makes_another(tmp_path, change):
+    assert plan_of_arm(tmp_path) is not plan_of_arm(tmp_path, **change)
