@@ -2,8 +2,9 @@
 
 Seeds are set in the context (`seed_random_sources`): a RandomSource made in Python has no fixed seed.
 
-Building a station takes a tenth of a second to a second, and Drake before 1.58 never frees one. A station holds no state of a run,
-so `kept_station` returns it again for an equal scenario if none of its input files has changed in between.
+Building a station takes a tenth of a second to a second, and Drake before 1.58 never frees one. A station holds no
+state of a run, so `kept_station` returns it again for an equal scenario if none of its input files has changed in
+between.
 """
 
 import math
