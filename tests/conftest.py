@@ -1,7 +1,8 @@
 """What the tests share: a finger, its sensors, and plants that pydrake alone loads."""
 
+import sys
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,16 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 LoadPlant = Callable[..., MultibodyPlant]
+
+
+@pytest.fixture(autouse=True)
+def _forget_own_modules(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A user's module that a test has written and imported is not that of the next test, which may name it alike."""
+    before, written = set(sys.modules), str(tmp_path_factory.getbasetemp())
+    yield
+    for name in set(sys.modules) - before:
+        if str(getattr(sys.modules[name], "__file__", None)).startswith(written):
+            del sys.modules[name]
 
 
 @pytest.fixture(scope="session")

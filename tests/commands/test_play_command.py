@@ -37,6 +37,8 @@ let drawn = 0;
 for (let i = 0; i < pixels.length; i += 4)
   drawn += Math.max(...[r, g, b].map((part, j) => Math.abs(pixels[i + j] - part))) < 40 && pixels[i + 3] > 200;
 return drawn;"""  # pixels of a colour in the first plot
+# Without a graphics card the scene takes a core, and more the larger it is.
+SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
 
 
 class Played:
@@ -96,6 +98,7 @@ def driver(played: Played, tmp_path: Path) -> Iterator[Any]:
     driver = open_url(played.url, tmp_path / "profile", "820,400")
     driver.set_script_timeout(LONG)
     wait_until(lambda: driver.find_element("id", "mode").text == "live")
+    driver.execute_script(SMALL_SCENE)
     yield driver
     driver.quit()
 
