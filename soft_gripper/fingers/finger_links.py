@@ -266,30 +266,29 @@ def _link_between(joint: _Joint) -> ET.Element:
     return _element("link", _inertial(mass, (0, 0), (mass * joint.finger.segment_length**2,) * 3), name=joint.child)
 
 
-# Along which the two springs across a joint run, and along which they lie apart.
-_SPRING_AXES = {"bending": ("z", "x"), "sideways": ("z", "y"), "twist": ("x", "y")}
-_UNIT = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
-
-
 def _springs(joint: _Joint) -> list[ET.Element]:
-    """The spring of a joint that slides, which is linear; the pair of springs across one that turns.
+    """The springs of a joint; those of one that slides are linear, and of one that turns almost.
 
-    The former is attached a finger's length away along the axis, out of reach.
+    A spring along the slide is attached a finger's length away, out of reach.
 
-    The latter run from -h on one link to +h on the next, at +-d to the sides. Their torque at the angle t is
-    4 k sin(t/2) (h^2 (1 - cos(t/2)) + d^2 cos(t/2)). With d = sqrt(3)/2 h the cubic term vanishes and the pair is a
-    linear torsion spring of stiffness 2 k d^2.
+    The two springs of a bending joint run from -h on one link to +h on the next, at +-d to the sides. Their torque at
+    the angle t is 4 k sin(t/2) (h^2 (1 - cos(t/2)) + d^2 cos(t/2)). With d = sqrt(3)/2 h the cubic term vanishes and
+    the pair is a linear torsion spring of stiffness 2 k d^2.
+
+    One spring through the joint, which presses the links apart since its free length is L, has the torque
+    k h^2 sin(t) (L / (2 h cos(t/2)) - 1). With L = 8 h that is the same function of the angle, of stiffness 3 k h^2, at
+    half the cost. The joints beside those of bending have it; these stay free of its thrust.
     """
-    finger, origin = joint.finger, np.array([0.0, 0.0, joint.height])
+    finger, origin, h = joint.finger, np.array([0.0, 0.0, joint.height]), joint.finger.segment_length / 2
     if joint.slides:
         away = origin - finger.length * np.array(AXES[joint.way])
         return [_spring(joint, away, np.zeros(3), finger.length, joint.stiffness)]
-    along, across = (_UNIT[axis] for axis in _SPRING_AXES[joint.way])
-    h = finger.segment_length / 2
-    d = np.sqrt(3) / 2 * h
-    stiffness = joint.stiffness / (2 * d**2)
-    pair = [d * across, -d * across]
-    return [_spring(joint, origin - h * along + side, h * along + side, 2 * h, stiffness) for side in pair]
+    if joint.way == "bending":
+        along, side = np.array([0.0, 0.0, h]), np.array([np.sqrt(3) / 2 * h, 0.0, 0.0])
+        stiffness = joint.stiffness / (2 * side[0] ** 2)
+        return [_spring(joint, origin - along + d, along + d, 2 * h, stiffness) for d in (side, -side)]
+    along = np.array([0.0, 0.0, h] if joint.way == "sideways" else [h, 0.0, 0.0])
+    return [_spring(joint, origin - along, along, 8 * h, joint.stiffness / (3 * h**2))]
 
 
 def _spring(joint: _Joint, p_AP: Array, p_BQ: Array, free_length: float, stiffness: float) -> ET.Element:
