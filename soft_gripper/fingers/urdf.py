@@ -105,7 +105,7 @@ def expand_urdf(
         without: links that are left out, see `remove_links`.
         model_name: name of the robot in the result; None: as in the file.
         change: returns the finger that replaces each finger of the file.
-        springs: False leaves the bending joints limp, for torsion springs that URDF cannot express, see
+        springs: False leaves the joints that turn limp, for torsion springs that URDF cannot express, see
             `add_torsion_springs`.
         visuals: False leaves out what is seen of the fingers.
         points: spheres on either side of a link, which touch other bodies instead of its surface; None: the surface.

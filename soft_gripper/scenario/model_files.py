@@ -58,7 +58,16 @@ def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerCo
             place = f"{where}.fingers.{name}"
             finger = changed_finger(finger, place, config, (*OF_FINGER, "shear_factor"))
             finger = replace(finger, contact=changed_part(finger.contact, place, config, _OF_CONTACT))
+            if config.yields is not None:
+                finger = _yielding(finger, place, config.yields)
     return finger
+
+
+def _yielding(finger: Finger, where: str, ways: str) -> Finger:
+    try:
+        return replace(finger, yields=tuple(ways.split()))
+    except InputError as error:
+        raise InputError(where, error.field, error.value, error.expected) from None
 
 
 def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger: Sequence[str]) -> Finger:

@@ -51,6 +51,7 @@ class FingerChanges:
     chamber_center: str | None = quantity(None, "m")
     layer_thickness: str | None = quantity(None, "m")
     layer_modulus: str | None = quantity(None, "Pa")
+    layer_shear_modulus: str | None = quantity(None, "Pa")
     relaxation_time: str | None = quantity(None, "s")
     sensor_spacing: str | None = quantity(None, "m")
 
@@ -66,6 +67,7 @@ class FingerConfig(FingerChanges):
     """Changes of a simulated finger relative to its file."""
 
     shear_factor: str | None = None
+    yields: str | None = None  # the ways in which it is not rigid, such as "bending sideways twist"
     friction: str | None = None  # Coulomb, equal static and dynamic
     hydroelastic_modulus: str | None = quantity(None, "Pa")
     dissipation: str | None = quantity(None, "s/m")
