@@ -61,6 +61,11 @@ class _Joint(NamedTuple):
         """N m/rad, or N/m where it slides."""
         return float(self.finger.stiffnesses[self.way][self.segment])
 
+    @property
+    def damping(self) -> float:
+        """N m s/rad, or N s/m where it slides."""
+        return self.finger.relaxation_time * self.stiffness
+
 
 def _joints(finger: Finger) -> list[_Joint]:
     """From the base to the tip."""
@@ -74,23 +79,34 @@ def _joints(finger: Finger) -> list[_Joint]:
     return found
 
 
+SPRINGS = ("linear", "torsion", "implicit")
+
+
 def finger_to_urdf(
-    mounted: FingerElement, springs: bool = True, visuals: bool = True, points: int | None = None
+    mounted: FingerElement, springs: str = "linear", visuals: bool = True, points: int | None = None
 ) -> list[ET.Element]:
     """The URDF elements of a finger, from base to tip.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
-    `{finger}_tip` marks the end. Without `springs`, joints that turn are limp; without `visuals`, nothing is seen.
-    With `points`, so many spheres on either side of every link touch other bodies, instead of its surface.
+    `{finger}_tip` marks the end. Without `visuals`, nothing is seen. With `points`, so many spheres on either side of
+    every link touch other bodies, instead of its surface.
+
+    Springs are "linear" force elements; or actuators that hold every joint where it is straight, which Drake's discrete
+    plant solves together with its contacts, "implicit". With "torsion", joints that turn are limp, see
+    `add_torsion_springs`.
     """
     finger = mounted.finger
     links = [_link(finger, i, visuals, points) for i in range(finger.segments + 1)]
     joints = _joints(finger)
     between = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
-    elastic = [spring for joint in joints if springs or joint.slides for spring in _springs(joint)]
-    actuators = [_actuator(joint) for joint in joints if joint.way in ("bending", "stretch")]
+    is_implicit = springs == "implicit"
+    sprung = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
+    elastic = [spring for joint in sprung for spring in _springs(joint)]
+    driven = [joint for joint in joints if is_implicit or joint.way in ("bending", "stretch")]
+    actuators = [_actuator(joint, is_implicit) for joint in driven]
     other = [_tip_frame(finger), _self_collision_filter(finger)]
-    return [*links, _mount(mounted), *between, *map(_joint, joints), *elastic, *actuators, *other]
+    hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
+    return [*links, _mount(mounted), *between, *hinges, *elastic, *actuators, *other]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -247,14 +263,14 @@ def _mount(mounted: FingerElement) -> ET.Element:
     )
 
 
-def _joint(joint: _Joint) -> ET.Element:
+def _joint(joint: _Joint, damping: float) -> ET.Element:
     return _element(
         "joint",
         _element("parent", link=joint.parent),
         _element("child", link=joint.child),
         _element("origin", xyz=_text(0, 0, joint.height)),
         _element("axis", xyz=_text(*AXES[joint.way])),
-        _element("dynamics", damping=_text(joint.finger.relaxation_time * joint.stiffness)),
+        _element("dynamics", damping=_text(damping)),
         name=joint.name,
         type="prismatic" if joint.slides else "continuous",
     )
@@ -305,15 +321,20 @@ def _spring(joint: _Joint, p_AP: Array, p_BQ: Array, free_length: float, stiffne
     )
 
 
-def _actuator(joint: _Joint) -> ET.Element:
-    """Actuator for the torque of the pressure; cenic integrates actuation twice as fast as applied forces."""
+def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
+    """Actuator for the torque of the pressure; cenic integrates actuation twice as fast as applied forces.
+
+    As a spring it also has stiffness and damping of the joint, as gains of a PD controller.
+    """
     name = joint.name
     interface = "hardware_interface/EffortJointInterface"
+    gains = {"p": _text(joint.stiffness), "d": _text(joint.damping)}
+    controller = [_element(DRAKE + "controller_gains", **gains)] if is_spring else []
     return _element(
         "transmission",
         _with_text("type", "transmission_interface/SimpleTransmission"),
         _element("joint", _with_text("hardwareInterface", interface), name=name),
-        _element("actuator", _with_text("hardwareInterface", interface), name=name),
+        _element("actuator", _with_text("hardwareInterface", interface), *controller, name=name),
         name=f"{name}_transmission",
     )
 

@@ -73,6 +73,12 @@ class PlantFinger:
         """The base frame in the world in the plant's default context, as a simulation begins."""
         return self.plant.EvalBodyPoseInWorld(self.plant.CreateDefaultContext(), self.base)
 
+    @cached_property
+    def has_implicit_springs(self) -> bool:
+        """Whether its springs are actuators, which a discrete plant solves implicitly."""
+        name = self.joints[0].name()
+        return bool(self.plant.GetJointActuatorByName(name, self.model).has_controller())
+
     @property
     def actuator_names(self) -> list[str]:
         """The joints that the actuators of the model drive, in the order of the actuators."""

@@ -135,7 +135,7 @@ def load_model(
                 config.name,
                 config.without,
                 change=partial(configured_finger, where=where, configs=config.fingers),
-                springs=config.springs == "linear",
+                springs=config.springs,
                 visuals=visuals,
                 points=points,
             )
@@ -153,7 +153,7 @@ def load_model(
     plant.RenameModelInstance(models[0], config.name)
     if not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
-    put = PlantFinger if config.springs == "linear" else add_torsion_springs
+    put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
 
 

@@ -18,6 +18,7 @@ from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.shipped import PRESETS
@@ -87,7 +88,7 @@ class ModelConfig(ByValue):
     free: bool = False  # not welded: X_PC is the initial pose of its first link in the world
     without: list[str] = field(default_factory=list)  # links of a URDF to omit, with everything attached to them
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
-    springs: str = quantity("linear", known=("linear", "torsion"))  # of the finger joints, see docs/finger.md
+    springs: str = quantity("linear", known=SPRINGS)  # of the finger joints, see docs/finger.md
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
     half_space: bool = False  # its box, such as a table, is all that lies below its upper face, see docs/solver.md
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)

@@ -110,7 +110,7 @@ def test_a_plant_loaded_by_drake_alone_will_do(load_plant):
 @pytest.fixture(scope="module")
 def torsion():
     """The shipped finger with torsion springs, on the ground."""
-    plant, expanded = MultibodyPlant(0.01), expand_urdf(FINGER, springs=False)
+    plant, expanded = MultibodyPlant(0.01), expand_urdf(FINGER, springs="torsion")
     (model,) = Parser(plant).AddModelsFromString(expanded.text, "urdf")
     finger = add_torsion_springs(plant, model, expanded.fingers[0])
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("mount"))
@@ -137,7 +137,7 @@ def test_torsion_springs_are_linear_at_any_angle(torsion, bent):
 def test_a_finger_in_space_has_torsion_springs_in_every_way_that_it_turns(shipped_finger, bent):
     finger, plant = replace(shipped_finger, segments=4, yields=YIELDS), MultibodyPlant(0.01)
     robot = ET.Element("robot", name="robot")
-    robot.extend(finger_to_urdf(FingerElement(finger, "world"), springs=False))
+    robot.extend(finger_to_urdf(FingerElement(finger, "world"), springs="torsion"))
     (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
     found = add_torsion_springs(plant, model, finger)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
