@@ -76,7 +76,9 @@ def _check_time_step(finger: PlantFinger) -> None:
     if finger.has_implicit_springs:
         _check_implicit(finger)
     elif time_step > limit:
-        expected = f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic; or choose"
+        expected = (
+            f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic; or choose"
+        )
         expected += " springs: implicit for its model"
         raise InputError("plant_config", "time_step", time_step, expected)
 

@@ -88,7 +88,7 @@ class ModelConfig(ByValue):
     free: bool = False  # not welded: X_PC is the initial pose of its first link in the world
     without: list[str] = field(default_factory=list)  # links of a URDF to omit, with everything attached to them
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
-    springs: str = quantity("linear", known=SPRINGS)  # of the finger joints, see docs/finger.md
+    springs: str | None = quantity(None, known=SPRINGS)  # see docs/finger.md; None: linear ones if they are stable
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
     half_space: bool = False  # its box, such as a table, is all that lies below its upper face, see docs/solver.md
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
