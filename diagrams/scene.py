@@ -24,6 +24,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.library_messages import without_messages
 from soft_gripper.scenario.drake_parsing import drake_reads
@@ -215,11 +216,12 @@ class _Reach(NamedTuple):
 def remove_idle_skins(scene: Scene) -> None:
     """Removes the collision geometry of those links of fingers that nothing can ever touch; it would only cost time.
 
-    That is known only where nothing moves but the joints of fingers: then a link cannot leave a ball about the base of
-    its finger, whose radius is the length of the finger up to the end of the link.
+    That is known only where nothing moves but the joints of fingers, and these only turn: then a link cannot leave a
+    ball about the base of its finger, whose radius is the length of the finger up to the end of the link.
     """
     plant, scene_graph, fingers = scene
-    other_joints = plant.num_positions() > sum(finger.finger.segments for finger in fingers)
+    turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
+    other_joints = plant.num_positions() > turning
     if other_joints or not all(finger.is_anchored for finger in fingers):
         return
     reaches = _reaches(scene)

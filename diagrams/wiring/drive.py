@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
-from pydrake.systems.primitives import Adder, MatrixGain, TrajectorySource
+from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
@@ -58,6 +58,8 @@ def add_pressure_drive(
         elastic = [_add_elastic_law(builder, finger) for finger in driven if finger.finger.elastic_law is not None]
         creep = [_add_creep(builder, finger, drive.pressures[finger.name]) for finger in driven if finger.finger.creep]
         torques = [block.GetOutputPort("actuation"), *elastic, *creep]
+        if any(finger.has_implicit_springs for finger in driven):
+            _hold_straight(builder, driven[0])
         drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
     return drive
 
@@ -71,9 +73,24 @@ def check_finalized(fingers: Sequence[PlantFinger]) -> None:
 
 def _check_time_step(finger: PlantFinger) -> None:
     limit, time_step = finger.finger.stable_time_step(), finger.plant.time_step()
-    if time_step > limit:
-        expected = f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic"
+    if finger.has_implicit_springs:
+        _check_implicit(finger)
+    elif time_step > limit:
+        expected = (
+            f"longer than stable_time_step() = {limit:.3g} s of finger '{finger.name}'; or 0 for cenic; or choose"
+        )
+        expected += " springs: implicit for its model"
         raise InputError("plant_config", "time_step", time_step, expected)
+
+
+def _check_implicit(finger: PlantFinger) -> None:
+    """Raises an InputError if something else about the finger is explicit, or the plant has no steps."""
+    where = f"model '{finger.model_name}'"
+    if finger.plant.time_step() == 0:
+        raise InputError(where, "springs", "implicit", "needs a discrete plant: give plant_config.time_step")
+    if finger.finger.elastic_law is not None:
+        expected = f"finger '{finger.name}' has an elastic law, which is explicit: choose linear springs"
+        raise InputError(where, "springs", "implicit", expected)
 
 
 def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
@@ -82,6 +99,13 @@ def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: P
     laws = {finger.name: finger.finger.pressure_law for finger in driven}
     drive = PressureDrive(torque_maps, config.minimum, config.maximum, config.time_constant, time_step, laws)
     return builder.AddNamedSystem(f"{driven[0].model_name}.pressure_drive", drive)
+
+
+def _hold_straight(builder: DiagramBuilder, finger: PlantFinger) -> None:
+    """Gives the actuators that are springs of a model the straight finger as their desired state."""
+    desired = finger.plant.get_desired_state_input_port(finger.model)
+    rest = builder.AddNamedSystem(f"{finger.model_name}.straight", ConstantVectorSource(np.zeros(desired.size())))
+    builder.Connect(rest.get_output_port(), desired)
 
 
 def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:

@@ -14,14 +14,19 @@ Plane sections stay plane (Euler and Bernoulli), so a composite bends about the 
 
     x_n = sum E_i A_i x_i / sum E_i A_i ,    EI = sum E_i (I_i + A_i (x_i - x_n)^2) ,
 
-summed over the block of silicone, the chamber (which takes silicone away) and the layer (which takes its place).
+summed over the block of silicone, the chamber (which takes silicone away) and the layer (which takes its place). All
+are symmetric in y, so bending sideways is about the middle of each, and independent of bending in the plane. For twist
+see `torsion`.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from soft_gripper.arrays import Array
+from soft_gripper.fingers.torsion import Rectangle, torsional_stiffness
 from soft_gripper.quantity import Misfit, quantity, valid
 
 SIZES = (1e-9, 1e12)  # range of nonzero parameters of a finger; beyond it, derived quantities would overflow
@@ -46,6 +51,8 @@ class CrossSection:
     # Of a strain-limiting layer in the inner face, as wide as the finger.
     layer_thickness: float = quantity(0.0, "m", least=0, sizes=SIZES)
     layer_modulus: float = quantity(0.0, "Pa", least=0, sizes=SIZES)  # Young's modulus of that layer
+    # Of that layer, in its plane; 0: isotropic and incompressible, a third of its Young's modulus.
+    layer_shear_modulus: float = quantity(0.0, "Pa", least=0, sizes=SIZES)
 
     @cached_property
     def chamber_area(self) -> Quantity:
@@ -76,13 +83,35 @@ class CrossSection:
     @cached_property
     def neutral_axis(self) -> Quantity:
         """Neutral axis, whose length does not change in bending: m, along x from the middle of the outer section."""
-        stretched = sum(E * w * t for E, w, t, _ in self._parts)
-        return sum(E * w * t * x for E, w, t, x in self._parts) / stretched
+        return sum(E * w * t * x for E, w, t, x in self._parts) / self.stretch_stiffness
 
     @cached_property
     def bending_stiffness(self) -> Quantity:
         """E I about the neutral axis, N m^2."""
         return sum(E * w * t * (t**2 / 12 + (x - self.neutral_axis) ** 2) for E, w, t, x in self._parts)
+
+    @cached_property
+    def sideways_stiffness(self) -> Quantity:
+        """E I about the axis of symmetry, of bending out of the plane, N m^2."""
+        return sum(E * w**3 * t / 12 for E, w, t, _ in self._parts)
+
+    @cached_property
+    def twist_stiffness(self) -> Quantity:
+        """G J, N m^2; silicone is incompressible, G = E / 3."""
+        return _twist_stiffness(
+            self.youngs_modulus / 3,
+            self.width,
+            self.thickness,
+            *self._chamber,
+            np.where(self.layer_shear_modulus == 0, self.layer_modulus / 3, self.layer_shear_modulus),
+            self.layer_thickness,
+            self.layer_center,
+        )
+
+    @cached_property
+    def stretch_stiffness(self) -> Quantity:
+        """E A, N."""
+        return sum(E * w * t for E, w, t, _ in self._parts)
 
     @cached_property
     def chamber_eccentricity(self) -> Quantity:
@@ -130,6 +159,8 @@ class CrossSection:
             yield "chamber_width", self.chamber_width, "a chamber has a width and a thickness, a solid section neither"
         if (self.layer_thickness == 0) != (self.layer_modulus == 0):
             yield "layer_modulus", self.layer_modulus, "a layer has a thickness and a modulus"
+        if self.layer_shear_modulus > 0 and self.layer_thickness == 0:
+            yield "layer_shear_modulus", self.layer_shear_modulus, "leave it out: there is no layer"
         if self.layer_thickness >= self.thickness:
             yield "layer_thickness", self.layer_thickness, f"give less than the thickness, {self.thickness:g} m"
         if self.chamber_area == 0:
@@ -146,3 +177,21 @@ class CrossSection:
         if self.chamber_eccentricity <= 0:
             expected = f"pressure would open the finger: give less than the neutral axis, {self.neutral_axis:.3g} m"
             yield "chamber_center", self.chamber_center, expected
+
+
+@np.vectorize
+def _twist_stiffness(
+    shear_modulus: float,
+    width: float,
+    thickness: float,
+    chamber_width: float,
+    chamber_thickness: float,
+    chamber_center: float,
+    layer_shear_modulus: float,
+    layer_thickness: float,
+    layer_center: float,
+) -> float:
+    block = Rectangle(shear_modulus, width, thickness, 0.0)
+    chamber = Rectangle(0.0, chamber_width, chamber_thickness, chamber_center)
+    layer = Rectangle(layer_shear_modulus, width, layer_thickness, layer_center)
+    return torsional_stiffness((block, chamber, layer))

@@ -1,6 +1,6 @@
 """A soft finger as physical parameters, and the chain of rigid segments that models it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 
@@ -12,12 +12,16 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config
 from soft_gripper.fingers.cross_section import SIZES, CrossSection
 from soft_gripper.fingers.finger_parts import (
+    AXES,
+    SLIDES,
+    YIELDS,
     ContactMaterial,
     CreepBranch,
     ElasticLaw,
     LinkInertias,
     PressureLaw,
     TipLoad,
+    joint_order,
 )
 from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Misfit, quantity, valid
@@ -53,12 +57,13 @@ class Finger:
     # Shear correction factor kappa (Timoshenko); 0: rigid in shear.
     shear_factor: float = quantity(0.0, least=0, sizes=SIZES)
     tip_load: TipLoad | None = None
+    yields: tuple[str, ...] = quantity(("bending",), known=YIELDS)  # the ways in which it is not rigid
 
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
 
     def misfits(self) -> Iterator[Misfit]:
-        """Rules across the fields: sensor paths within the finger, and creep that leaves some stiffness."""
+        """Rules across the fields: sensor paths within the finger, creep that leaves some stiffness, ways to yield."""
         inner, outer = self.sensor_offsets
         for end, section in (("base", self.base), ("tip", self.tip)):
             beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)
@@ -71,6 +76,24 @@ class Finger:
         if np.any(self.joint_law.slopes <= sum(shares) * self.stiffness[:, None]):
             expected = "the creep exceeds the smallest slope of the elastic law: give smaller shares"
             yield "creep.share", shares, expected
+        yield from self._rigid_misfits()
+
+    def _rigid_misfits(self) -> Iterator[Misfit]:
+        """Of the ways in which the finger yields, and of what these need."""
+        given, moduli = " ".join(self.yields), [float(end.layer_shear_modulus) for end in (self.base, self.tip)]
+        if "bending" not in self.yields or len(set(self.yields)) < len(self.yields):
+            yield "yields", given, "must name bending, and no way twice"
+        if "sideways" in self.yields and "twist" not in self.yields:
+            yield (
+                "yields",
+                given,
+                "add twist, by which a bent finger yields sideways up to twenty times as far",
+            )
+        if self.shear_factor > 0 and len(self.yields) > 1:
+            yield "shear_factor", self.shear_factor, "leave it out: only a finger that yields in bending alone shears"
+        if min(moduli) == 0 < max(moduli):
+            expected = "give it at the base and at the tip, or at neither: between them it is interpolated"
+            yield "layer_shear_modulus", max(moduli), expected
 
     @property
     def segment_length(self) -> float:
@@ -109,6 +132,10 @@ class Finger:
         middle = -float(self._thinner_end.neutral_axis)
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
+    def ways(self, segment: int) -> tuple[str, ...]:
+        """In which ways the chain yields in the middle of a segment, from the base to the tip."""
+        return ("shear", "bending") if self.shear_factor > 0 else joint_order(self.yields, segment)
+
     @cached_property
     def stiffness(self) -> Array:
         """Bending stiffness of every joint, k_i = E I(s_i) / ds, N m/rad, shape (N,)."""
@@ -119,6 +146,14 @@ class Finger:
         """Of every joint across its link, kappa G A(s_i) / ds, N/m, shape (N,); rubber is incompressible, G = E / 3."""
         section = self._at_joints
         return np.asarray(self.shear_factor * section.youngs_modulus / 3 * section.area) / self.segment_length
+
+    @cached_property
+    def stiffnesses(self) -> dict[str, Array]:
+        """Of every joint in each way that it yields, N m/rad, and N/m where it slides, (N,) each."""
+        found = {"bending": self.stiffness, "shear": self.shear_stiffness}
+        for way in set(self.yields) - {"bending"}:
+            found[way] = np.asarray(getattr(self._at_joints, f"{way}_stiffness")) / self.segment_length
+        return {way: found[way] for way in self.ways(0)}
 
     def elastic_torque(self, q: Array) -> Array:
         """Elastic restoring torque at joint angles (..., N) rad, N m, (..., N)."""
@@ -149,6 +184,11 @@ class Finger:
     def pressure_gain(self) -> Array:
         """Joint torque per pressure (the chamber law), A(s_i) e(s_i), N m/Pa, shape (N,)."""
         return np.asarray(self._at_joints.chamber_area * self._at_joints.chamber_eccentricity)
+
+    @cached_property
+    def pressure_area(self) -> Array:
+        """Force that stretches every joint per pressure, A(s_i), N/Pa, shape (N,)."""
+        return np.asarray(self._at_joints.chamber_area)
 
     def pressure_torque(self, pressure: Array | float) -> Array:
         """Torque of a pressure on the joints, (...) Pa -> (..., N) N m, positive closes."""
@@ -213,20 +253,24 @@ class Finger:
         return np.round(np.arange(sections + 1) * self.segments / sections).astype(int)
 
     def mass_matrix(self) -> Array:
-        """Joint-space mass matrix of the straight finger, kg m^2, shape (N, N)."""
-        return self._mass_matrix[: self.segments, : self.segments]
+        """Joint-space mass matrix of bending of the straight finger, kg m^2, shape (N, N)."""
+        return self._mass_matrix(("bending",))
 
-    @cached_property
-    def _mass_matrix(self) -> Array:
-        """Of bending at every joint and then of shear at every joint, (2 N, 2 N)."""
-        joints, mass = self.joint_arc_lengths, self.link_masses
-        x, z = self.links.center
-        middle = self.link_ends[:-1] + z
-        rotational = mass * (self.link_gyration[0] + self.link_gyration[2] + x**2)
-        moved = (self.link_ends[:-1, None] >= joints).astype(float)
-        across = np.hstack([moved * (middle[:, None] - joints), moved])  # motion of each link per joint angle
-        turned = np.hstack([moved, 0 * moved])
-        return across.T @ (mass[:, None] * across) + turned.T @ (rotational[:, None] * turned)
+    def _mass_matrix(self, ways: Sequence[str]) -> Array:
+        """Of every joint in one way, and then in the next, (W N, W N)."""
+        links, joints = self.links, self.joint_arc_lengths
+        x, z = links.center
+        moved = (self.link_ends[:-1, None] >= joints)[..., None]
+        away = (self.link_ends[:-1] + z)[:, None] - joints
+        levers = np.stack([x[:, None] + 0 * away, 0 * away, away], axis=-1)  # from each joint to the links' centres
+        turning = [moved * (np.array(AXES[way]) * (way not in SLIDES) + 0 * levers) for way in ways]
+        moving = [
+            moved * (AXES[way] + 0 * levers) if way in SLIDES else np.cross(turn, levers)
+            for way, turn in zip(ways, turning, strict=True)
+        ]
+        v, w = (np.concatenate(rates, axis=1) for rates in (moving, turning))  # (L, W N, 3)
+        of_links: Array = v @ (links.mass[:, None, None] * v.swapaxes(1, 2)) + w @ links.tensors @ w.swapaxes(1, 2)
+        return of_links.sum(axis=0)
 
     def stable_time_step(self) -> float:
         """Largest step, s, at which explicit springs with implicit joint damping stay stable.
@@ -236,11 +280,11 @@ class Finger:
         singular. Where the damping is beta times the stiffness, a mode of natural frequency w comes there at
         dt = beta + sqrt(beta^2 + 4 / w^2).
         """
-        shear = self.shear_stiffness if self.shear_factor > 0 else np.zeros(0)
-        stiffness = np.concatenate([self.joint_law.slopes.max(axis=-1), shear])
-        damping = np.concatenate([self.damping, self.relaxation_time * shear])
+        damping = self.relaxation_time * np.concatenate(list(self.stiffnesses.values()))
+        steepest = self.stiffnesses | {"bending": self.joint_law.slopes.max(axis=-1)}
+        stiffness = np.concatenate(list(steepest.values()))
         one = np.eye(len(stiffness))
-        inverse_mass = np.linalg.inv(self._mass_matrix[: len(stiffness), : len(stiffness)])
+        inverse_mass = np.linalg.inv(self._mass_matrix(list(steepest)))
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
         steps = np.block([[0 * one, one], [inverse_mass * stiffness / 4, -inverse_mass * damping / 2]])
         return 1 / float(np.linalg.eigvals(steps).real.max())

@@ -4,10 +4,10 @@
     <finger name="left_finger">
       <parent link="palm"/>
       <origin xyz="-0.05 0 0" rpy="0 0 0"/>
-      <body length="0.12" segments="12" relaxation_time="0.0065"/>
+      <body length="0.12" segments="12" relaxation_time="0.0065" yields="bending sideways twist"/>
       <base width="0.02" thickness="0.02" youngs_modulus="2.67e5" density="1070"
             chamber_width="9e-3" chamber_thickness="10e-3" chamber_center="-1e-3"
-            layer_thickness="2e-4" layer_modulus="1e9"/>
+            layer_thickness="2e-4" layer_modulus="1e9" layer_shear_modulus="1e7"/>
       <tip  .../>
       <sensors spacing="0.017"/>
       <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="3"/>
@@ -18,10 +18,15 @@
     </finger>
 
 `base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, which lies on the
-neutral axis. All elements from `contact` on and `origin` may be left out, as may `segments`, `relaxation_time`, the
-chamber and the strain-limiting layer; the rest may not. `finger_parts` explains the elements; in addition:
+neutral axis. All elements from `contact` on and `origin` may be left out, as may `segments`, `relaxation_time`,
+`yields`, the chamber and the strain-limiting layer; the rest may not. `finger_parts` explains the elements; in
+addition:
 
 - `material` of `base` and `tip`, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `SILICONES`.
+- `yields` of `body` names the ways in which the finger yields: "bending" in its plane (if left out, this alone), and
+  "sideways" out of it, "twist", "stretch". In the others it is rigid.
+- `layer_shear_modulus` (none: the layer is isotropic) tells a cloth from a film: threads along and across the finger
+  shear almost as silicone does. Twist alone depends on it.
 - `shear_factor` of `body` (none: rigid in shear) is the shear correction factor of Timoshenko's beam, 0.857 for a
   rectangle of what is incompressible (G. R. Cowper, *The Shear Coefficient in Timoshenko's Beam Theory*, J. Appl.
   Mech. 33, 1966: 10 (1 + nu) / (12 + 11 nu)).
@@ -90,7 +95,7 @@ SILICONES = {
 _CHILDREN = {
     "parent": ["link"],
     "origin": ["xyz", "rpy"],
-    "body": ["length", "segments", "relaxation_time", "shear_factor"],
+    "body": ["length", "segments", "relaxation_time", "shear_factor", "yields"],
     "base": [*(f.name for f in fields(CrossSection)), "material"],
     "tip": [*(f.name for f in fields(CrossSection)), "material"],
     "sensors": ["spacing"],
@@ -106,6 +111,7 @@ _IN_FILE = {
     "segments": "body.segments",
     "relaxation_time": "body.relaxation_time",
     "shear_factor": "body.shear_factor",
+    "yields": "body.yields",
     "sensor_spacing": "sensors.spacing",
     "elastic_law.curvature": "elastic_law.angle",
     "elastic_law.base_moment": "elastic_law.base_torque",
@@ -221,8 +227,11 @@ class _Reader:
     def body(self) -> dict[str, Any]:
         body = self.element.find("body")
         assert body is not None
-        given = [name for name in _CHILDREN["body"] if name == "length" or body.get(name) is not None]
-        return {name: self.number("body", name, int if name == "segments" else float) for name in given}
+        numbers = [name for name in _CHILDREN["body"] if name != "yields"]
+        given = [name for name in numbers if name == "length" or body.get(name) is not None]
+        found = {name: self.number("body", name, int if name == "segments" else float) for name in given}
+        ways = body.get("yields")
+        return found if ways is None else found | {"yields": tuple(ways.split())}
 
 
 def _check_names(where: str, kind: str, names: list[str], known: list[str]) -> None:

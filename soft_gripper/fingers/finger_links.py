@@ -1,22 +1,24 @@
 """A finger as plain URDF: links, joints and spring-damper pairs, as XML elements.
 
-A link that slides in shear has a millionth of a finger link's mass, since cenic rejects massless bodies. Its spring
-is attached a finger's length away along the axis, which makes it linear.
+Where the chain yields in several ways, a segment has a joint for each, all in one place, and links between them. These
+have a millionth of a finger link's mass, since cenic rejects massless bodies.
 """
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
-from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
 
 DRAKE = "{http://drake.mit.edu}"
 ET.register_namespace("drake", DRAKE.strip("{}"))
 _COLOR = "0.93 0.55 0.36 1"
-_SLIDING = 1e-6  # mass of a link that slides over that of the link before
+_BETWEEN = 1e-6  # mass of a link between two joints of a segment over that of the link before
 _STEEL = 7850.0  # kg/m^3
 _STEEL_COLOR = "0.6 0.62 0.65 1"
 
@@ -26,9 +28,9 @@ def link_name(finger: str, index: int) -> str:
     return f"{finger}_link_{index}"
 
 
-def joint_name(finger: str, index: int) -> str:
-    """Name of a bending joint, 0 to N - 1 from the base."""
-    return f"{finger}_joint_{index}"
+def joint_name(finger: str, index: int, way: str = "bending") -> str:
+    """Name of the joint of a segment, 0 to N - 1 from the base, that yields in one way."""
+    return f"{finger}_{'joint' if way == 'bending' else way}_{index}"
 
 
 def tip_name(finger: str) -> str:
@@ -36,33 +38,75 @@ def tip_name(finger: str) -> str:
     return f"{finger}_tip"
 
 
-def shear_joint_name(finger: str, index: int) -> str:
-    """Name of the joint that shears before bending joint `index`, if the finger does."""
-    return f"{finger}_shear_{index}"
+class _Joint(NamedTuple):
+    """A joint of a segment, which yields in one way."""
+
+    finger: Finger
+    segment: int
+    way: str
+    parent: str  # links
+    child: str
+    height: float  # m, along the parent
+
+    @property
+    def name(self) -> str:
+        return joint_name(self.finger.name, self.segment, self.way)
+
+    @property
+    def slides(self) -> bool:
+        return self.way in SLIDES
+
+    @property
+    def stiffness(self) -> float:
+        """N m/rad, or N/m where it slides."""
+        return float(self.finger.stiffnesses[self.way][self.segment])
+
+    @property
+    def damping(self) -> float:
+        """N m s/rad, or N s/m where it slides."""
+        return self.finger.relaxation_time * self.stiffness
 
 
-def _before(finger: Finger, index: int) -> str:
-    """Parent link of a bending joint: the previous link, or its sliding link."""
-    return f"{finger.name}_shear_link_{index}" if finger.shear_factor else link_name(finger.name, index)
+def _joints(finger: Finger) -> list[_Joint]:
+    """From the base to the tip."""
+    found: list[_Joint] = []
+    for i in range(finger.segments):
+        ways = finger.ways(i)
+        between = [f"{finger.name}_{way}_link_{i}" for way in ways[:-1]]
+        links = [link_name(finger.name, i), *between, link_name(finger.name, i + 1)]
+        heights = [finger.segment_length / (1 if i else 2), *[0.0] * len(between)]
+        found += [_Joint(finger, i, *each) for each in zip(ways, links[:-1], links[1:], heights, strict=True)]
+    return found
+
+
+SPRINGS = ("linear", "torsion", "implicit")
 
 
 def finger_to_urdf(
-    mounted: FingerElement, springs: bool = True, visuals: bool = True, points: int | None = None
+    mounted: FingerElement, springs: str = "linear", visuals: bool = True, points: int | None = None
 ) -> list[ET.Element]:
     """The URDF elements of a finger, from base to tip.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
-    `{finger}_tip` marks the end. Without `springs`, the bending joints are limp; without `visuals`, nothing is seen.
-    With `points`, so many spheres on either side of every link touch other bodies, instead of its surface.
+    `{finger}_tip` marks the end. Without `visuals`, nothing is seen. With `points`, so many spheres on either side of
+    every link touch other bodies, instead of its surface.
+
+    Springs are "linear" force elements; or actuators that hold every joint where it is straight, which Drake's discrete
+    plant solves together with its contacts, "implicit". With "torsion", joints that turn are limp, see
+    `add_torsion_springs`.
     """
     finger = mounted.finger
     links = [_link(finger, i, visuals, points) for i in range(finger.segments + 1)]
-    joints = [_joint(finger, i) for i in range(finger.segments)]
-    pairs = [spring for i in range(finger.segments if springs else 0) for spring in _spring_pair(finger, i)]
-    shear = [part for i in range(finger.segments if finger.shear_factor else 0) for part in _shear(finger, i)]
-    actuators = [_actuator(finger, i) for i in range(finger.segments)]
+    joints = _joints(finger)
+    between = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
+    is_implicit = springs == "implicit"
+    sprung = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
+    elastic = [spring for joint in sprung for spring in _springs(joint)]
+    driven = [joint for joint in joints if is_implicit or joint.way in ("bending", "stretch")]
+    actuators = [_actuator(joint, is_implicit) for joint in driven]
     other = [_tip_frame(finger), _self_collision_filter(finger)]
-    return [*links, _mount(mounted), *shear, *joints, *pairs, *actuators, *other]
+    hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
+    return [*links, _mount(mounted), *between, *hinges, *elastic, *actuators, *other]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -219,47 +263,57 @@ def _mount(mounted: FingerElement) -> ET.Element:
     )
 
 
-def _joint_height(finger: Finger, index: int) -> float:
-    """Position of joint `index` along the previous link, m."""
-    return finger.segment_length / (2 if index == 0 else 1)
-
-
-def _joint(finger: Finger, index: int) -> ET.Element:
-    height = 0.0 if finger.shear_factor else _joint_height(finger, index)
+def _joint(joint: _Joint, damping: float) -> ET.Element:
     return _element(
         "joint",
-        _element("parent", link=_before(finger, index)),
-        _element("child", link=link_name(finger.name, index + 1)),
-        _element("origin", xyz=_text(0, 0, height)),
-        _element("axis", xyz="0 1 0"),
-        _element("dynamics", damping=_text(finger.damping[index])),
-        name=joint_name(finger.name, index),
-        type="continuous",
+        _element("parent", link=joint.parent),
+        _element("child", link=joint.child),
+        _element("origin", xyz=_text(0, 0, joint.height)),
+        _element("axis", xyz=_text(*AXES[joint.way])),
+        _element("dynamics", damping=_text(damping)),
+        name=joint.name,
+        type="prismatic" if joint.slides else "continuous",
     )
 
 
-def _spring_pair(finger: Finger, index: int) -> list[ET.Element]:
-    """Two springs across a joint at x = +-d, from z = -h on one link to z = +h on the next.
+def _link_between(joint: _Joint) -> ET.Element:
+    """The nearly massless link beyond a joint."""
+    mass = _BETWEEN * float(joint.finger.link_masses[joint.segment])
+    return _element("link", _inertial(mass, (0, 0), (mass * joint.finger.segment_length**2,) * 3), name=joint.child)
 
-    Their torque is 4 k sin(t/2) (h^2 (1 - cos(t/2)) + d^2 cos(t/2)). With d = sqrt(3)/2 h the cubic term
-    vanishes and the pair is a linear torsion spring of stiffness 2 k d^2.
+
+def _springs(joint: _Joint) -> list[ET.Element]:
+    """The springs of a joint; those of one that slides are linear, and of one that turns almost.
+
+    A spring along the slide is attached a finger's length away, out of reach.
+
+    The two springs of a bending joint run from -h on one link to +h on the next, at +-d to the sides. Their torque at
+    the angle t is 4 k sin(t/2) (h^2 (1 - cos(t/2)) + d^2 cos(t/2)). With d = sqrt(3)/2 h the cubic term vanishes and
+    the pair is a linear torsion spring of stiffness 2 k d^2.
+
+    One spring through the joint, which presses the links apart since its free length is L, has the torque
+    k h^2 sin(t) (L / (2 h cos(t/2)) - 1). With L = 8 h that is the same function of the angle, of stiffness 3 k h^2, at
+    half the cost. The joints beside those of bending have it; these stay free of its thrust.
     """
-    h = finger.segment_length / 2
-    d = np.sqrt(3) / 2 * h
-    z = 0.0 if finger.shear_factor else _joint_height(finger, index)
-    bodies, stiffness = (_before(finger, index), link_name(finger.name, index + 1)), finger.stiffness[index]
-    return [_spring(bodies, (x, 0, z - h), (x, 0, h), 2 * h, stiffness / (2 * d**2)) for x in (d, -d)]
+    finger, origin, h = joint.finger, np.array([0.0, 0.0, joint.height]), joint.finger.segment_length / 2
+    if joint.slides:
+        away = origin - finger.length * np.array(AXES[joint.way])
+        return [_spring(joint, away, np.zeros(3), finger.length, joint.stiffness)]
+    if joint.way == "bending":
+        along, side = np.array([0.0, 0.0, h]), np.array([np.sqrt(3) / 2 * h, 0.0, 0.0])
+        stiffness = joint.stiffness / (2 * side[0] ** 2)
+        return [_spring(joint, origin - along + d, along + d, 2 * h, stiffness) for d in (side, -side)]
+    along = np.array([0.0, 0.0, h] if joint.way == "sideways" else [h, 0.0, 0.0])
+    return [_spring(joint, origin - along, along, 8 * h, joint.stiffness / (3 * h**2))]
 
 
-def _spring(
-    bodies: tuple[str, str], p_AP: tuple[float, ...], p_BQ: tuple[float, ...], free_length: float, stiffness: float
-) -> ET.Element:
+def _spring(joint: _Joint, p_AP: Array, p_BQ: Array, free_length: float, stiffness: float) -> ET.Element:
     tag = DRAKE + "linear_spring_damper"
     return _element(
         tag,
-        _element(f"{tag}_body_A", name=bodies[0]),
+        _element(f"{tag}_body_A", name=joint.parent),
         _element(f"{tag}_p_AP", value=_text(*p_AP)),
-        _element(f"{tag}_body_B", name=bodies[1]),
+        _element(f"{tag}_body_B", name=joint.child),
         _element(f"{tag}_p_BQ", value=_text(*p_BQ)),
         _element(f"{tag}_free_length", value=_text(free_length)),
         _element(f"{tag}_stiffness", value=_text(stiffness)),
@@ -267,42 +321,20 @@ def _spring(
     )
 
 
-def _shear(finger: Finger, index: int) -> list[ET.Element]:
-    """Shear before a joint: a nearly massless link that slides along x on the previous link.
+def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
+    """Actuator for the torque of the pressure; cenic integrates actuation twice as fast as applied forces.
 
-    Its spring lies along x too, and is attached a finger's length away, out of reach, so that it is linear. Cenic
-    rejects a link without mass.
+    As a spring it also has stiffness and damping of the joint, as gains of a PD controller.
     """
-    before, sliding, height = link_name(finger.name, index), _before(finger, index), _joint_height(finger, index)
-    mass = _SLIDING * float(finger.link_masses[index])
-    joint = _element(
-        "joint",
-        _element("parent", link=before),
-        _element("child", link=sliding),
-        _element("origin", xyz=_text(0, 0, height)),
-        _element("axis", xyz="1 0 0"),
-        _element("dynamics", damping=_text(finger.relaxation_time * finger.shear_stiffness[index])),
-        name=shear_joint_name(finger.name, index),
-        type="prismatic",
-    )
-    away = (-finger.length, 0, height)
-    spring = _spring((before, sliding), away, (0, 0, 0), finger.length, float(finger.shear_stiffness[index]))
-    return [
-        _element("link", _inertial(mass, (0, 0), (mass * finger.segment_length**2,) * 3), name=sliding),
-        joint,
-        spring,
-    ]
-
-
-def _actuator(finger: Finger, index: int) -> ET.Element:
-    """Actuator for the torque of the pressure; cenic integrates actuation twice as fast as applied forces."""
-    name = joint_name(finger.name, index)
+    name = joint.name
     interface = "hardware_interface/EffortJointInterface"
+    gains = {"p": _text(joint.stiffness), "d": _text(joint.damping)}
+    controller = [_element(DRAKE + "controller_gains", **gains)] if is_spring else []
     return _element(
         "transmission",
         _with_text("type", "transmission_interface/SimpleTransmission"),
         _element("joint", _with_text("hardwareInterface", interface), name=name),
-        _element("actuator", _with_text("hardwareInterface", interface), name=name),
+        _element("actuator", _with_text("hardwareInterface", interface), *controller, name=name),
         name=f"{name}_transmission",
     )
 

@@ -1,6 +1,6 @@
 """Optional parts of a finger: skin, elastic and pressure laws, creep, a load at the tip."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -11,6 +11,30 @@ from soft_gripper.arrays import Array
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Misfit, quantity, valid
+
+# Ways in which the chain yields at a joint, and the axis about which it turns there, or along which it slides. Shear
+# has a factor of its own; of the others a finger names those in which it yields.
+AXES = {
+    "shear": (1.0, 0.0, 0.0),
+    "stretch": (0.0, 0.0, 1.0),
+    "bending": (0.0, 1.0, 0.0),
+    "sideways": (1.0, 0.0, 0.0),
+    "twist": (0.0, 0.0, 1.0),
+}
+SLIDES = ("shear", "stretch")
+YIELDS = tuple(way for way in AXES if way != "shear")
+
+
+def joint_order(yields: Sequence[str], segment: int) -> tuple[str, ...]:
+    """The joints in the middle of a segment of a chain that yields in some ways, from the base to the tip.
+
+    Turns about several axes do not commute. Their order is reversed in every other segment: in a fixed order, twist
+    would act about the axis of one of the two links alone, and the error would fall with the segment length only, not
+    with its square.
+    """
+    ways = tuple(way for way in AXES if way in yields)
+    return ways[::-1] if segment % 2 else ways
+
 
 NO_PRESSURE = 1.0  # Pa, below which the ratio of a pressure law is taken as there
 
@@ -93,12 +117,21 @@ class TipLoad:
 
 
 class LinkInertias(NamedTuple):
-    """Mass properties of L rigid links, each relative to its proximal end."""
+    """Mass properties of L rigid links, symmetric in y, each relative to its proximal end."""
 
     mass: Array  # (L,) kg
     center: Array  # (2, L) m, along x and z
     gyration: Array  # (3, L) m^2, squares of the radii of gyration about the centre along x, y and z
     product: Array  # (L,) m^2, mean of x z about the centre
+
+    @property
+    def tensors(self) -> Array:
+        """Inertia about the centre, kg m^2, (L, 3, 3)."""
+        x, y, z = self.gyration
+        zero = np.zeros(self.mass.shape)
+        rows = [[y + z, zero, -self.product], [zero, x + z, zero], [-self.product, zero, x + y]]
+        tensors: Array = self.mass[:, None, None] * np.moveaxis(np.array(rows), -1, 0)
+        return tensors
 
     def loaded(self, mass: float, place: Array) -> "LinkInertias":
         """With a point mass (kg) fixed to the last link, at `place`, (2,) m along x and z."""

@@ -1,6 +1,5 @@
 """A finger in a MultibodyPlant: which of its links, joints and actuators are the finger's."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +10,8 @@ from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RevoluteSpr
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_links import joint_name, link_name, shear_joint_name, tip_name
+from soft_gripper.fingers.finger_links import joint_name, link_name, tip_name
+from soft_gripper.fingers.finger_parts import SLIDES
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,8 @@ class PlantFinger:
     finger: Finger
     plant: MultibodyPlant
     model: ModelInstanceIndex
-    torsion_springs: tuple[RevoluteSpring, ...] = ()  # of the joints, if they are not pairs of linear springs
+    # Of the bending joints, and then of those that turn otherwise, if they are not pairs of linear springs.
+    torsion_springs: tuple[RevoluteSpring, ...] = ()
 
     @property
     def name(self) -> str:
@@ -45,9 +46,12 @@ class PlantFinger:
 
     @cached_property
     def joints(self) -> list[Joint]:
-        """From the base to the tip, N."""
-        names = (joint_name(self.finger.name, i) for i in range(self.finger.segments))
-        return [self.plant.GetJointByName(name, self.model) for name in names]
+        """Those that bend the finger in its plane, from the base to the tip, N."""
+        return self.joints_of("bending")
+
+    def joints_of(self, way: str) -> list[Joint]:
+        """Those at which it yields in one way, see `finger_parts.AXES`, from the base to the tip, N."""
+        return _joints_of(self.plant, self.model, self.finger, way)
 
     @cached_property
     def frames(self) -> list[Frame]:
@@ -69,45 +73,52 @@ class PlantFinger:
         """The base frame in the world in the plant's default context, as a simulation begins."""
         return self.plant.EvalBodyPoseInWorld(self.plant.CreateDefaultContext(), self.base)
 
+    @cached_property
+    def has_implicit_springs(self) -> bool:
+        """Whether its springs are actuators, which a discrete plant solves implicitly."""
+        name = self.joints[0].name()
+        return bool(self.plant.GetJointActuatorByName(name, self.model).has_controller())
+
     @property
     def actuator_names(self) -> list[str]:
         """The joints that the actuators of the model drive, in the order of the actuators."""
         indices = self.plant.GetJointActuatorIndices(self.model)
         return [self.plant.get_joint_actuator(index).joint().name() for index in indices]
 
-    def position_selector(self) -> Array:
-        """Matrix that selects the joint angles from the plant's state, (N, nq + nv)."""
-        return self._position_selector(joint_name)
-
-    def shear_selector(self) -> Array:
-        """Matrix that selects the shear displacements of a finger with a shear factor, m, (N, nq + nv)."""
-        return self._position_selector(shear_joint_name)
-
-    def _position_selector(self, name: Callable[[str, int], str]) -> Array:
-        names = (name(self.finger.name, i) for i in range(self.finger.segments))
-        starts = [self.plant.GetJointByName(name, self.model).position_start() for name in names]
+    def position_selector(self, way: str = "bending") -> Array:
+        """Matrix that selects the joint angles, or m where joints slide, from the plant's state, (N, nq + nv)."""
+        starts = [joint.position_start() for joint in self.joints_of(way)]
         return np.eye(self.plant.num_multibody_states())[starts]
 
     def torque_selector(self) -> Array:
-        """Matrix that selects the joints from the generalized forces of their model, (N, model's nv)."""
+        """Matrix that selects the bending joints from the generalized forces of their model, (N, model's nv)."""
         of_plant = np.zeros((len(self.joints), self.plant.num_velocities()))
         starts = [joint.velocity_start() for joint in self.joints]
         of_plant[np.arange(len(starts)), starts] = 1.0
         return np.array([self.plant.GetVelocitiesFromArray(self.model, row) for row in of_plant])
 
-    def actuator_selector(self) -> Array:
-        """Matrix that assigns joint torques to the actuators of their model, (N, nu)."""
+    def actuator_selector(self, way: str = "bending") -> Array:
+        """Matrix that assigns joint torques, or forces, to the actuators of their model, (N, nu)."""
         names = self.actuator_names
-        return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints]]
+        return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints_of(way)]]
+
+
+def _joints_of(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger, way: str) -> list[Joint]:
+    names = (joint_name(finger.name, i, way) for i in range(finger.segments))
+    return [plant.GetJointByName(name, model) for name in names]
 
 
 def add_torsion_springs(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> PlantFinger:
-    """Adds a torsion spring at every bending joint of a finger that was expanded without springs.
+    """Adds a torsion spring at every joint that turns of a finger that was expanded without springs.
 
     They are Drake's force element, whose torque is the stiffness times the angle at any angle; the pair of linear
     springs of the expanded URDF approximates that, see `finger_links`. Their stiffness is a parameter of the plant's
     context (`RevoluteSpring.SetStiffness`), that of linear springs is not. The plant is not yet finalized.
     """
-    joints = (plant.GetJointByName(joint_name(finger.name, i), model) for i in range(finger.segments))
-    springs = [RevoluteSpring(joint, 0.0, stiffness) for joint, stiffness in zip(joints, finger.stiffness, strict=True)]
+    turning = {way: stiffness for way, stiffness in finger.stiffnesses.items() if way not in SLIDES}
+    springs = [
+        RevoluteSpring(joint, 0.0, stiffness)
+        for way in sorted(turning)  # bending first
+        for joint, stiffness in zip(_joints_of(plant, model, finger, way), turning[way], strict=True)
+    ]
     return PlantFinger(finger, plant, model, tuple(plant.AddForceElement(spring) for spring in springs))

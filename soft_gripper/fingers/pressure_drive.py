@@ -35,7 +35,7 @@ class PressureDrive(Diagram):
 
     There is a command, (1) Pa, for every finger; one source wired to all of them is a common pressure.
     Inside: Saturation -> first-order lag (if there is one) -> laws of the pressure (if there are any) -> MatrixGain
-    (the chamber law, tau_i = p A(s_i) e(s_i)).
+    (the chamber law, tau_i = p A(s_i) e(s_i); a joint that stretches is pushed by p A(s_i)).
     """
 
     def __init__(
@@ -96,5 +96,8 @@ def _effective(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
 
 
 def pressure_torque_map(finger: PlantFinger) -> Array:
-    """Actuation of the finger's model by one effective pascal in its chamber, (nu,) N m/Pa."""
-    return finger.finger.pressure_gain @ finger.actuator_selector()
+    """Actuation of the finger's model by one effective pascal in its chamber, (nu,) N m/Pa; N/Pa where it stretches."""
+    bending = finger.finger.pressure_gain @ finger.actuator_selector()
+    if "stretch" not in finger.finger.yields:
+        return bending
+    return bending + finger.finger.pressure_area @ finger.actuator_selector("stretch")

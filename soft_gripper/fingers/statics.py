@@ -14,6 +14,7 @@ from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
 _REPETITIONS = 30
+_MODULI = ("youngs_modulus", "layer_modulus", "layer_shear_modulus")
 
 
 def free_bending_angles(finger: Finger, pressure: Array) -> Array:
@@ -44,8 +45,7 @@ def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | co
 def softened(finger: Finger, ratio: float) -> Finger:
     """The finger with all that is elastic in it divided by `ratio`; its neutral axis, creep and pressure gain stay."""
     base, tip = (
-        replace(end, youngs_modulus=end.youngs_modulus / ratio, layer_modulus=end.layer_modulus / ratio)
-        for end in (finger.base, finger.tip)
+        replace(end, **{name: getattr(end, name) / ratio for name in _MODULI}) for end in (finger.base, finger.tip)
     )
     law = finger.elastic_law
     if law is not None:

@@ -92,7 +92,7 @@ def expand_urdf(
     without: Sequence[str] = (),
     model_name: str | None = None,
     change: Callable[[Finger], Finger] = lambda finger: finger,
-    springs: bool = True,
+    springs: str = "linear",
     visuals: bool = True,
     points: int | None = None,
 ) -> ExpandedUrdf:
@@ -105,8 +105,7 @@ def expand_urdf(
         without: links that are left out, see `remove_links`.
         model_name: name of the robot in the result; None: as in the file.
         change: returns the finger that replaces each finger of the file.
-        springs: False leaves the bending joints limp, for torsion springs that URDF cannot express, see
-            `add_torsion_springs`.
+        springs: "linear", "torsion" or "implicit", see `finger_to_urdf`.
         visuals: False leaves out what is seen of the fingers.
         points: spheres on either side of a link, which touch other bodies instead of its surface; None: the surface.
 
@@ -136,7 +135,7 @@ class _Source(NamedTuple):
 class _Manner(NamedTuple):
     """How fingers are expanded, see `expand_urdf`."""
 
-    springs: bool
+    springs: str
     visuals: bool
     points: int | None
 

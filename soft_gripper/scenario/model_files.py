@@ -1,5 +1,6 @@
 """Model files into the plant: URDF with <finger>s, all other formats that Drake reads, and bare meshes."""
 
+import logging
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -26,9 +27,11 @@ from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.scenario.schema import FingerChanges, FingerConfig, ModelConfig
 
+_LOGGER = logging.getLogger(__name__)
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
 OF_FINGER = ("length", "relaxation_time", "sensor_spacing")
 _OF_CONTACT = tuple(field.name for field in fields(ContactMaterial))
+_LONGEST_STEP = 0.01  # s; a longer one may be an oversight, and is refused if explicit springs are unstable
 _ALL = "all"
 _FAR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 _EXPECTED = 'give a number, or a change such as "+10 %"'
@@ -58,7 +61,16 @@ def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerCo
             place = f"{where}.fingers.{name}"
             finger = changed_finger(finger, place, config, (*OF_FINGER, "shear_factor"))
             finger = replace(finger, contact=changed_part(finger.contact, place, config, _OF_CONTACT))
+            if config.yields is not None:
+                finger = _yielding(finger, place, config.yields)
     return finger
+
+
+def _yielding(finger: Finger, where: str, ways: str) -> Finger:
+    try:
+        return replace(finger, yields=tuple(ways.split()))
+    except InputError as error:
+        raise InputError(where, error.field, error.value, error.expected) from None
 
 
 def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger: Sequence[str]) -> Finger:
@@ -120,16 +132,20 @@ def load_model(
     fingers: Sequence[Finger] = ()
     with drake_reads(where, "file", config.file):
         if is_urdf:
-            expanded = expand_urdf(
+            expand = partial(
+                expand_urdf,
                 path,
                 config.segments,
                 config.name,
                 config.without,
                 change=partial(configured_finger, where=where, configs=config.fingers),
-                springs=config.springs == "linear",
                 visuals=visuals,
                 points=points,
             )
+            expanded = expand(springs=config.springs or "linear")
+            if config.springs is None and _are_too_stiff(expanded.fingers, plant.time_step()):
+                _LOGGER.warning("%s: springs are implicit, since explicit ones need shorter steps", where)
+                expanded = expand(springs="implicit")
             fingers = expanded.fingers
             models = add_text(parser, arm_urdf(path, expanded.text) if is_arm else expanded.text, path, ".urdf")
         elif path.suffix.lower() in MESH_SUFFIXES:
@@ -144,8 +160,15 @@ def load_model(
     plant.RenameModelInstance(models[0], config.name)
     if not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
-    put = PlantFinger if config.springs == "linear" else add_torsion_springs
+    put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
+
+
+def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:
+    """Whether explicit springs would be unstable, and implicit ones, which know no elastic law, take their place."""
+    can_be_implicit = all(finger.elastic_law is None for finger in fingers)
+    unstable = any(time_step > finger.stable_time_step() for finger in fingers)
+    return can_be_implicit and unstable and time_step <= _LONGEST_STEP
 
 
 def add_fingers(

@@ -18,6 +18,7 @@ from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.shipped import PRESETS
@@ -51,6 +52,7 @@ class FingerChanges:
     chamber_center: str | None = quantity(None, "m")
     layer_thickness: str | None = quantity(None, "m")
     layer_modulus: str | None = quantity(None, "Pa")
+    layer_shear_modulus: str | None = quantity(None, "Pa")
     relaxation_time: str | None = quantity(None, "s")
     sensor_spacing: str | None = quantity(None, "m")
 
@@ -66,6 +68,7 @@ class FingerConfig(FingerChanges):
     """Changes of a simulated finger relative to its file."""
 
     shear_factor: str | None = None
+    yields: str | None = None  # the ways in which it is not rigid, such as "bending sideways twist"
     friction: str | None = None  # Coulomb, equal static and dynamic
     hydroelastic_modulus: str | None = quantity(None, "Pa")
     dissipation: str | None = quantity(None, "s/m")
@@ -85,7 +88,7 @@ class ModelConfig(ByValue):
     free: bool = False  # not welded: X_PC is the initial pose of its first link in the world
     without: list[str] = field(default_factory=list)  # links of a URDF to omit, with everything attached to them
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
-    springs: str = quantity("linear", known=("linear", "torsion"))  # of the finger joints, see docs/finger.md
+    springs: str | None = quantity(None, known=SPRINGS)  # see docs/finger.md; None: linear ones if they are stable
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
     half_space: bool = False  # its box, such as a table, is all that lies below its upper face, see docs/solver.md
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)

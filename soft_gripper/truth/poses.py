@@ -102,9 +102,11 @@ class TruePoses(ArrayBlock):
 
         sampled_state (nq + nv) ---> +-----------+ ---> {finger}.true_joint_positions (N x 3) x, y, z; m in B
                                      | TruePoses | ---> {finger}.true_tip_position    (3) m in B
-                                     +-----------+
+                                     |           | ---> {finger}.true_sideways_angles (N) rad
+                                     +-----------+ ---> {finger}.true_twist_angles    (N) rad
 
-    They follow from the poses of bodies, in three dimensions, and so from every joint that the plant has.
+    Positions follow from the poses of bodies, in three dimensions, and so from every joint that the plant has. Angles
+    are those of fingers that yield that way.
     """
 
     def __init__(self, fingers: Sequence[PlantFinger]):
@@ -128,6 +130,15 @@ class TruePoses(ArrayBlock):
             joint=numbers,
             xyz=XYZ,
         )
+        for way in (way for way in ("sideways", "twist") if way in finger.finger.yields):
+            starts = [joint.position_start() for joint in finger.joints_of(way)]
+            self.put_out(
+                f"{finger.name}.true_{way}_angles",
+                lambda state, starts=starts: state[..., starts],
+                "sampled_state",
+                unit="rad",
+                joint=numbers,
+            )
         self.put_out(f"{finger.name}.{TRUE_TIP}", lambda points: points[..., tip, :], "points", unit="m", xyz=XYZ)
 
 

@@ -62,6 +62,28 @@ def test_bending_leaves_no_normal_force_and_its_moment_is_the_stiffness(section)
 
 
 @EVERY
+def test_stiffness_sideways_and_against_stretch(section):
+    cells = grid(section)
+    assert section.stretch_stiffness == pytest.approx(integral(cells.modulus), rel=1e-9)
+    assert section.sideways_stiffness == pytest.approx(integral(cells.modulus * cells.y**2), rel=1e-5)
+
+
+def test_the_shear_modulus_of_a_layer_is_a_third_of_its_youngs_modulus_unless_it_is_given():
+    isotropic, given = (replace(ALL, layer_shear_modulus=modulus).twist_stiffness for modulus in (0.0, 2e7 / 3))
+    assert isotropic == given
+    cloth = replace(ALL, layer_shear_modulus=ALL.youngs_modulus / 3)
+    assert cloth.twist_stiffness == pytest.approx(CHAMBER.twist_stiffness, rel=1e-3)
+    assert cloth.twist_stiffness < 0.9 * isotropic
+    assert cloth.bending_stiffness == ALL.bending_stiffness
+
+
+def test_twist_stiffness_along_a_finger_is_that_of_each_section(tapered_finger):
+    along = tapered_finger.joint_arc_lengths
+    each = [tapered_finger.section(s).twist_stiffness for s in along]
+    np.testing.assert_allclose(tapered_finger.section(along).twist_stiffness, each, rtol=1e-6)
+
+
+@EVERY
 def test_pressure_has_the_moment_of_its_area_about_the_neutral_axis(section):
     cells = grid(section)
     moment = integral(cells.chamber * (section.neutral_axis - cells.x))
@@ -161,6 +183,10 @@ MISFITS = [
     ({"chamber_thickness": 0.0}, "chamber_width", 0.009, HALF_CHAMBER),
     ({"layer_thickness": 0.0}, "layer_modulus", 1e9, HALF_LAYER),
     ({"layer_modulus": 0.0}, "layer_modulus", 0.0, HALF_LAYER),
+    (
+        {"layer_thickness": 0.0, "layer_modulus": 0.0, "layer_shear_modulus": 1e7},
+        *("layer_shear_modulus", 1e7, "leave it out: there is no layer"),
+    ),
     ({"layer_thickness": 0.02}, "layer_thickness", 0.02, "give less than the thickness, 0.02 m"),
     # Of silicone alone, less the chamber: x_n = -90 mm^2 * 3.1 mm / (400 - 90) mm^2 = -0.9 mm.
     (

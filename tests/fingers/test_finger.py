@@ -10,13 +10,13 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger_parts import CreepBranch, ElasticLaw, TipLoad
+from soft_gripper.fingers.finger_parts import YIELDS, CreepBranch, ElasticLaw, TipLoad
 
 # Softer in the middle than at the ends of the curve, and softer at the tip of the finger than at its base.
 LAW = ElasticLaw((-30.0, -10.0, 5.0, 40.0), (-0.5, -0.1, 0.05, 0.8), (-0.3, -0.06, 0.02, 0.4))
 
 MAY_BE_ZERO = ("relaxation_time", "friction", "dissipation", "chamber_width", "chamber_thickness")
-MAY_BE_ZERO += ("layer_thickness", "layer_modulus", "shear_factor")
+MAY_BE_ZERO += ("layer_thickness", "layer_modulus", "layer_shear_modulus", "shear_factor")
 HAS_A_SIGN = ("chamber_center",)
 
 
@@ -46,6 +46,45 @@ def test_every_invalid_number_is_named(shipped_finger):
         field = f"{part}.{name}".lstrip(".")
         assert (caught.value.where, caught.value.field) == ("finger 'finger'", field)
         assert repr(caught.value.value) == repr(value)
+
+
+@pytest.mark.parametrize(
+    ("yields", "named"),
+    [
+        (("sideways", "twist"), ("yields", "sideways twist")),
+        ((), ("yields", "")),
+        (("bending", "twist", "twist"), ("yields", "bending twist twist")),
+        (("bending", "sideways"), ("yields", "bending sideways")),
+        (("bending", "shear"), ("yields[1]", "shear")),
+        ("bending", ("yields", "bending")),
+    ],
+)
+def test_ways_to_yield_that_are_wrong(shipped_finger, yields, named):
+    with refused(*named):
+        replace(shipped_finger, yields=yields)
+
+
+def test_only_a_finger_in_its_plane_shears(shipped_finger):
+    with refused("shear_factor", 0.8):
+        replace(shipped_finger, yields=("bending", "twist"), shear_factor=0.8)
+
+
+def test_the_shear_modulus_of_a_layer_is_given_at_both_ends_or_at_neither(shipped_finger):
+    base, tip = (replace(end, layer_shear_modulus=1e7) for end in (shipped_finger.base, shipped_finger.tip))
+    assert replace(shipped_finger, base=base, tip=tip).section(0.06).layer_shear_modulus == 1e7
+    for one in ({"base": base}, {"tip": tip}):
+        with refused("layer_shear_modulus", 1e7):
+            replace(shipped_finger, **one)
+
+
+def test_every_other_segment_has_its_joints_in_reverse(shipped_finger):
+    assert shipped_finger.ways(1) == ("bending",)
+    finger = replace(shipped_finger, yields=("twist", "bending", "sideways"))
+    assert [finger.ways(i) for i in (0, 1, 2)] == [
+        ("bending", "sideways", "twist"),
+        ("twist", "sideways", "bending"),
+        ("bending", "sideways", "twist"),
+    ]
 
 
 @pytest.mark.parametrize("segments", [2.0, "12", None])
@@ -221,9 +260,10 @@ def spectral_radius(plant):
 
 
 REAL = {"shear_factor": 0.857, "tip_load": TipLoad(0.02, 0.005, -0.004)}
+SPATIAL = REAL | {"shear_factor": 0.0, "yields": YIELDS}
 
 
-@pytest.mark.parametrize("parts", [{}, REAL], ids=["plain", "real"])
+@pytest.mark.parametrize("parts", [{}, REAL, SPATIAL], ids=["plain", "real", "spatial"])
 @pytest.mark.parametrize("relaxation_time", [0.0, 1e-4, 0.015])
 @pytest.mark.parametrize("segments", [1, 3, 12])
 def test_stable_time_step_is_where_drakes_own_step_begins_to_grow(

@@ -157,6 +157,19 @@ def test_mistakes_in_a_material(new, message):
     assert complaint(ET.fromstring(edited(OF_SILICONE, new))).startswith(f"finger 'left': {message}")
 
 
+def test_ways_to_yield_are_of_the_body():
+    assert read(COMPLETE).finger.yields == ("bending",)
+    found = read(edited('time="0.02"/>', 'time="0.02" yields=" bending  twist "/>')).finger
+    assert found.yields == ("bending", "twist")
+
+
+@pytest.mark.parametrize("ways", ["bending sideways", "bending, twist", "", "twist"])
+def test_ways_to_yield_that_are_wrong_name_the_field(ways):
+    with pytest.raises(InputError) as caught:
+        read(edited('time="0.02"/>', f'time="0.02" yields="{ways}"/>'))
+    assert caught.value.field == "body.yields"
+
+
 def test_a_shear_factor_is_of_the_body():
     text = edited('time="0.02"/>', 'time="0.02" shear_factor="-1"/>')
     assert complaint(ET.fromstring(text)).startswith("finger 'left': body.shear_factor = -1.0")

@@ -81,7 +81,7 @@ def test_a_chain_that_shears_is_drakes(tapered_finger, finger_plant, bent):
     plant, q, shear = finger_plant(finger), bent(5), 0.01 * bent(2, 5)[1]
     context = plant.CreateDefaultContext()
     of_plant = PlantFinger(finger, plant, plant.GetModelInstanceByName("robot"))
-    state = q @ of_plant.position_selector() + shear @ of_plant.shear_selector()
+    state = q @ of_plant.position_selector() + shear @ of_plant.position_selector("shear")
     plant.SetPositionsAndVelocities(context, state)
     chain = forward_kinematics(q, finger.segment_length, shear)
     joints = np.array([plant.EvalBodyPoseInWorld(context, link).translation() for link in of_plant.links[1:]])

@@ -1,5 +1,8 @@
 """PlantFinger: which links, joints, forces and actuators of a plant are those of one finger."""
 
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -7,7 +10,11 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces, RevoluteJoint, SpatialInertia
 
+from soft_gripper.fingers.finger_element import FingerElement
+from soft_gripper.fingers.finger_links import finger_to_urdf
+from soft_gripper.fingers.finger_parts import YIELDS
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
+from soft_gripper.fingers.spatial_chain import spatial_chain
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import add_fingers
@@ -103,7 +110,7 @@ def test_a_plant_loaded_by_drake_alone_will_do(load_plant):
 @pytest.fixture(scope="module")
 def torsion():
     """The shipped finger with torsion springs, on the ground."""
-    plant, expanded = MultibodyPlant(0.01), expand_urdf(FINGER, springs=False)
+    plant, expanded = MultibodyPlant(0.01), expand_urdf(FINGER, springs="torsion")
     (model,) = Parser(plant).AddModelsFromString(expanded.text, "urdf")
     finger = add_torsion_springs(plant, model, expanded.fingers[0])
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("mount"))
@@ -125,6 +132,22 @@ def test_torsion_springs_are_linear_at_any_angle(torsion, bent):
     q = 5 * bent(12)  # up to 2 rad a joint
     torque = elastic_torque(torsion, torsion.plant.CreateDefaultContext(), q)
     np.testing.assert_allclose(torque, -torsion.finger.elastic_torque(q), rtol=1e-14)
+
+
+def test_a_finger_in_space_has_torsion_springs_in_every_way_that_it_turns(shipped_finger, bent):
+    finger, plant = replace(shipped_finger, segments=4, yields=YIELDS), MultibodyPlant(0.01)
+    robot = ET.Element("robot", name="robot")
+    robot.extend(finger_to_urdf(FingerElement(finger, "world"), springs="torsion"))
+    (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
+    found = add_torsion_springs(plant, model, finger)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+    plant.Finalize()
+    chain = spatial_chain(finger)
+    q, stiffness = np.where(chain.turns, 5.0, 0.01) * bent(16), chain.spread(finger.stiffnesses)
+    torque = elastic_torque(found, plant.CreateDefaultContext(), q)
+    np.testing.assert_allclose(torque, -stiffness * q, rtol=1e-9)
+    assert len(found.torsion_springs) == 3 * 4
+    assert [spring.joint() for spring in found.torsion_springs[:4]] == found.joints
 
 
 def test_stiffness_of_torsion_springs_is_a_parameter_of_the_context(torsion, bent):

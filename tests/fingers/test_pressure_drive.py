@@ -1,5 +1,7 @@
 """PressureDrive: limits, lag and the chamber law, from Drake's own blocks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from finger_plants import built_at
@@ -7,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from soft_gripper.fingers.finger_parts import PressureLaw
+from soft_gripper.fingers.finger_parts import YIELDS, PressureLaw
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
 from soft_gripper.fingers.urdf import expand_urdf
@@ -108,3 +110,14 @@ def test_every_pressure_has_its_own_law(pressure):
 def test_a_finger_without_a_law_bends_by_its_pressure():
     drive = PressureDrive(MAPS, *LIMITS, laws={"left": PressureLaw((0.0, 2e4), (0.0, 1e4)), "right": None})
     np.testing.assert_allclose(evaluate(drive, 40e3, 40e3)[1], 20e3 * MAPS["left"] + 40e3 * MAPS["right"])
+
+
+def test_a_finger_that_stretches_is_pushed_along_too(shipped_finger, finger_plant):
+    finger = replace(shipped_finger, yields=YIELDS)
+    plant = finger_plant(finger)
+    of_plant = PlantFinger(finger, plant, plant.GetModelInstanceByName("robot"))
+    torques = pressure_torque_map(of_plant)
+    areas = [built_at(finger, s).chamber_area for s in finger.joint_arc_lengths]
+    np.testing.assert_allclose(of_plant.actuator_selector("stretch") @ torques, areas, rtol=1e-12)
+    np.testing.assert_array_equal(of_plant.actuator_selector() @ torques, finger.pressure_gain)
+    assert len(torques) == 2 * 12

@@ -1,5 +1,7 @@
 """Fingers with other parameters than their file's, from a scenario."""
 
+from dataclasses import replace
+
 import pytest
 from refusals import refused
 
@@ -28,10 +30,17 @@ def test_contact_and_nothing_else_changes(tapered_finger):
     assert found.links.mass == pytest.approx(tapered_finger.links.mass)
 
 
+def test_a_finger_may_yield_in_more_ways_than_its_file_says(tapered_finger):
+    found = configured_finger(tapered_finger, "here", {"all": FingerConfig(yields="bending sideways twist")})
+    assert found == replace(tapered_finger, yields=("bending", "sideways", "twist"))
+
+
 @pytest.mark.parametrize(
     ("changes", "field", "value"),
     [
         ({"all": FingerConfig(width="wide")}, "width", "wide"),
+        ({"all": FingerConfig(yields="bending sideways")}, "yields", "bending sideways"),
+        ({"all": FingerConfig(yields="bending and twist")}, "yields[1]", "and"),
         ({"tapered": FingerConfig(length="-1")}, "length", -1.0),
         ({"all": FingerConfig(friction="+300 percent")}, "friction", "+300 percent"),
         ({"all": FingerConfig(length="90")}, "length", "90"),

@@ -42,7 +42,7 @@ def test_changes_of_the_finger(tapered_finger, name, value):
     [
         *[("width", 0.026), ("thickness", 0.026), ("youngs_modulus", 4e5), ("density", 1300.0)],
         *[("chamber_width", 7e-3), ("chamber_thickness", 7e-3), ("chamber_center", -7e-4)],
-        *[("layer_thickness", 3e-4), ("layer_modulus", 2e8)],
+        *[("layer_thickness", 3e-4), ("layer_modulus", 2e8), ("layer_shear_modulus", 1e8)],
     ],
 )
 def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name, value):

@@ -16,6 +16,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from soft_gripper.diagrams.recording import add_logs, read_logs
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.sensing import add_sensing
+from soft_gripper.fingers.finger_parts import YIELDS
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics, in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.urdf import expand_urdf
@@ -104,7 +105,10 @@ def test_points_are_where_the_plant_puts_its_bodies(shipped_finger, finger_plant
     """Whatever the joints on the way are: bending, sliding, one across the plane, with a base that rests or moves."""
     sheared, hinged = replace(shipped_finger, shear_factor=0.8), MultibodyPlant(0.0)
     plant = finger_plant(sheared)
+    spatial = replace(shipped_finger, yields=YIELDS)
+    in_space = finger_plant(spatial)
     fingers = [PlantFinger(sheared, plant, plant.GetModelInstanceByName("robot")), hinged_finger(hinged)]
+    fingers.append(PlantFinger(spatial, in_space, in_space.GetModelInstanceByName("robot")))
     hinged.Finalize()
     for finger in fingers:
         context = finger.plant.CreateDefaultContext()

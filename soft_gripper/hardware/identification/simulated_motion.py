@@ -226,7 +226,7 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
         raise SimulationDivergedError(f"{motion.name}: {error}") from None
     data = log.FindLog(simulator.get_context())
     q = (in_plant.position_selector() @ data.data()).T
-    shear = (in_plant.shear_selector() @ data.data()).T if finger.shear_factor > 0 else None
+    shear = (in_plant.position_selector("shear") @ data.data()).T if finger.shear_factor > 0 else None
     chain = forward_kinematics(q, finger.segment_length, shear)
     if not np.isfinite(q).all():
         raise SimulationDivergedError(f"{motion.name}: joint angles are not finite")

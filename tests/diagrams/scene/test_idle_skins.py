@@ -91,6 +91,11 @@ def test_a_finger_that_shears_may_reach_anything(tmp_path):
     assert skins(scenario_of(tmp_path, *sheared)) == [ALL, ALL]
 
 
+def test_a_finger_that_turns_out_of_its_plane_reaches_no_further(tmp_path):
+    spatial = [f"{model}, fingers: {{all: {{yields: bending sideways twist}}}}" for model in facing(0.24)]
+    assert skins(scenario_of(tmp_path, *spatial)) == [ALL[9:]] * 2
+
+
 def test_a_run_without_idle_skins_is_the_same():
     short = ["pressure.steps.all=[210e3]", "pressure.settle=0.5", "pressure.hold_samples=1"]
     scenario = load_scenario("free_bending", short)

@@ -1,0 +1,192 @@
+"""The chain in space: where its links are, the torques of loads at its joints, and its shape in balance with them.
+
+Every joint is a screw in frame B: the axis about which it turns, zero if it slides, and the velocity of the point at
+B's origin per rate of the joint (Lynch and Park, *Modern Robotics*, section 5.1). A load's torque at a joint is the
+product of screw and wrench. All functions are pure; the leading axes are free, as in `kinematics`, which has the chain
+in its plane.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import AXES, SLIDES, joint_order
+
+_LOAD_STEPS = 6
+_MOST_ITERATIONS = 100
+_STILL = 1e-11  # rad, and m: the last change of a shape in balance
+
+
+class SpatialChain(NamedTuple):
+    """N equal segments with joints in their middles, J in all; a finger, or any rod."""
+
+    ways: tuple[str, ...]  # (J) in which the joints yield, see `finger_parts.AXES`, from the base to the tip
+    segments: NDArray[np.int_]  # (J) to which they belong
+    segment_length: float  # m
+
+    @classmethod
+    def of(cls, segments: int, segment_length: float, yields: Sequence[str]) -> "SpatialChain":
+        """A chain that yields in these ways at every joint."""
+        orders = [joint_order(yields, i) for i in range(segments)]
+        return cls(
+            tuple(way for order in orders for way in order),
+            np.repeat(np.arange(segments), len(yields)),
+            segment_length,
+        )
+
+    @property
+    def axes(self) -> Array:
+        """(J, 3), each in the frame of the link before."""
+        return np.array([AXES[way] for way in self.ways])
+
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """Which joints turn, (J,); the others slide."""
+        return np.array([way not in SLIDES for way in self.ways])
+
+    @property
+    def heights(self) -> Array:
+        """Of the joints along the links before them, (J,) m."""
+        is_first = np.diff(self.segments, prepend=-1) > 0
+        return is_first * np.where(self.segments == 0, 0.5, 1.0) * self.segment_length
+
+    def spread(self, values: dict[str, Array]) -> Array:
+        """Values of joints by the way in which they yield, (..., N) each; 0 for ways that are missing, (..., J)."""
+        shape = np.broadcast_shapes(*(np.shape(value)[:-1] for value in values.values()))
+        found = [values[way][..., i] if way in values else 0.0 for way, i in zip(self.ways, self.segments, strict=True)]
+        return np.stack([np.broadcast_to(value, shape) for value in found], axis=-1)
+
+    def beyond(self, link: NDArray[np.int_]) -> NDArray[np.int_]:
+        """How many joints lie before links, (...) numbers from 0 at the base to N."""
+        return np.searchsorted(self.segments, link)
+
+
+def spatial_chain(finger: Finger) -> SpatialChain:
+    """The chain of a finger that does not shear."""
+    return SpatialChain.of(finger.segments, finger.segment_length, finger.yields)
+
+
+class Posture(NamedTuple):
+    """A bent chain in B; frame j is that beyond j joints, 0 is B."""
+
+    rotations: Array  # (..., J + 1, 3, 3)
+    origins: Array  # (..., J + 1, 3) m
+    screws: Array  # (..., J, 6) of the joints: turning, and velocity of the point at B's origin
+
+
+def posture(chain: SpatialChain, q: Array) -> Posture:
+    """The posture at joint positions, (..., J) rad, and m where joints slide."""
+    across = np.cross(chain.axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
+    angle = np.where(chain.turns, q, 0.0)[..., None, None]
+    turns = np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
+    slides = np.where(chain.turns, 0.0, q)[..., None] * chain.axes
+    R, p = np.broadcast_to(np.eye(3), (*q.shape[:-1], 3, 3)), np.zeros((*q.shape[:-1], 3))
+    rotations, origins, screws = [R], [p], []
+    for j, (axis, height, turning) in enumerate(zip(chain.axes, chain.heights, chain.turns, strict=True)):
+        p = p + height * R[..., 2]
+        along = R @ axis
+        screws.append(np.concatenate([along, np.cross(p, along)] if turning else [0 * along, along], axis=-1))
+        p = p + (R @ slides[..., j, :, None])[..., 0]
+        R = R @ turns[..., j, :, :]
+        rotations.append(R)
+        origins.append(p)
+    return Posture(np.stack(rotations, axis=-3), np.stack(origins, axis=-2), np.stack(screws, axis=-2))
+
+
+class Loads(NamedTuple):
+    """Dead loads on M points of a chain: forces and moments that keep their directions in B."""
+
+    frames: NDArray[np.int_]  # (M) to which the points are fixed, see `Posture`
+    points: Array  # (M, 3) m in these frames
+    forces: Array  # (..., M, 3) N
+    moments: Array  # (..., M, 3) N m
+
+    def places(self, at: Posture) -> Array:
+        """Of the points, (..., M, 3) m in B."""
+        turned = at.rotations[..., self.frames, :, :] @ self.points[:, :, None]
+        places: Array = at.origins[..., self.frames, :] + turned[..., 0]
+        return places
+
+    def times(self, share: float) -> "Loads":
+        """A share of the loads."""
+        return self._replace(forces=share * self.forces, moments=share * self.moments)
+
+
+def torques(at: Posture, loads: Loads) -> Array:
+    """Of loads at the joints, N m, and N where joints slide, (..., J)."""
+    return np.asarray((at.screws * _wrenches(at, loads)).sum(axis=-1))
+
+
+def _carried(at: Posture, loads: Loads, values: Array) -> Array:
+    """Sums over the points that each joint moves, (..., M, K) -> (..., J, K)."""
+    moved = loads.frames > np.arange(at.screws.shape[-2])[:, None]
+    return np.asarray(moved.astype(float) @ values)
+
+
+def _wrenches(at: Posture, loads: Loads) -> Array:
+    """Of all that each joint carries, about B's origin: moment and force, (..., J, 6)."""
+    moments = np.cross(loads.places(at), loads.forces) + loads.moments
+    return _carried(at, loads, np.concatenate(np.broadcast_arrays(moments, loads.forces), axis=-1))
+
+
+def torque_slopes(at: Posture, loads: Loads) -> Array:
+    """Derivatives of `torques` by the joint positions, (..., J, J): of the torque at j by the position of i.
+
+    A joint i carries along all that lies beyond it: points, and for i < j the screw of joint j. So with the wrench
+    (m, f) and the sums  A = sum (p f' - p . f)  of what the outer of the two joints carries, and screws (w, v),
+
+        i < j:  w_i . (A_j' w_j + w_j x m_j + v_j x f_j)
+        j <= i: w_j . (A_i w_i + v_i x f_i) .
+    """
+    places = loads.places(at)
+    w, v = at.screws[..., :3], at.screws[..., 3:]
+    wrench = _wrenches(at, loads)
+    m, f = wrench[..., :3], wrench[..., 3:]
+    products = places[..., :, None] * loads.forces[..., None, :]
+    products = products - np.trace(products, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    A = _carried(at, loads, products.reshape(*products.shape[:-2], 9)).reshape(*w.shape[:-1], 3, 3)
+    inner = (w[..., None, :] @ A)[..., 0, :] + np.cross(w, m) + np.cross(v, f)
+    outer = (A @ w[..., None])[..., 0] + np.cross(v, f)
+    return np.asarray(np.tril(inner @ w.swapaxes(-1, -2), -1) + np.triu(w @ outer.swapaxes(-1, -2)))
+
+
+def resting_positions(chain: SpatialChain, stiffness: Array, driving: Array, loads: Loads) -> Array:
+    """Joint positions in balance: stiffness times position is driving torque and that of the loads, (..., J).
+
+    Found by Newton's method, the loads growing in a few steps.
+
+    Args:
+        chain: of J joints.
+        stiffness: of the joints, (J,) N m/rad, and N/m where they slide.
+        driving: torques of a pressure, (..., J) N m, and N.
+        loads: all of the chain, its weight among them.
+
+    Raises:
+        SimulationDivergedError: if no balance is found.
+    """
+    q = driving / stiffness + np.zeros((*loads.forces.shape[:-2], len(chain.ways)))
+    for share in np.arange(1, _LOAD_STEPS + 1) / _LOAD_STEPS:
+        for _ in range(_MOST_ITERATIONS):
+            at, part = posture(chain, q), loads.times(share)
+            missing = driving + torques(at, part) - stiffness * q
+            step = np.linalg.solve(np.diag(stiffness) - torque_slopes(at, part), missing[..., None])[..., 0]
+            q = q + step
+            if np.abs(step).max() < _STILL:
+                break
+        else:
+            raise SimulationDivergedError("the chain found no shape in balance with its loads")
+    return q
+
+
+def weights(finger: Finger, chain: SpatialChain, gravity: Array) -> Loads:
+    """The weight of a finger's links; `gravity` is (..., 3) m/s^2 in B."""
+    links = finger.links
+    x, z = links.center
+    forces = gravity[..., None, :] * links.mass[:, None]
+    points = np.stack([x, np.zeros(x.shape), z], axis=-1)
+    return Loads(chain.beyond(np.arange(finger.segments + 1)), points, forces, np.zeros(forces.shape))

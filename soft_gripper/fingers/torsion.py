@@ -1,0 +1,103 @@
+"""Saint-Venant torsion of a section made of rectangles: the moment that twists it by one radian a metre.
+
+A twisted section turns, and warps along the finger by w(x, y) per rate of twist. Of all warpings, the actual one costs
+the least energy:
+
+    G J = least over w of  integral of  G ((dw/dx - y)^2 + (dw/dy + x)^2) dA .
+
+Bilinear finite elements on a grid whose lines follow all edges, and crowd toward them, where the stress is steep: 0.1 %
+too stiff at most. The section is symmetric in y and w antisymmetric, so half of it is solved, with w = 0 at y = 0. The
+package sectionproperties, for sections of any shape, would bring four more packages, one of them a compiled mesher.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import spsolve
+
+from soft_gripper.arrays import Array
+
+_ELEMENTS = 48  # across the section, about
+_LEAST = 4  # between two edges
+_DIGITS = 9  # of the size of the section, up to which edges differ
+_SLOPES = np.array([[1.0, -1.0], [-1.0, 1.0]])  # integrals of products of slopes of two hat functions, on a unit length
+_PRODUCTS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6  # of the hat functions themselves
+_STEP = np.array([-1.0, 1.0])
+
+
+class Rectangle(NamedTuple):
+    """A part of a section, symmetric in y."""
+
+    modulus: float  # Pa, of shear
+    width: float  # m, along y
+    thickness: float  # m, along x
+    center: float  # m, x
+
+    @property
+    def edges(self) -> tuple[float, float]:
+        """Along x, m."""
+        return self.center - self.thickness / 2, self.center + self.thickness / 2
+
+
+@lru_cache(maxsize=4096)
+def torsional_stiffness(parts: tuple[Rectangle, ...]) -> float:
+    """G J of a section, N m^2; every part takes the place of those before it, and a hole is one of modulus 0."""
+    size = max(parts[0].width, parts[0].thickness)
+    x = _lines([edge for part in parts for edge in part.edges], size)
+    y = _lines([0.0, *(part.width / 2 for part in parts)], size)
+    modulus = _painted(parts, (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2)
+    i, j = np.nonzero(modulus)
+    rigid, stiffness, load = _elements(modulus[i, j], x[[i, i + 1]].T, y[[j, j + 1]].T)
+    corners = (i[:, None, None] + np.arange(2)[:, None]) * len(y) + j[:, None, None] + np.arange(2)
+    return 2 * (rigid - _warping_energy(corners.reshape(-1, 4), stiffness, load, len(y)))
+
+
+def _lines(edges: Sequence[float], size: float) -> Array:
+    """Lines of the grid: all edges and, between each two, places that crowd toward them."""
+    found = size * np.unique(np.round(np.array(edges) / size, _DIGITS))
+    between = [low + (high - low) * _shares((high - low) / size) for low, high in pairwise(found)]
+    return np.concatenate([found[:1], *between])
+
+
+def _shares(length: float) -> Array:
+    count = max(round(_ELEMENTS * length), _LEAST)
+    return (1 - np.cos(np.pi * np.arange(1, count + 1) / count)) / 2
+
+
+def _painted(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
+    """Shear modulus at places, (X, Y) Pa."""
+    modulus = np.zeros((len(x), len(y)))
+    for part in parts:
+        low, high = part.edges
+        modulus[np.ix_((x > low) & (x < high), y < part.width / 2)] = part.modulus
+    return modulus
+
+
+def _elements(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Array]:
+    """Of rectangles from x[:, 0] to x[:, 1] and y[:, 0] to y[:, 1]: the energy without warping, N m^2, and the matrix
+    and the load of the warping at their corners, (E, 4, 4) and (E, 4).
+    """
+    a, b = np.diff(x)[:, 0], np.diff(y)[:, 0]
+    squares = sum((side**2).sum(axis=1) + side.prod(axis=1) for side in (x, y)) / 3
+    stiffness = np.einsum("e,ik,jl->eijkl", modulus * b / a, _SLOPES, _PRODUCTS)
+    stiffness += np.einsum("e,ik,jl->eijkl", modulus * a / b, _PRODUCTS, _SLOPES)
+    load = np.einsum("e,i,ej->eij", modulus * b, _STEP, y @ _PRODUCTS)
+    load -= np.einsum("e,ei,j->eij", modulus * a, x @ _PRODUCTS, _STEP)
+    return float((modulus * a * b) @ squares), stiffness.reshape(-1, 4, 4), load.reshape(-1, 4)
+
+
+def _warping_energy(corners: NDArray[np.int_], stiffness: Array, load: Array, rows: int) -> float:
+    """The energy that warping saves, N m^2; `corners` number the places, `rows` of which lie along y."""
+    places, nodes = np.unique(np.where(corners % rows, corners, -1), return_inverse=True)
+    nodes = nodes.reshape(corners.shape) - 1  # -1: where it does not warp
+    free = len(places) - 1
+    at = [np.broadcast_to(part, stiffness.shape) for part in (nodes[:, :, None], nodes[:, None, :])]
+    used = (at[0] >= 0) & (at[1] >= 0)
+    matrix = coo_array((stiffness[used], (at[0][used], at[1][used])), shape=(free, free)).tocsc()
+    pull = np.bincount(nodes[nodes >= 0], load[nodes >= 0], free)
+    return float(pull @ spsolve(matrix, pull))
