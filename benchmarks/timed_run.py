@@ -16,7 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import make_simulator, solver_config
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.drive import add_pressure_drive, add_pressure_steps, pressure_steps
+from soft_gripper.diagrams.wiring.drive import add_pressure_drive, add_steps
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
@@ -42,8 +42,7 @@ def bare_diagram(scenario: Scenario):
     builder = DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
-    steps = {name: pressure_steps(scenario.pressure, name) for name in drive.commands}
-    add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)
+    add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.supplied)
     return builder.Build()
 
 

@@ -5,31 +5,40 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from soft_gripper.diagrams.arm import add_arm_control, add_home, make_arm
 from soft_gripper.diagrams.station_parts import StationParts
 from soft_gripper.diagrams.task import add_task, add_tool_target
-from soft_gripper.diagrams.wiring.drive import Drive, add_pressure_steps, check_steps, pressure_steps
-from soft_gripper.diagrams.wiring.external import add_external_joints, add_external_opening, add_external_pressures
-from soft_gripper.diagrams.wiring.grip_control import add_grip_control, add_set_points
+from soft_gripper.diagrams.wiring.drive import Drive, add_steps, check_steps
+from soft_gripper.diagrams.wiring.external import add_external_drive, add_external_joints, add_external_opening
+from soft_gripper.diagrams.wiring.grip_control import Supply, add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
+from soft_gripper.errors import InputError
 from soft_gripper.scenario.schema import ArmConfig
 
 
-def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive: Drive) -> InputPort | None:
-    """Adds the pressure command: an input, grip control or steps; returns the input of the set point for a task.
+def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Drive) -> InputPort | None:
+    """Adds the commands of pressures and tendons: inputs, grip control or steps; returns the set point's for a task.
 
     Raises:
-        InputError: if pressures are missing or name an unknown finger, or the fingers do not form a gripper.
+        InputError: if commands are missing or name an unknown finger, or the fingers do not form a gripper.
     """
     scenario, period = station.scenario, station.scenario.sensor.period
-    check_steps(scenario.pressure, drive.commands)
+    steps = {"pressure": scenario.pressure.steps, "tendons": scenario.tendons.steps}
+    drives = {"pressure": drive.supplied, "tendons": drive.pulled}
+    for part, commands in drives.items():
+        check_steps(part, steps[part], commands)
     if "pressure" in scenario.external:
-        station.leave_open(add_external_pressures(builder, drive.commands))
+        for commands in drives.values():
+            station.leave_open(add_external_drive(builder, commands))
         return None
     for_task = scenario.task is not None and scenario.task.grips
-    if scenario.control.set_points is None and not for_task and "opening" not in scenario.external:
-        steps = {name: pressure_steps(scenario.pressure, name) for name in drive.commands}
-        station.signals |= add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)
+    closes = scenario.control.set_points is not None or for_task or "opening" in scenario.external
+    gripping = None if not closes else "tendons" if drive.tendon_commands and not drive.commands else "pressure"
+    for part, commands in drives.items():
+        if part != gripping:
+            station.signals |= add_steps(builder, part, steps[part], scenario.step_duration, commands)
+    if gripping is None:
         return None
+    supply = _supply(station, gripping)
     set_point, signals = add_grip_control(
-        builder, station.fingers, scenario.control, scenario.pressure, period, station.signals, drive.commands
+        builder, station.fingers, scenario.control, supply, station.signals, drives[gripping]
     )
     station.signals |= signals
     if for_task:
@@ -39,6 +48,25 @@ def add_pressure_commands(builder: DiagramBuilder, station: StationParts, drive:
     else:
         station.signals |= add_set_points(builder, set_point, scenario.control, period)
     return None
+
+
+def _supply(station: StationParts, gripping: str) -> Supply:
+    """What grip control may command: pressures or, of fingers without chambers, tensions or lengths of tendons.
+
+    Negative commands of what only pushes, or pulls, go to the chambers, or tendons, that open the fingers.
+    """
+    scenario, fingers = station.scenario, [finger.finger for finger in station.fingers]
+    supply, most, period = scenario.pressure, scenario.tendons.maximum, scenario.sensor.period
+    if gripping == "pressure" and all(finger.pressures == 1 for finger in fingers):
+        return Supply(supply.minimum, supply.maximum, period)
+    if gripping == "pressure":
+        gains, most = [finger.pressure_gains for finger in fingers], supply.maximum
+    else:
+        gains = [finger.tension_gains for finger in fingers]
+    if most is None:
+        raise InputError("tendons", "maximum", None, "give it: grip control commands up to that")
+    opens = any((by_way["bending"].sum(axis=-1) < 0).any() for by_way in gains)
+    return Supply(-most if opens else 0.0, most, period)
 
 
 def add_arm(builder: DiagramBuilder, station: StationParts, config: ArmConfig, set_point: InputPort | None) -> None:

@@ -4,7 +4,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.array_block import asleep
-from soft_gripper.diagrams.commanding import add_arm, add_pressure_commands
+from soft_gripper.diagrams.commanding import add_arm, add_drive_commands
 from soft_gripper.diagrams.recording import add_logs
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.station_parts import Station, StationParts
@@ -89,11 +89,11 @@ def add_station(
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
     station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)
-    drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
+    drive = add_pressure_drive(builder, scene.fingers, scenario.pressure, scenario.tendons)
     station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
     sensing = SensingConfig(scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator, scenario.record)
-    station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing)
-    set_point = add_pressure_commands(builder, station, drive)
+    station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing, drive.tensions)
+    set_point = add_drive_commands(builder, station, drive)
     if scenario.arm is not None:
         add_arm(builder, station, scenario.arm, set_point)
     free = [model.name for model in scenario.models if model.free]

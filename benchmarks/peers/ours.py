@@ -10,7 +10,7 @@ from peers.task import Run, Setting, Task, Trial
 from soft_gripper import add_estimation, add_logs, add_pressure_drive, add_sensors, read_logs
 from soft_gripper.diagrams import solver_config
 from soft_gripper.diagrams.scene import add_plant
-from soft_gripper.diagrams.wiring.drive import add_pressure_steps, pressure_steps
+from soft_gripper.diagrams.wiring.drive import add_steps
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensors import add_joint_angles
 from soft_gripper.fingers import PlantFinger, forward_kinematics
@@ -24,8 +24,7 @@ def make_run(task: Task, setting: Setting) -> Run:
         setattr(scenario.plant_config, field, value)
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
-    steps = {finger.name: pressure_steps(scenario.pressure, finger.name) for finger in scene.fingers}
-    add_pressure_steps(builder, steps, scenario.step_duration, drive.commands)
+    add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.supplied)
     signals = {}
     if task.free is not None:
         pose = f"{task.free.name}.pose"

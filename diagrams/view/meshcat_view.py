@@ -222,8 +222,9 @@ def _contact_arrows() -> ContactVisualizerParams:
 
 def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> float:
     """Limit of the colour scale, N m: the largest torque of the pressure supply at a joint, rounded up."""
-    limits = np.array([pressure.minimum, pressure.maximum])
-    return round_limit(max(np.abs(finger.finger.pressure_torque(limits)).max() for finger in fingers))
+    largest = max(abs(pressure.minimum), abs(pressure.maximum))
+    effective = (finger.finger.effective_pressure(largest) * finger.finger.pressure_gain.max() for finger in fingers)
+    return round_limit(float(max(effective)))
 
 
 def _drawn(

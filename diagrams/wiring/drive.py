@@ -1,48 +1,74 @@
-"""The drive, applied: pressures, user-defined elastic laws and creep, as torques on the finger joints."""
+"""The drive, applied: pressures, tendons, user-defined elastic laws and creep, as torques on the finger joints."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
-from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain, TrajectorySource
+from pydrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain, Saturation, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened
+from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.fingers.pressure_drive import PressureDrive, pressure_torque_map
+from soft_gripper.fingers.pressure_drive import PressureDrive, lag, pressure_torque_map
 from soft_gripper.fingers.statics import elastic_law_block
-from soft_gripper.scenario.schema import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig, TendonConfig
 from soft_gripper.signals import describe
 
 
 @dataclass(frozen=True)
-class Drive:
-    """The inputs of the commanded pressures, and the resulting outputs."""
+class Commands:
+    """The inputs of the pressures, or of the tendons, of several fingers."""
 
-    commands: dict[str, InputPort]  # Pa, by finger name
-    pressures: dict[str, OutputPort]  # Pa in the chambers, by finger name
+    kind: str  # "pressure", "tension" or "pull"; signals are named {finger}.{kind}_command
+    unit: str
+    inputs: dict[str, InputPort]  # by finger name
+    axes: dict[str, dict[str, list[str]]]  # labels of their entries, as for `describe`, by finger name
+
+    def described(self, finger: str, port: OutputPort) -> OutputPort:
+        """A port that carries the command of a finger, described."""
+        return describe(port, self.unit, **self.axes[finger])
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The inputs of the commands, and the resulting outputs."""
+
+    commands: dict[str, InputPort]  # (C) Pa, by finger name; of fingers with chambers
+    tendon_commands: dict[str, InputPort]  # (T) N or m, by finger name; of fingers with tendons
+    pressures: dict[str, OutputPort]  # (C) Pa in the chambers, by finger name
+    tensions: dict[str, OutputPort]  # (T) N at the pulled ends of the tendons, by finger name
     actuations: dict[str, OutputPort]  # N m of all actuators, by model name
+    supplied: Commands  # of the pressures
+    pulled: Commands  # of the tendons
 
 
 def add_pressure_drive(
-    builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: PressureConfig | None = None
+    builder: DiagramBuilder,
+    fingers: Sequence[PlantFinger],
+    config: PressureConfig | None = None,
+    tendons: TendonConfig | None = None,
 ) -> Drive:
     """Adds `{model}.pressure_drive` for each model with fingers, and connects it to the actuators.
 
     Args:
-        builder: builder of a diagram with the fingers' plant. A finger with an elastic law gets a
+        builder: builder of a diagram with the fingers' plant. A finger with tendons gets a `{finger}.tendons`, one
+            whose chambers run aslant or twist a `{finger}.bent_chambers`, one with an elastic law a
             `{finger}.elastic_law`, one that creeps a `{finger}.creep`; with a pressure law, this is between
             `{finger}.unsoftened` and `{finger}.softened`, which `{finger}.softening` feeds.
         fingers: fingers in the finalized plant; all those of a model.
         config: the `pressure` part of a scenario, whose limits and lag are used; None: the defaults.
+        tendons: the `tendons` part, likewise.
 
     Raises:
-        InputError: if the step of a discrete plant is too long for a finger.
+        InputError: if the step of a discrete plant is too long for a finger, or a tendon cannot be commanded so.
     """
-    drive, config = Drive({}, {}, {}), config or PressureConfig()
+    config, tendons = config or PressureConfig(), tendons or TendonConfig()
+    drive = _empty(fingers, tendons.command)
     check_finalized(fingers)
     for finger in fingers:
         _check_time_step(finger)
@@ -51,17 +77,84 @@ def add_pressure_drive(
         if builder.IsConnectedOrExported(driven[0].plant.get_actuation_input_port(model)):
             expected = "already has a drive; give all fingers of a model in one call"
             raise InputError("add_pressure_drive", "model", driven[0].model_name, expected)
-        block = _add_block(builder, driven, config)
-        for name in (finger.name for finger in driven):
-            drive.commands[name] = block.GetInputPort(f"{name}.pressure_command")
-            drive.pressures[name] = block.GetOutputPort(f"{name}.pressure")
-        elastic = [_add_elastic_law(builder, finger) for finger in driven if finger.finger.elastic_law is not None]
-        creep = [_add_creep(builder, finger, drive.pressures[finger.name]) for finger in driven if finger.finger.creep]
-        torques = [block.GetOutputPort("actuation"), *elastic, *creep]
+        torques = _add_chambers(builder, [finger for finger in driven if finger.finger.pressures], config, drive)
+        for finger in driven:
+            if finger.finger.tendons:
+                torques.append(_add_tendons(builder, finger, tendons, drive))
+            if finger.finger.elastic_law is not None:
+                torques.append(_add_elastic_law(builder, finger))
+            if finger.finger.creep:
+                torques.append(_add_creep(builder, finger, drive.pressures.get(finger.name)))
         if any(finger.has_implicit_springs for finger in driven):
             _hold_straight(builder, driven[0])
         drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
     return drive
+
+
+def _empty(fingers: Sequence[PlantFinger], of_tendons: str) -> Drive:
+    """A drive whose ports are added later."""
+    supplied = Commands("pressure", "Pa", {}, {f.name: f.finger.chamber_axis for f in fingers if f.finger.pressures})
+    unit, axes = "N" if of_tendons == "tension" else "m", {f.name: f.finger.tendon_axis for f in fingers}
+    pulled = Commands(of_tendons, unit, {}, {f.name: axes[f.name] for f in fingers if f.finger.tendons})
+    return Drive(supplied.inputs, pulled.inputs, {}, {}, {}, supplied, pulled)
+
+
+def _add_chambers(
+    builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig, drive: Drive
+) -> list[OutputPort]:
+    """The torques of the pressures of some fingers of a model; their ports become part of the drive."""
+    if not driven:
+        return []
+    block = _add_block(builder, driven, config)
+    for finger in driven:
+        drive.commands[finger.name] = block.GetInputPort(f"{finger.name}.pressure_command")
+        pressure = drive.pressures[finger.name] = block.GetOutputPort(f"{finger.name}.pressure")
+        describe(pressure, "Pa", **finger.finger.chamber_axis)
+    bent = [_add_bent_chambers(builder, finger, drive) for finger in driven if _chambers_turn(finger)]
+    return [block.GetOutputPort("actuation"), *bent]
+
+
+def _chambers_turn(finger: PlantFinger) -> bool:
+    """Whether the torque of its chambers depends on the shape of a finger."""
+    is_slanted = not finger.finger.chamber_paths.are_parallel
+    return bool(finger.finger.chambers) and (is_slanted or "twist" in finger.finger.yields)
+
+
+def _add_bent_chambers(builder: DiagramBuilder, finger: PlantFinger, drive: Drive) -> OutputPort:
+    block = builder.AddNamedSystem(f"{finger.name}.bent_chambers", BentChambers(finger))
+    builder.Connect(finger.plant.get_state_output_port(), block.GetInputPort("state"))
+    builder.Connect(drive.pressures[finger.name], block.GetInputPort("pressure"))
+    return block.GetOutputPort("actuation")
+
+
+def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonConfig, drive: Drive) -> OutputPort:
+    """The torque of the tendons of a finger; their ports become part of the drive.
+
+    Raises:
+        InputError: if they are pulled, and one has no stiffness; or have friction in a plant without steps.
+    """
+    tendons, time_step = finger.finger.tendons, finger.plant.time_step()
+    for tendon in tendons:
+        if config.command == "pull" and tendon.stiffness == 0:
+            expected = f"tendon '{tendon.name}' of finger '{finger.name}' has no stiffness: give it, or command tension"
+            raise InputError("tendons", "command", config.command, expected)
+        if tendon.friction > 0 and time_step == 0:
+            expected = f"tendon '{tendon.name}' of finger '{finger.name}' has friction, which needs steps of the plant"
+            raise InputError("plant_config", "time_step", 0, expected)
+    count = len(tendons)
+    block = builder.AddNamedSystem(f"{finger.name}.tendons", TendonDrive(finger, config.command))
+    most = np.full(count, np.inf if config.maximum is None else config.maximum)
+    limits = builder.AddNamedSystem(f"{finger.name}.tendon_limits", Saturation(np.zeros(count), most))
+    command = limits.get_output_port()
+    if config.time_constant > 0:
+        winches = builder.AddNamedSystem(f"{finger.name}.winches", lag(config.time_constant, time_step, count))
+        builder.Connect(command, winches.get_input_port())
+        command = winches.get_output_port()
+    builder.Connect(finger.plant.get_state_output_port(), block.GetInputPort("state"))
+    builder.Connect(command, block.GetInputPort(f"{config.command}_command"))
+    drive.tendon_commands[finger.name] = limits.get_input_port()
+    drive.tensions[finger.name] = block.GetOutputPort("tension")
+    return block.GetOutputPort("actuation")
 
 
 def check_finalized(fingers: Sequence[PlantFinger]) -> None:
@@ -120,12 +213,12 @@ def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
     return spread.get_output_port()
 
 
-def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
+def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort | None) -> OutputPort:
     """The creep (memory) torque of the finger, as actuation of its model."""
     creep, state = CreepTorque(finger), finger.plant.get_state_output_port()
     builder.AddNamedSystem(f"{finger.name}.creep", creep)
     law = finger.finger.pressure_law
-    if law is None:
+    if law is None or pressure is None:
         builder.Connect(state, creep.get_input_port())
         return creep.get_output_port()
     softening = builder.AddNamedSystem(f"{finger.name}.softening", PressureSoftening(law))
@@ -155,42 +248,65 @@ def _actuate(builder: DiagramBuilder, finger: PlantFinger, torques: Sequence[Out
     return describe(total.get_output_port(), "N m", actuator=actuators)
 
 
-COMMON = "all"
+COMMON, OF = "all", "::"
+Steps = Mapping[str, Sequence[float]]
+
+
+def steps_of(where: str, steps: Steps, finger: str, paths: Sequence[str] = ()) -> Array:
+    """What is commanded to a finger at each step, (steps, C); a short list repeats its last value.
+
+    Args:
+        where: the part of the scenario, for messages.
+        steps: of each `finger::path`, of a `finger` or of all.
+        finger: its name.
+        paths: names of its chambers or tendons, if there are several.
+
+    Raises:
+        InputError: if there are none for it.
+    """
+    found = []
+    for path in paths or ("",):
+        own = next((steps[n] for n in (f"{finger}{OF}{path}", finger, COMMON) if n in steps), None)
+        if own is None:
+            known = ", ".join(steps)
+            raise InputError(where, "steps", known, f"give steps for finger '{finger}' or for '{COMMON}'")
+        found.append(own)
+    longest = max(map(len, steps.values()))
+    return np.array([[*own, *[own[-1]] * (longest - len(own))] for own in found]).T
 
 
 def pressure_steps(config: PressureConfig, finger: str) -> Array:
-    """Pressure of a finger at each step, Pa, (steps,); a short list repeats its last value."""
-    steps = config.steps.get(finger, config.steps.get(COMMON))
-    if steps is None:
-        known = ", ".join(config.steps)
-        raise InputError("pressure", "steps", known, f"give steps for finger '{finger}' or for '{COMMON}'")
-    return np.concatenate([steps, np.full(max(map(len, config.steps.values())) - len(steps), steps[-1])])
+    """Pressure of a finger with one chamber at each step, Pa, (steps,); see `steps_of`."""
+    return steps_of("pressure", config.steps, finger)[:, 0]
 
 
-def check_steps(config: PressureConfig, fingers: Iterable[str]) -> None:
-    """Raises an InputError if there are steps for a finger that is not in `fingers`."""
-    known = [*fingers, COMMON]
-    for name, steps in config.steps.items():
+def check_steps(where: str, steps: Steps, commands: Commands) -> None:
+    """Raises an InputError if there are steps for a finger that is not known, or for a chamber or tendon it lacks."""
+    paths = [
+        f"{finger}{OF}{path}" for finger, axes in commands.axes.items() for names in axes.values() for path in names
+    ]
+    known = [*commands.axes, *paths, COMMON]
+    for name, values in steps.items():
         if name not in known:
-            raise InputError("pressure.steps", name, steps, f"no such finger; known: {', '.join(known)}")
+            raise InputError(f"{where}.steps", name, values, f"no such finger; known: {', '.join(known)}")
 
 
-def add_pressure_steps(
-    builder: DiagramBuilder, steps: Mapping[str, Array], duration: float, commands: Mapping[str, InputPort]
-) -> dict[str, OutputPort]:
-    """Adds `{finger}.pressure_steps` for each command; returns the signals.
+def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float, commands: Commands) -> Ports:
+    """Adds `{finger}.{kind}_steps` for each command; returns the signals `{finger}.{kind}_command`.
 
-    `steps` are pressures by finger name, (steps,) Pa, each held for `duration` s.
+    Each step is held for `duration` s; see `steps_of`.
     """
     signals = {}
-    for finger, command in commands.items():
-        source = builder.AddNamedSystem(f"{finger}.pressure_steps", step_source(steps[finger], duration))
+    for finger, command in commands.inputs.items():
+        paths = [path for names in commands.axes[finger].values() for path in names]
+        source = step_source(steps_of(where, steps, finger, paths), duration)
+        builder.AddNamedSystem(f"{finger}.{commands.kind}_steps", source)
         builder.Connect(source.get_output_port(), command)
-        signals[f"{finger}.pressure_command"] = describe(source.get_output_port(), "Pa")
+        signals[f"{finger}.{commands.kind}_command"] = commands.described(finger, source.get_output_port())
     return signals
 
 
 def step_source(values: Array, duration: float) -> TrajectorySource:
-    """A source that outputs each value in turn for `duration` s, then holds the last one."""
-    times = np.arange(len(values) + 1) * duration
-    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.append(values, values[-1])[None, :]))
+    """A source that outputs each of (steps,) or (steps, C) values in turn for `duration` s, then holds the last one."""
+    times, rows = np.arange(len(values) + 1) * duration, np.reshape(values, (len(values), -1))
+    return TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, np.vstack([rows, rows[-1:]]).T))

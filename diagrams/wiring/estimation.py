@@ -29,7 +29,7 @@ class FingerEstimation(Diagram):
 
         strain --------------------------> estimator --> estimated_joint_angles --> FingerShape -----> pose
         X_WB (12) [R | p] -------------------^ ^             |    |
-        pressure (1) Pa --> DrivingTorque -----+             |    +---------------> ForceEstimator --> external torque
+        pressure (C) Pa --> DrivingTorque -----+             |    +---------------> ForceEstimator --> external torque
                                 ^----- with creep -----------+                           |
                                                             contact, if detected <---- ContactDetector
 
@@ -126,7 +126,7 @@ def add_estimation(
         config: the `estimator` part of a scenario.
         period: sampling period, s.
         gravity: gravity in the world, (3,) m/s^2.
-        measured: the outputs of the sensors, `sampled_pressure` (1) Pa and `X_WB` (12).
+        measured: the outputs of the sensors, `sampled_pressure` (C) Pa, `sampled_tension` (T) N and `X_WB` (12).
         make_estimator: replaces the estimator named by `config.type`, see `named_blocks`.
 
     Returns:
@@ -147,7 +147,8 @@ def add_estimation(
 
 
 def estimation_inputs(measured: Mapping[str, OutputPort]) -> Ports:
-    """The measured signals available to an estimator: the sampled pressure, but no ground truth."""
+    """The measured signals available to an estimator: sampled pressure and tension, but no ground truth."""
     truth = ("joint_angles", TRUE_JOINTS, TRUE_TIP)
     known = {name: port for name, port in measured.items() if name not in truth and not name.startswith(IDEAL)}
-    return known | {"pressure": measured["sampled_pressure"]}
+    driving = {kind: f"sampled_{kind}" for kind in ("pressure", "tension")}
+    return known | {kind: measured[name] for kind, name in driving.items() if name in measured}

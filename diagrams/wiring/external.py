@@ -1,11 +1,11 @@
 """External commands of a station, applied: input ports that replace the commands of a scenario."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import PassThrough
 
+from soft_gripper.diagrams.wiring.drive import Commands
 from soft_gripper.signals import describe
 
 
@@ -16,13 +16,13 @@ class External(NamedTuple):
     signals: dict[str, OutputPort]
 
 
-def add_external_pressures(builder: DiagramBuilder, commands: Mapping[str, InputPort]) -> External:
-    """Adds `{finger}.pressure_command`, (1) Pa, for each command."""
+def add_external_drive(builder: DiagramBuilder, commands: Commands) -> External:
+    """Adds `{finger}.{kind}_command` for each command, such as `left_finger.pressure_command`, (C) Pa."""
     found = External({}, {})
-    for finger, command in commands.items():
-        added = _add_input(builder, f"{finger}.pressure_command", command, "Pa")
+    for finger, command in commands.inputs.items():
+        added = _add_input(builder, f"{finger}.{commands.kind}_command", command)
         found.inputs.update(added.inputs)
-        found.signals.update(added.signals)
+        found.signals.update({name: commands.described(finger, port) for name, port in added.signals.items()})
     return found
 
 

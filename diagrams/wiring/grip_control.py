@@ -5,14 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import MatrixGain, Saturation
 
+from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripTorque, LowSelector, SampledSteps
 from soft_gripper.control.pid_controller import PidGains, SampledPidController
+from soft_gripper.diagrams.wiring.drive import Commands
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, GripperOpening
-from soft_gripper.scenario.schema import ControlConfig, PressureConfig
+from soft_gripper.scenario.schema import ControlConfig
 from soft_gripper.signals import describe
 
 UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of the measured quantities of a grip
@@ -20,10 +23,10 @@ UNITS = {"opening": "m", "torque": "N m", "force": "N"}  # of the measured quant
 
 @dataclass(frozen=True)
 class Supply:
-    """The range of pressures that a controller may command, and its sampling period."""
+    """The range of pressures, or of what tendons are commanded, that a controller may use, and its sampling period."""
 
-    minimum: float  # Pa
-    maximum: float  # Pa
+    minimum: float  # Pa, N or m
+    maximum: float  # Pa, N or m
     period: float  # s
 
 
@@ -134,22 +137,20 @@ def add_grip_control(
     builder: DiagramBuilder,
     fingers: Sequence[PlantFinger],
     config: ControlConfig,
-    pressure: PressureConfig,
-    period: float,
+    supply: Supply,
     signals: Mapping[str, OutputPort],
-    commands: Mapping[str, InputPort],
+    commands: Commands,
 ) -> tuple[InputPort, Ports]:
-    """Adds `grip_control` for the fingers of one gripper.
+    """Adds `grip_control` for the fingers of one gripper, and a `{finger}.allocation` where it has to choose.
 
     Args:
         builder: builder of a diagram with the fingers' plant.
         fingers: the fingers of one gripper, two or more.
         config: the `control` part of a scenario.
-        pressure: the `pressure` part, whose limits are used.
-        period: sampling period, s.
+        supply: the range of what is commanded.
         signals: must contain `{finger}.tip_pose`, `{finger}.external_torque` and, if force is limited,
             `{finger}.contact_force`.
-        commands: inputs of the pressures, by finger name.
+        commands: of the pressures, or of the tendons of fingers without chambers.
 
     Returns:
         the input port of the set point, (1) m, and the signals.
@@ -158,7 +159,6 @@ def add_grip_control(
         InputError: if the fingers do not form a gripper, or contact force is limited but not estimated.
     """
     gripper, joints = find_gripper(fingers, "control"), {finger.name: finger.finger.segments for finger in fingers}
-    supply = Supply(pressure.minimum, pressure.maximum, period)
     control = builder.AddNamedSystem("grip_control", GripControl(gripper, joints, config, supply))
     for name, port in inputs(control).items():
         if name.endswith(".contact_force") and name not in signals:
@@ -166,11 +166,42 @@ def add_grip_control(
             raise InputError("control", "force_limit", config.force_limit, expected)
         if name != "set_point":
             builder.Connect(signals[name], port)
-    common = control.GetOutputPort("pressure")
-    for name in joints:
-        builder.Connect(common, commands[name])
+    common, found = control.GetOutputPort("pressure"), {}
+    for finger in fingers:
+        command = _allocate(builder, finger, common, commands)
+        builder.Connect(command, commands.inputs[finger.name])
+        found[f"{finger.name}.{commands.kind}_command"] = command
     own = {f"grip.{name}": port for name, port in vector_outputs(control).items() if name in UNITS}
-    return control.GetInputPort("set_point"), {**own, **{f"{name}.pressure_command": common for name in joints}}
+    return control.GetInputPort("set_point"), {**own, **found}
+
+
+def _allocate(builder: DiagramBuilder, finger: PlantFinger, common: OutputPort, commands: Commands) -> OutputPort:
+    """The commands of a finger's chambers, or tendons, that bend it as the common one asks for."""
+    if not commands.axes[finger.name]:
+        return common
+    bending = finger.finger.pressure_gains if commands.kind == "pressure" else finger.finger.tension_gains
+    gains = bending["bending"].sum(axis=-1)
+    shares = builder.AddNamedSystem(f"{finger.name}.shares", MatrixGain(allocation(gains)[:, None]))
+    pushing = Saturation(np.zeros(len(gains)), np.full(len(gains), np.inf))
+    allocated = builder.AddNamedSystem(f"{finger.name}.allocation", pushing)
+    builder.Connect(common, shares.get_input_port())
+    builder.Connect(shares.get_output_port(), allocated.get_input_port())
+    return commands.described(finger.name, allocated.get_output_port())
+
+
+def allocation(gains: Array) -> Array:
+    """Shares of chambers, or tendons, in a common command, (C,): each takes its own if that is positive, else nothing.
+
+    A command u bends the finger in proportion to u, whatever its sign, by the least sum of squares of the shares; the
+    strongest of those that close it takes u itself.
+
+    Args:
+        gains: bending torque of each per unit, (C,), positive closes.
+    """
+    closing, opening = np.maximum(gains, 0.0), np.minimum(gains, 0.0)
+    strength = (closing**2).sum() / closing.max() if closing.any() else -(opening**2).sum() / opening.min()
+    sides = [strength * side / max(float((side**2).sum()), np.finfo(float).tiny) for side in (closing, opening)]
+    return np.asarray(sides[0] + sides[1])
 
 
 def add_set_points(builder: DiagramBuilder, set_point: InputPort, config: ControlConfig, period: float) -> Ports:

@@ -69,6 +69,7 @@ def add_sensing(
     fingers: Sequence[PlantFinger],
     pressures: Mapping[str, OutputPort],
     config: SensingConfig | None = None,
+    tensions: Mapping[str, OutputPort] | None = None,
 ) -> Ports:
     """Adds `{finger}.sensors`, `{finger}.estimation` and `{finger}.scoring` for each finger, and one `true_contact`.
 
@@ -77,8 +78,9 @@ def add_sensing(
     Args:
         builder: builder of a diagram with the fingers' plant.
         fingers: fingers in the finalized plant.
-        pressures: pressures in the chambers, (1) Pa, by finger name; see `add_pressure_drive`.
+        pressures: pressures in the chambers, (C) Pa, by finger name; see `add_pressure_drive`.
         config: the configuration of sensing.
+        tensions: of the tendons, (T) N, by finger name; None: there are none.
 
     Returns:
         the signals, `{finger}.{signal}`; for the fingers of one gripper, also `grip.true_object_width`.
@@ -94,10 +96,15 @@ def add_sensing(
     signals = add_true_poses(builder, fingers, config.sensor.period) if fingers and is_scored else {}
     layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
     for finger in fingers:
-        if finger.name not in pressures:
+        if finger.finger.pressures and finger.name not in pressures:
             raise InputError("add_sensing", "pressures", list(pressures), f"has no entry for finger '{finger.name}'")
+        if finger.finger.tendons and finger.name not in (tensions or {}):
+            expected = f"has no entry for finger '{finger.name}'"
+            raise InputError("add_sensing", "tensions", list(tensions or {}), expected)
+        driving = {"pressure": pressures.get(finger.name), "tension": (tensions or {}).get(finger.name)}
+        driven = {name: port for name, port in driving.items() if port is not None}
         truth = {name: signals[f"{finger.name}.{name}"] for name in (TRUE_JOINTS, TRUE_TIP) if is_scored}
-        found = _sense(builder, finger, pressures[finger.name], truth, layouts[finger.name], config)
+        found = _sense(builder, finger, driven, truth, layouts[finger.name], config)
         signals |= {f"{finger.name}.{name}": port for name, port in found.items()}
     if not fingers:
         return signals
@@ -131,22 +138,23 @@ def _add_true_contact(
 def _sense(
     builder: DiagramBuilder,
     finger: PlantFinger,
-    pressure: OutputPort,
+    driving: Ports,
     truth: Ports,
     nominal: MeasurementModel,
     config: SensingConfig,
 ) -> Ports:
     period, estimator = config.sensor.period, config.estimator
     gravity = np.array(finger.plant.gravity_field().gravity_vector())
-    measured = add_sensors(builder, finger, config.sensor, pressure, config.make_sensor)
+    pressure, tension = (driving.get(kind) for kind in ("pressure", "tension"))
+    measured = add_sensors(builder, finger, config.sensor, pressure, config.make_sensor, tension)
     estimated = add_estimation(
         builder, finger.name, nominal, estimator, period, gravity, measured, config.make_estimator
     )
     known = {**measured, **estimated}
     scores = add_scoring(builder, finger, period, known | truth) if truth else {}
     alongside = add_alongside(builder, finger, nominal, estimator, period, measured | truth)
-    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure"})
+    twice = (measured.keys() & estimated.keys()) | (known.keys() & {*scores, *truth, "pressure", "tension"})
     if twice:
         raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
     del known["joint_angles"]  # of every step of the plant; what is sampled is logged
-    return {"pressure": pressure, **known, **scores, **alongside}
+    return {**driving, **known, **scores, **alongside}

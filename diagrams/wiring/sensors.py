@@ -28,10 +28,12 @@ class FingerSensors(Diagram):
     ::
 
         joint_angles (N) rad ---> sensor ------------> strain (or another quantity), and any other outputs of the sensor
-        pressure (1) Pa --------> sampled_pressure --> sampled_pressure (1) Pa
+        pressure (C) Pa --------> sampled_pressure --> sampled_pressure (C) Pa
+        tension (T) N ----------> sampled_tension ---> sampled_tension (T) N
 
-    With errors, the sensor's error-free readings, its `extension_ratio` and the sampled true pressure are the outputs
-    `ideal_strain`, `ideal_extension_ratio` and `ideal_pressure`; a RandomSource feeds each block of errors::
+    of the C chambers and the T tendons that there are. With errors, the sensor's error-free readings, its
+    `extension_ratio` and the sampled true pressure are the outputs `ideal_strain`, `ideal_extension_ratio` and
+    `ideal_pressure`; a RandomSource feeds each block of errors::
 
         sensor ------------> ideal_strain ----> reading_errors ---> strain
         sampled_pressure --> ideal_pressure --> pressure_errors --> sampled_pressure
@@ -48,16 +50,27 @@ class FingerSensors(Diagram):
             InputError: if an error is invalid.
         """
         super().__init__()
-        wires, period = NamedWires(), config.period
+        wires, period, finger = NamedWires(), config.period, layout.finger
         errors = strain_errors(config)
-        ideal = {name: f"{IDEAL}{name}" for name in (layout.quantity, "extension_ratio")}
-        wires.add("sensor", sensor, {} if errors is None else ideal)
+        ideals = {name: f"{IDEAL}{name}" for name in (layout.quantity, "extension_ratio")}
+        wires.add("sensor", sensor, {} if errors is None else ideals)
         sampled = "sampled_pressure" if config.pressure_errors is None else f"{IDEAL}pressure"
-        wires.add("sampled_pressure", Hold(period, 1, unit="Pa"), {"u": "pressure", "y": sampled})
+        if count := finger.pressures:
+            wires.add(
+                "sampled_pressure",
+                Hold(period, count, 0, "Pa", **finger.chamber_axis),
+                {"u": "pressure", "y": sampled},
+            )
+        if finger.tendons:
+            hold = Hold(period, len(finger.tendons), 0, "N", **finger.tendon_axis)
+            wires.add("sampled_tension", hold, {"u": "tension", "y": "sampled_tension"})
         if errors is not None:
             _add_errors(wires, "reading_errors", ReadingErrorBlock(layout, errors, period), period)
-        if config.pressure_errors is not None:
-            block = ErrorBlock(config.pressure_errors, 1, period, f"{IDEAL}pressure", "sampled_pressure", unit="Pa")
+        if config.pressure_errors is not None and count:
+            ideal, disturbed = f"{IDEAL}pressure", "sampled_pressure"
+            block = ErrorBlock(
+                config.pressure_errors, count, period, ideal, disturbed, unit="Pa", **finger.chamber_axis
+            )
             _add_errors(wires, "pressure_errors", block, period)
         wires.build_into(self)
 
@@ -91,8 +104,9 @@ def add_sensors(
     builder: DiagramBuilder,
     finger: PlantFinger,
     config: SensorConfig,
-    pressure: OutputPort,
+    pressure: OutputPort | None,
     make_sensor: MakeSensor | None = None,
+    tension: OutputPort | None = None,
 ) -> Ports:
     """Adds `{finger}.sensors`, with `{finger}.joint_angles` and `{finger}.base_pose` before it.
 
@@ -100,8 +114,9 @@ def add_sensors(
         builder: of a diagram with the finger's plant.
         finger: a finger in the finalized plant.
         config: the `sensor` part of a scenario.
-        pressure: pressure in the chamber of the finger, (1) Pa.
+        pressure: pressures in the chambers of the finger, (C) Pa; None: it has none.
         make_sensor: replaces the sensor named by `config.type`, see `named_blocks`.
+        tension: of the tendons of the finger, (T) N; None: it has none.
 
     Returns:
         the signals, by name without the finger's prefix.
@@ -118,8 +133,15 @@ def add_sensors(
     with seen_from(*made_by):
         _check(sensor, layout, config)
         X_WB = add_base_pose(builder, finger, config.period)
-        known = {"joint_angles": add_joint_angles(builder, finger), "pressure": pressure, "X_WB": X_WB}
-        sensors = builder.AddNamedSystem(f"{finger.name}.sensors", FingerSensors(sensor, layout, config))
+        possible = {
+            "joint_angles": add_joint_angles(builder, finger),
+            "pressure": pressure,
+            "tension": tension,
+            "X_WB": X_WB,
+        }
+        known = {name: port for name, port in possible.items() if port is not None}
+        inside = FingerSensors(sensor, layout, config)
+        sensors = builder.AddNamedSystem(f"{finger.name}.sensors", inside)
         connect_known(builder, sensors, known, "sensor")
         found_ports = vector_outputs(sensors)
         outputs = {name: port for name, port in found_ports.items() if not name.endswith(_RANDOM)}
@@ -132,7 +154,7 @@ def add_sensors(
 def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> None:
     """The outputs of a sensor: its readings, with no name of another signal of the finger."""
     sizes = {name: port.size() for name, port in vector_outputs(sensor).items()}
-    reserved = ("joint_angles", "pressure", "sampled_pressure", "X_WB")
+    reserved = ("joint_angles", "pressure", "sampled_pressure", "tension", "sampled_tension", "X_WB")
     taken = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))
     if taken:
         raise InputError("sensor", "output ports", ", ".join(taken), "are names of other signals of the finger")

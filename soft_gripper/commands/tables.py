@@ -4,6 +4,7 @@ import math
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple
+from itertools import groupby
 from operator import attrgetter
 from typing import Any
 
@@ -42,10 +43,15 @@ def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title
 
 
 def print_poses(rows: Sequence[PoseRow]) -> None:
-    """Prints a line for each steady state of the pressure steps."""
-    columns = {"finger": "", "pressure [kPa]": ".1f", "bend [degrees]": ".2f"}
-    columns |= {"pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
-    cells = ((r.finger, r.pressure_kpa, r.bend_angle_deg, r.pose_error_mm, r.tip_error_mm) for r in rows)
+    """Prints a line for each steady state, with its pressure or, unless all fingers have one chamber, its number."""
+    has_pressures = all(map(math.isfinite, (row.pressure_kpa for row in rows)))
+    columns = {"finger": ""} | ({"pressure [kPa]": ".1f"} if has_pressures else {"step": "d"})
+    columns |= {"bend [degrees]": ".2f", "pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
+    cells = [
+        (r.finger, r.pressure_kpa if has_pressures else step, r.bend_angle_deg, r.pose_error_mm, r.tip_error_mm)
+        for _, of_finger in groupby(rows, attrgetter("finger"))
+        for step, r in enumerate(of_finger, 1)
+    ]
     print_table(columns, cells)
 
 

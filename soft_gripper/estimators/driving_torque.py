@@ -23,7 +23,7 @@ DRIVING_TORQUE = "driving_torque"
 _SETTLED = 1e-7  # N m, convergence tolerance of a driving torque
 
 
-def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array, period: float) -> Array:
+def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array | float, period: float) -> Array:
     """Those of creep a period later, (..., B, N) rad, by estimated joint angles and a pressure that are held.
 
     Args:
@@ -39,7 +39,7 @@ def internal_angles(finger: Finger, z: Array, q: Array, pressure: Array, period:
 
 
 def driving_torque(finger: Finger, pressure: Array, z: Array) -> Array:
-    """Of a pressure, (...) Pa, and of internal angles of creep, (..., B, N) rad, at the joints, (..., N) N m."""
+    """Of the pressure of one chamber, (...) Pa, and of internal angles of creep, (..., B, N) rad, (..., N) N m."""
     torque = finger.pressure_torque(pressure)
     return torque + memory_torque(finger, z, pressure) if finger.creep else torque
 
@@ -89,32 +89,46 @@ class DrivingTorque(ArrayBlock):
 
     ::
 
-        pressure (1) Pa ------------------> +---------------+
-                                            | DrivingTorque | ---> driving_torque  (N) N m, positive closes
+        pressure (C) Pa ------------------> +---------------+
+        tension (T) N --------------------> | DrivingTorque | ---> driving_torque  (N) N m, positive closes
         estimated_joint_angles (N) rad ---> +---------------+
 
-    Only a finger that creeps has its estimated joint angles for an input, and state. They act from the next sample on,
-    so they may be estimated from this very torque. Give it inputs that are sampled together every `period` s, from
-    time 0, in discrete state.
+    C chambers and T tendons, if there are any; of tendons without friction. Only a finger that creeps has its estimated
+    joint angles for an input, and state. They act from the next sample on, so they may be estimated from this very
+    torque. Give it inputs that are sampled together every `period` s, from time 0, in discrete state.
     """
 
     def __init__(self, finger: Finger, period: float):
         """The nominal finger; it begins straight."""
         super().__init__(period if finger.creep else None)
-        joints, followed = finger.segments, ["pressure"]
-        self.take("pressure", 1)
+        joints, sizes = finger.segments, {"pressure": finger.pressures, "tension": len(finger.tendons)}
+        driving = [kind for kind, size in sizes.items() if size]
+        for kind in driving:
+            self.take(kind, sizes[kind])
+
+        def torque(*found: Array) -> Array:
+            efforts = dict(zip(driving, found, strict=False))
+            pressure = efforts.get("pressure", np.zeros(0))
+            by_effort = finger.bending_torque(pressure, efforts.get("tension"))
+            if not finger.creep:
+                return by_effort
+            return by_effort + memory_torque(finger, found[-1], _softening_pressure(finger, pressure))
+
         if finger.creep:
             self.take(ANGLES, joints)
+            softens = driving[:1] if finger.pressure_law is not None else []
             self.remember(
                 *("internal angles", lambda z: z),
                 begin=np.zeros((len(finger.creep), joints)),
-                keep=lambda z, q, pressure: internal_angles(finger, z, q, pressure[..., 0], period),
-                kept=(ANGLES, "pressure"),
+                keep=lambda z, q, *pressure: internal_angles(
+                    finger, z, q, _softening_pressure(finger, *pressure), period
+                ),
+                kept=(ANGLES, *softens),
             )
-            followed.append("internal angles")
-        nothing = np.zeros((0, joints))
+        sources = [*driving, "internal angles"] if finger.creep else driving
+        self.put_out(DRIVING_TORQUE, torque, *sources, unit="N m", joint=range(joints))
 
-        def torque(pressure: Array, z: Array = nothing) -> Array:
-            return driving_torque(finger, pressure[..., 0], z)
 
-        self.put_out(DRIVING_TORQUE, torque, *followed, unit="N m", joint=range(joints))
+def _softening_pressure(finger: Finger, *pressure: Array) -> Array | float:
+    """What the softening of a finger follows, Pa: the pressure of its one chamber, (..., 1), if it has a law."""
+    return 0.0 if finger.pressure_law is None else pressure[0][..., 0]

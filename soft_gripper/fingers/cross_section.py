@@ -22,6 +22,7 @@ see `torsion`.
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +32,20 @@ from soft_gripper.quantity import Misfit, quantity, valid
 
 SIZES = (1e-9, 1e12)  # range of nonzero parameters of a finger; beyond it, derived quantities would overflow
 Quantity = Array | float  # at one or several positions along the finger
+
+
+class Hole(NamedTuple):
+    """A rectangle without material."""
+
+    width: Quantity  # m, along y
+    thickness: Quantity  # m, along x
+    x: Quantity  # m, of its middle, from the middle of the outer section
+    y: Quantity = 0.0  # m, likewise
+
+    @property
+    def area(self) -> Quantity:
+        """m^2."""
+        return self.width * self.thickness
 
 
 @dataclass(frozen=True)
@@ -62,18 +77,23 @@ class CrossSection:
     @cached_property
     def area(self) -> Quantity:
         """Solid area, m^2."""
-        return self.width * self.thickness - self.chamber_area
+        return self.width * self.thickness - self._hollow
+
+    @property
+    def holes(self) -> tuple[Hole, ...]:
+        """What is hollow in the section: its chamber."""
+        return (Hole(self.chamber_width, self.chamber_thickness, self.chamber_center),)
+
+    @property
+    def _hollow(self) -> Quantity:
+        return sum(hole.area for hole in self.holes)
 
     @cached_property
     def _parts(self) -> list[tuple[Quantity, ...]]:
-        """Modulus, width, thickness and centre of the summed parts: block, chamber, layer."""
-        layer = (self.layer_modulus - self.youngs_modulus, self.width, self.layer_thickness, self.layer_center)
-        block = (self.youngs_modulus, self.width, self.thickness, 0.0)
-        return [block, (-self.youngs_modulus, *self._chamber), layer]
-
-    @property
-    def _chamber(self) -> tuple[Quantity, ...]:
-        return self.chamber_width, self.chamber_thickness, self.chamber_center
+        """Modulus, width, thickness and centre (x, y) of the summed parts: block, holes, layer."""
+        layer = (self.layer_modulus - self.youngs_modulus, self.width, self.layer_thickness, self.layer_center, 0.0)
+        block = (self.youngs_modulus, self.width, self.thickness, 0.0, 0.0)
+        return [block, *((-self.youngs_modulus, *hole) for hole in self.holes), layer]
 
     @property
     def layer_center(self) -> Quantity:
@@ -83,17 +103,17 @@ class CrossSection:
     @cached_property
     def neutral_axis(self) -> Quantity:
         """Neutral axis, whose length does not change in bending: m, along x from the middle of the outer section."""
-        return sum(E * w * t * x for E, w, t, x in self._parts) / self.stretch_stiffness
+        return sum(E * w * t * x for E, w, t, x, _ in self._parts) / self.stretch_stiffness
 
     @cached_property
     def bending_stiffness(self) -> Quantity:
         """E I about the neutral axis, N m^2."""
-        return sum(E * w * t * (t**2 / 12 + (x - self.neutral_axis) ** 2) for E, w, t, x in self._parts)
+        return sum(E * w * t * (t**2 / 12 + (x - self.neutral_axis) ** 2) for E, w, t, x, _ in self._parts)
 
     @cached_property
     def sideways_stiffness(self) -> Quantity:
         """E I about the axis of symmetry, of bending out of the plane, N m^2."""
-        return sum(E * w**3 * t / 12 for E, w, t, _ in self._parts)
+        return sum(E * w**3 * t / 12 + E * w * t * y**2 for E, w, t, _, y in self._parts)
 
     @cached_property
     def twist_stiffness(self) -> Quantity:
@@ -102,16 +122,16 @@ class CrossSection:
             self.youngs_modulus / 3,
             self.width,
             self.thickness,
-            *self._chamber,
             np.where(self.layer_shear_modulus == 0, self.layer_modulus / 3, self.layer_shear_modulus),
             self.layer_thickness,
             self.layer_center,
+            *(number for hole in self.holes for number in hole),
         )
 
     @cached_property
     def stretch_stiffness(self) -> Quantity:
         """E A, N."""
-        return sum(E * w * t for E, w, t, _ in self._parts)
+        return sum(E * w * t for E, w, t, _, _ in self._parts)
 
     @cached_property
     def chamber_eccentricity(self) -> Quantity:
@@ -131,16 +151,16 @@ class CrossSection:
     @cached_property
     def mass_center(self) -> Quantity:
         """m, along x from the neutral axis. The layer counts as silicone."""
-        return -self.chamber_area * self.chamber_center / self.area - self.neutral_axis
+        return -sum(hole.area * hole.x for hole in self.holes) / self.area - self.neutral_axis
 
     @cached_property
     def gyration(self) -> tuple[Quantity, Quantity]:
         """Squares of the radii of gyration of the mass about its centre, along x and along y, m^2."""
         center = self.mass_center + self.neutral_axis
-        block, hole = self.width * self.thickness, self.chamber_area
+        block = self.width * self.thickness
         along_x = block * (self.thickness**2 / 12 + center**2)
-        along_x = along_x - hole * (self.chamber_thickness**2 / 12 + (self.chamber_center - center) ** 2)
-        along_y = (block * self.width**2 - hole * self.chamber_width**2) / 12
+        along_x = along_x - sum(hole.area * (hole.thickness**2 / 12 + (hole.x - center) ** 2) for hole in self.holes)
+        along_y = block * self.width**2 / 12 - sum(h.area * (h.width**2 / 12 + h.y**2) for h in self.holes)
         return along_x / self.area, along_y / self.area
 
     @property
@@ -179,19 +199,29 @@ class CrossSection:
             yield "chamber_center", self.chamber_center, expected
 
 
+@dataclass(frozen=True)
+class PiercedSection(CrossSection):
+    """A section with chambers that are given along the finger, instead of one of its own; mirrored in y."""
+
+    bores: tuple[Hole, ...] = ()
+
+    @property
+    def holes(self) -> tuple[Hole, ...]:
+        """The chambers."""
+        return self.bores
+
+
 @np.vectorize
 def _twist_stiffness(
     shear_modulus: float,
     width: float,
     thickness: float,
-    chamber_width: float,
-    chamber_thickness: float,
-    chamber_center: float,
     layer_shear_modulus: float,
     layer_thickness: float,
     layer_center: float,
+    *holes: float,
 ) -> float:
     block = Rectangle(shear_modulus, width, thickness, 0.0)
-    chamber = Rectangle(0.0, chamber_width, chamber_thickness, chamber_center)
+    hollow = [Rectangle(0.0, w, t, x, abs(y)) for w, t, x, y in zip(*(holes[i::4] for i in range(4)), strict=True)]
     layer = Rectangle(layer_shear_modulus, width, layer_thickness, layer_center)
-    return torsional_stiffness((block, chamber, layer))
+    return torsional_stiffness((block, *hollow, layer))

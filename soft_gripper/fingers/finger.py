@@ -1,6 +1,6 @@
 """A soft finger as physical parameters, and the chain of rigid segments that models it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config
-from soft_gripper.fingers.cross_section import SIZES, CrossSection
+from soft_gripper.fingers.cross_section import SIZES, CrossSection, Hole, PiercedSection
 from soft_gripper.fingers.finger_parts import (
     AXES,
     SLIDES,
@@ -23,11 +23,13 @@ from soft_gripper.fingers.finger_parts import (
     TipLoad,
     joint_order,
 )
+from soft_gripper.fingers.paths import Chamber, Path, PathsOnChain, Tendon, length_gradients, paths_on_chain
 from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Misfit, quantity, valid
 
 _ROUNDING = 1e-9  # m
 _MOST_SEGMENTS = 500
+_WIDTHS = ("thickness", "width")  # of a chamber, along x and along y
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,8 @@ class Finger:
     shear_factor: float = quantity(0.0, least=0, sizes=SIZES)
     tip_load: TipLoad | None = None
     yields: tuple[str, ...] = quantity(("bending",), known=YIELDS)  # the ways in which it is not rigid
+    chambers: tuple[Chamber, ...] = ()  # none: the chamber of its sections, if these have one
+    tendons: tuple[Tendon, ...] = ()
 
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
@@ -77,6 +81,7 @@ class Finger:
             expected = "the creep exceeds the smallest slope of the elastic law: give smaller shares"
             yield "creep.share", shares, expected
         yield from self._rigid_misfits()
+        yield from self._path_misfits()
 
     def _rigid_misfits(self) -> Iterator[Misfit]:
         """Of the ways in which the finger yields, and of what these need."""
@@ -95,6 +100,47 @@ class Finger:
             expected = "give it at the base and at the tip, or at neither: between them it is interpolated"
             yield "layer_shear_modulus", max(moduli), expected
 
+    def _path_misfits(self) -> Iterator[Misfit]:
+        """Of chambers and tendons: names, places beyond the section, chambers that meet or are not mirrored in y."""
+        names = [path.name for path in (*self.chambers, *self.tendons)]
+        for path in (*self.chambers, *self.tendons):
+            kind = "chamber" if isinstance(path, Chamber) else "tendon"
+            if names.count(path.name) > 1:
+                yield f"{kind}.name", path.name, "appears more than once"
+            yield from ((f"{kind}.{field}", value, expected) for field, value, expected in self._beyond(path))
+        if self.chambers and max(float(end.chamber_area) for end in (self.base, self.tip)) > 0:
+            yield "chamber", names[0], "leave out chamber_width and chamber_thickness of the sections, or <chamber>"
+        if len(self.chambers) > 1 and self.pressure_law is not None and self.creep:
+            yield "creep", self.creep, "with a pressure law, only a finger with one chamber creeps"
+        if self.shear_factor > 0 and names:
+            yield "shear_factor", self.shear_factor, "leave it out: a finger with chambers or tendons does not shear"
+        for s in {s for chamber in self.chambers for s in self._stations(chamber)}:
+            holes = self._holes(s)
+            off_plane = [hole for hole in holes if float(hole.area) > 0 and abs(float(hole.y)) > _ROUNDING]
+            if any(not any(_mirror(hole, other) for other in off_plane) for hole in off_plane):
+                yield "chamber.y", [float(hole.y) for hole in holes], "give a chamber at -y for each at y, and as wide"
+            if any(_meet(one, other) for i, one in enumerate(holes) for other in holes[:i]):
+                yield "chamber.x", [float(hole.x) for hole in holes], f"chambers overlap at {1e3 * s:.3g} mm"
+
+    def _beyond(self, path: Path) -> Iterator[Misfit]:
+        """Where a path, or the chamber along it, leaves the section."""
+        for s in self._stations(path):
+            section, (x, y) = self.section(s), (float(path.along(name, s, self.length)) for name in "xy")
+            w, t = (float(path.along(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0 for n in _WIDTHS)
+            half = float(section.thickness) / 2
+            room = half - float(section.layer_thickness) if isinstance(path, Chamber) else half
+            if not (x + t <= room + _ROUNDING and t - x <= half + _ROUNDING):
+                expected = f"leaves the section at {1e3 * s:.3g} mm, where x runs from {-half:.3g} to {room:.3g} m"
+                yield "x", path.x, expected
+                return
+            if abs(y) + w > float(section.width) / 2 + _ROUNDING:
+                expected = f"leaves the section at {1e3 * s:.3g} mm, which is {float(section.width):.3g} m wide"
+                yield "y", path.y, expected
+                return
+
+    def _stations(self, path: Path) -> list[float]:
+        return [share * self.length for share in path.at]
+
     @property
     def segment_length(self) -> float:
         return self.length / self.segments
@@ -107,8 +153,25 @@ class Finger:
     def section(self, s: Array | float) -> CrossSection:
         """The cross-section at arc lengths `s` (m), with parameters interpolated linearly from base to tip."""
         along = np.asarray(s) / self.length
-        ends = ((getattr(self.base, part.name), getattr(self.tip, part.name)) for part in fields(CrossSection))
-        return CrossSection(*(base + (tip - base) * along for base, tip in ends))
+        ends = {
+            part.name: (getattr(self.base, part.name), getattr(self.tip, part.name)) for part in fields(CrossSection)
+        }
+        numbers = {name: base + (tip - base) * along for name, (base, tip) in ends.items()}
+        return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
+
+    def _holes(self, s: Array | float) -> tuple[Hole, ...]:
+        """The chambers at arc lengths `s`, m."""
+        s, found = np.asarray(s), []
+        for chamber in self.chambers:
+            first, last = (self.length * end for end in (chamber.at[0], chamber.at[-1]))
+            there = (s > first - _ROUNDING) & (s < last + _ROUNDING)
+            numbers = {name: chamber.along(name, s, self.length) for name in ("width", "thickness", "x", "y")}
+            found.append(Hole(there * numbers["width"], there * numbers["thickness"], numbers["x"], numbers["y"]))
+        return tuple(found)
+
+    def _on_chain(self, paths: Sequence[Path]) -> PathsOnChain:
+        ends = np.arange(self.segments + 1) * self.segment_length
+        return paths_on_chain(paths, np.asarray(self.section(ends).neutral_axis), self.segment_length)
 
     @cached_property
     def _at_joints(self) -> CrossSection:
@@ -135,6 +198,11 @@ class Finger:
     def ways(self, segment: int) -> tuple[str, ...]:
         """In which ways the chain yields in the middle of a segment, from the base to the tip."""
         return ("shear", "bending") if self.shear_factor > 0 else joint_order(self.yields, segment)
+
+    @property
+    def driven_ways(self) -> tuple[str, ...]:
+        """In which pressures and tendons drive the joints: a chamber of the sections bends and stretches."""
+        return self.yields if self.chambers or self.tendons else tuple({"bending", "stretch"} & {*self.yields})
 
     @cached_property
     def stiffness(self) -> Array:
@@ -181,19 +249,97 @@ class Finger:
         return self.relaxation_time * self.stiffness
 
     @cached_property
-    def pressure_gain(self) -> Array:
-        """Joint torque per pressure (the chamber law), A(s_i) e(s_i), N m/Pa, shape (N,)."""
-        return np.asarray(self._at_joints.chamber_area * self._at_joints.chamber_eccentricity)
+    def pressures(self) -> int:
+        """How many are supplied: one for each chamber."""
+        is_pulled_alone = bool(self.tendons) and max(self.base.chamber_area, self.tip.chamber_area) == 0
+        return len(self.chambers) if self.chambers or is_pulled_alone else 1
+
+    @property
+    def chamber_axis(self) -> dict[str, list[str]]:
+        """Labels of the pressures in a signal, if there are several."""
+        names = [chamber.name for chamber in self.chambers]
+        return {"chamber": names} if len(names) > 1 else {}
+
+    @property
+    def tendon_axis(self) -> dict[str, list[str]]:
+        """Likewise of the tendons."""
+        names = [tendon.name for tendon in self.tendons]
+        return {"tendon": names} if len(names) > 1 else {}
 
     @cached_property
-    def pressure_area(self) -> Array:
-        """Force that stretches every joint per pressure, A(s_i), N/Pa, shape (N,)."""
-        return np.asarray(self._at_joints.chamber_area)
+    def pressure_gains(self) -> dict[str, Array]:
+        """Torque of every chamber per pressure at every joint of the straight finger, by the way in which this yields.
+
+        (C, N) each, N m/Pa, and N/Pa where joints slide: the chamber law p A(s_i) e(s_i), and p A(s_i).
+        """
+        if len(self.chambers) == self.pressures:
+            return self.chamber_gains({way: np.zeros(self.segments) for way in self.yields})
+        area, lever = np.asarray(self._at_joints.chamber_area), np.asarray(self._at_joints.chamber_eccentricity)
+        gains = {"bending": area * lever, "stretch": area}
+        return {way: gains.get(way, 0 * area)[None, :] for way in self.yields}
+
+    def chamber_gains(self, q: Mapping[str, Array]) -> dict[str, Array]:
+        """The same of the chambers that are listed, where the joints stand at `q`, (..., C, N).
+
+        `q` has the positions of the joints, (..., N) rad, or m, by the way in which they yield.
+        """
+        areas = np.reshape([hole.area for hole in self._holes(self.joint_arc_lengths)], (-1, self.segments))
+        gradients = length_gradients(self.chamber_paths, q, self.segment_length)
+        return {way: areas * gradient for way, gradient in gradients.items()}
+
+    @cached_property
+    def tension_gains(self) -> dict[str, Array]:
+        """Torque of every tendon per tension at every joint of the straight finger, likewise, (T, N), m."""
+        straight = {way: np.zeros(self.segments) for way in self.yields}
+        return {way: -g for way, g in length_gradients(self.tendon_paths, straight, self.segment_length).items()}
+
+    @cached_property
+    def chamber_paths(self) -> PathsOnChain:
+        """Of the chambers that are listed."""
+        return self._on_chain(self.chambers)
+
+    @cached_property
+    def tendon_paths(self) -> PathsOnChain:
+        """Of the tendons."""
+        return self._on_chain(self.tendons)
+
+    @cached_property
+    def pressure_gain(self) -> Array:
+        """Bending torque per pressure, N m/Pa, (N,); of several chambers the root of the squares.
+
+        Of a finger without a chamber, that of one which fills a quarter of the section, at its outer half. It scales
+        what an estimator assumes.
+        """
+        if self.pressures:
+            return np.asarray(np.hypot.reduce(self.pressure_gains["bending"], axis=0))
+        section = self._at_joints
+        return np.asarray(section.area * section.thickness / 16)
 
     def pressure_torque(self, pressure: Array | float) -> Array:
-        """Torque of a pressure on the joints, (...) Pa -> (..., N) N m, positive closes."""
-        effective = pressure if self.pressure_law is None else self.softening(pressure) * pressure
-        return np.asarray(effective)[..., None] * self.pressure_gain
+        """Torque of the pressure of a single chamber on the joints, (...) Pa -> (..., N) N m, positive closes.
+
+        Raises:
+            InputError: if the finger has several chambers, or none but tendons.
+        """
+        if self.pressures != 1:
+            expected = "this is for fingers with one chamber"
+            raise InputError(f"finger '{self.name}'", "chambers", self.pressures, expected)
+        return self.bending_torque(np.asarray(pressure)[..., None])
+
+    def bending_torque(self, pressures: Array, tensions: Array | None = None) -> Array:
+        """Bending torque of all that drives the straight finger, (..., N) N m, positive closes.
+
+        Args:
+            pressures: in the chambers, (..., C) Pa.
+            tensions: of the tendons, (..., T) N; None: there are none.
+        """
+        effective = self.effective_pressure(pressures)
+        torque: Array = (effective[..., None] * self.pressure_gains["bending"]).sum(axis=-2)
+        return torque if tensions is None else torque + tensions @ self.tension_gains["bending"]
+
+    def effective_pressure(self, pressure: Array | float) -> Array:
+        """With which the chamber law gives the bend, (...) Pa -> (...) Pa."""
+        return np.asarray(pressure if self.pressure_law is None else self.softening(pressure) * pressure)
 
     def softening(self, pressure: Array | float) -> Array:
         """Ratio of the bend to that without a pressure law, at pressures (...) Pa, (...)."""
@@ -272,19 +418,40 @@ class Finger:
         of_links: Array = v @ (links.mass[:, None, None] * v.swapaxes(1, 2)) + w @ links.tensors @ w.swapaxes(1, 2)
         return of_links.sum(axis=0)
 
-    def stable_time_step(self) -> float:
+    def stable_time_step(self, implicit: bool = False) -> float:
         """Largest step, s, at which explicit springs with implicit joint damping stay stable.
 
-        Drake's discrete plant takes springs, and elastic laws, explicitly and joint damping implicitly. A
-        motion that turns round at every step has then just reached the limit: dt^2 K - 2 dt D - 4 M is
-        singular. Where the damping is beta times the stiffness, a mode of natural frequency w comes there at
-        dt = beta + sqrt(beta^2 + 4 / w^2).
+        Drake's discrete plant takes springs, and elastic laws, explicitly and joint damping implicitly; with `implicit`
+        springs, only the tendons are explicit. A motion that turns round at every step has then just reached the limit:
+        dt^2 (K_explicit - K_implicit) - 2 dt D - 4 M is singular. Where the damping is beta times the stiffness, a mode
+        of natural frequency w comes there at dt = beta + sqrt(beta^2 + 4 / w^2). Infinite if no step is too long.
         """
-        damping = self.relaxation_time * np.concatenate(list(self.stiffnesses.values()))
         steepest = self.stiffnesses | {"bending": self.joint_law.slopes.max(axis=-1)}
-        stiffness = np.concatenate(list(steepest.values()))
-        one = np.eye(len(stiffness))
-        inverse_mass = np.linalg.inv(self._mass_matrix(list(steepest)))
+        joints = np.diag(np.concatenate(list(steepest.values())))
+        damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))
+        stiffness = self._tendon_stiffness(list(steepest)) + (-joints if implicit else joints)
+        one, inverse_mass = np.eye(len(joints)), np.linalg.inv(self._mass_matrix(list(steepest)))
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
-        steps = np.block([[0 * one, one], [inverse_mass * stiffness / 4, -inverse_mass * damping / 2]])
-        return 1 / float(np.linalg.eigvals(steps).real.max())
+        steps = np.block([[0 * one, one], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
+        longest = float(np.linalg.eigvals(steps).real.max())
+        return 1 / longest if longest > 0 else np.inf
+
+    def _tendon_stiffness(self, ways: Sequence[str]) -> Array:
+        """What the stiffness of the tendons adds at the joints of the straight finger, (W N, W N)."""
+        nothing = np.zeros((len(self.tendons), self.segments))
+        levers = np.concatenate([self.tension_gains.get(way, nothing) for way in ways], axis=-1)
+        stiffness: Array = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
+        return stiffness
+
+
+def _mirror(one: Hole, other: Hole) -> bool:
+    """Whether two holes mirror each other in y."""
+    return bool(np.allclose(np.array(one) - np.array(other) * [1, 1, 1, -1], 0, atol=_ROUNDING))
+
+
+def _meet(one: Hole, other: Hole) -> bool:
+    """Whether two holes overlap."""
+    (width, thickness, *_), (wide, thick, *_) = np.array(one, float), np.array(other, float)
+    x, y = (np.array(one, float) - np.array(other, float))[2:]
+    room = min((width + wide) / 2 - abs(y), (thickness + thick) / 2 - abs(x))
+    return bool(min(width * thickness, wide * thick) > 0 and room > _ROUNDING)

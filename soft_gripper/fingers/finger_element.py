@@ -15,6 +15,8 @@
       <creep share="0.2 0.1" time="0.3 4"/>
       <pressure_law pressure="-5e4 0 1e5 2e5" effective="-5e4 0 1.05e5 2.3e5"/>
       <tip_load mass="0.05" xyz="0.015 0 0"/>
+      <chamber name="outer" x="-3e-3" y="0" width="9e-3" thickness="8e-3" at="0 0.4"/>
+      <tendon name="inner" x="8e-3" y="0" at="0 0.9" stiffness="2e3" friction="0.1"/>
     </finger>
 
 `base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, which lies on the
@@ -32,6 +34,9 @@ addition:
   Mech. 33, 1966: 10 (1 + nu) / (12 + 11 nu)).
 - An elastic law gives torque (N m) against the angle (rad) of one joint, for the number of segments in the file; it
   replaces Young's modulus, which then determines damping, creep and shear only.
+- Each `chamber` has a pressure of its own, and each `tendon` a tension. x and y (from the middle of the section, as
+  `chamber_center`), width and thickness are one number, or one for each station `at` (shares of the length, "0 1" if
+  left out), linear between: see `paths`. Chambers replace those of `base` and `tip`.
 - A tip load is a point mass at `xyz` m in the frame {finger}_tip; y is 0.
 
 `urdf` explains the <frame>.
@@ -54,6 +59,7 @@ from soft_gripper.files.xml_text import finite_numbers, read_numbers
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
+from soft_gripper.fingers.paths import Chamber, Tendon
 
 _PSI = 6894.757  # Pa
 
@@ -104,7 +110,10 @@ _CHILDREN = {
     "creep": [f.name for f in fields(CreepBranch)],
     "pressure_law": [f.name for f in fields(PressureLaw)],
     "tip_load": ["mass", "xyz"],
+    "chamber": [f.name for f in fields(Chamber)],
+    "tendon": [f.name for f in fields(Tendon)],
 }
+_SEVERAL = {"chamber": Chamber, "tendon": Tendon}  # elements of which there may be several
 # Names in the file of those fields of a Finger that have another name there.
 _IN_FILE = {
     "length": "body.length",
@@ -142,7 +151,8 @@ class _Reader:
         self.name, self.where, self.element = name, f"{file}: finger '{name}'", element
         _check_names(self.where, "attribute", list(element.keys()), ["name"])
         children = [child for child in element if isinstance(child.tag, str)]  # comments have none
-        _check_names(self.where, "element", [child.tag for child in children], list(_CHILDREN))
+        tags = [child.tag for child in children]
+        _check_names(self.where, "element", [t for t in tags if t not in _SEVERAL], list(_CHILDREN))
         for tag in _REQUIRED:
             if element.find(tag) is None:
                 raise InputError(self.where, tag, None, f"the element <{tag}> is missing")
@@ -224,6 +234,22 @@ class _Reader:
             raise InputError(self.where, "tip_load.xyz", (x, y, z), "the finger bends in a plane; give 0 for y")
         return TipLoad(self.number("tip_load", "mass"), x, z)
 
+    def paths(self, tag: str) -> tuple[Any, ...]:
+        """The chambers, or the tendons."""
+        cls, found = _SEVERAL[tag], []
+        for child in self.element.findall(tag):
+            given: dict[str, Any] = {"name": child.get("name", "")}
+            for part in fields(cls):
+                text, is_number = child.get(part.name), part.type in (float, "float")
+                where = f"{self.where}: {tag} '{given['name']}'"
+                if text is None and (part.default is MISSING or part.default == ()):
+                    raise InputError(where, part.name, None, "the attribute is missing")
+                if text is not None and part.name != "name":
+                    numbers = finite_numbers(where, part.name, text, *([1] if is_number else []))
+                    given[part.name] = numbers[0] if is_number else numbers
+            found.append(cls(**given))
+        return tuple(found)
+
     def body(self) -> dict[str, Any]:
         body = self.element.find("body")
         assert body is not None
@@ -264,11 +290,13 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
         "creep": reader.creep(),
         "pressure_law": reader.pressure_law(),
         "tip_load": reader.tip_load(),
+        "chambers": reader.paths("chamber"),
+        "tendons": reader.paths("tendon"),
     }
     mount = (reader.text("parent", "link"), reader.vector("origin", "xyz"), reader.vector("origin", "rpy"))
     try:
         return FingerElement(Finger(reader.name, **body, **parts), *mount)
     except InputError as error:
-        field = re.sub(r"\[\d+\]", "", error.field)
+        field = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", error.field))
         field = _IN_FILE.get(field, field)
         raise InputError(f"{file}: {error.where}", field, error.value, error.expected) from None

@@ -102,7 +102,7 @@ def finger_to_urdf(
     is_implicit = springs == "implicit"
     sprung = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
     elastic = [spring for joint in sprung for spring in _springs(joint)]
-    driven = [joint for joint in joints if is_implicit or joint.way in ("bending", "stretch")]
+    driven = [joint for joint in joints if is_implicit or joint.way in finger.driven_ways]
     actuators = [_actuator(joint, is_implicit) for joint in driven]
     other = [_tip_frame(finger), _self_collision_filter(finger)]
     hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]

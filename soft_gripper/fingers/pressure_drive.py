@@ -29,13 +29,13 @@ class PressureDrive(Diagram):
 
     ::
 
-                                       +---------------+ ---> {finger}.pressure  (1) Pa, what is in the chamber
+                                       +---------------+ ---> {finger}.pressure  (C) Pa, what is in the chambers
         {finger}.pressure_command ---> | PressureDrive |
                                        +---------------+ ---> actuation          (nu) N m, of the model's joints
 
-    There is a command, (1) Pa, for every finger; one source wired to all of them is a common pressure.
-    Inside: Saturation -> first-order lag (if there is one) -> laws of the pressure (if there are any) -> MatrixGain
-    (the chamber law, tau_i = p A(s_i) e(s_i); a joint that stretches is pushed by p A(s_i)).
+    There is a command, (C) Pa, for every finger with C chambers; one source wired to fingers with one is a common
+    pressure. Inside: Saturation -> first-order lag (if there is one) -> laws of the pressure (if there are any) ->
+    MatrixGain (the chamber law, tau_i = p A(s_i) e(s_i); a joint that stretches is pushed by p A(s_i)).
     """
 
     def __init__(
@@ -49,26 +49,30 @@ class PressureDrive(Diagram):
     ):
         """
         Args:
-            torque_maps: for every finger the actuation of the model by one effective pascal, (nu,) N m/Pa; see
+            torque_maps: for every finger the actuation of the model by one effective pascal, (nu, C) N m/Pa; see
                 `pressure_torque_map`.
-            minimum, maximum: limits of the pressure, Pa.
+            minimum, maximum: limits of the pressures, Pa.
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
             time_step: of a discrete plant, s; the lag then uses the same steps. 0 for a continuous one.
             laws: pressure laws of the fingers; None: the effective pressure is that in the chamber.
         """
         super().__init__()
         builder = DiagramBuilder()
-        count = len(torque_maps)
-        ones = np.ones(count)
-        commands = builder.AddNamedSystem("commands", Multiplexer(count))
+        columns = [np.reshape(one, (len(one), -1)) for one in torque_maps.values()]
+        sizes = [one.shape[1] for one in columns]
+        count, ones = sum(sizes), np.ones(sum(sizes))
+        commands = builder.AddNamedSystem("commands", Multiplexer(sizes))
         chain = [builder.AddNamedSystem("limits", Saturation(minimum * ones, maximum * ones))]
         if time_constant > 0:
-            chain.append(builder.AddNamedSystem("lag", _lag(time_constant, time_step, count)))
-        pressures = builder.AddNamedSystem("pressures", Demultiplexer(count))
+            chain.append(builder.AddNamedSystem("lag", lag(time_constant, time_step, count)))
+        pressures = builder.AddNamedSystem("pressures", Demultiplexer(sizes))
         builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
-        if laws is not None and any(laws.values()):
-            chain.append(builder.AddNamedSystem("laws", _effective([laws.get(finger) for finger in torque_maps])))
-        chambers = builder.AddNamedSystem("chambers", MatrixGain(np.column_stack(list(torque_maps.values()))))
+        in_chambers = [
+            (laws or {}).get(name) for name, size in zip(torque_maps, sizes, strict=True) for _ in range(size)
+        ]
+        if any(in_chambers):
+            chain.append(builder.AddNamedSystem("laws", _effective(in_chambers)))
+        chambers = builder.AddNamedSystem("chambers", MatrixGain(np.hstack(columns)))
         for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
             builder.Connect(upstream.get_output_port(), downstream.get_input_port())
         for i, finger in enumerate(torque_maps):
@@ -76,12 +80,13 @@ class PressureDrive(Diagram):
             builder.ExportOutput(pressures.get_output_port(i), f"{finger}.pressure")
         builder.ExportOutput(chambers.get_output_port(), "actuation")
         builder.BuildInto(self)
-        for finger in torque_maps:
-            describe(self.GetOutputPort(f"{finger}.pressure"), "Pa")
+        for finger, size in zip(torque_maps, sizes, strict=True):
+            chambers = {"chamber": range(size)} if size > 1 else {}
+            describe(self.GetOutputPort(f"{finger}.pressure"), "Pa", **chambers)
 
 
-def _lag(time_constant: float, time_step: float, count: int) -> System:
-    """First-order lag of `count` pressures; in discrete steps it is exact for commands that jump between them."""
+def lag(time_constant: float, time_step: float, count: int) -> System:
+    """First-order lag of `count` commands; in discrete steps it is exact for commands that jump between them."""
     if time_step == 0:
         return FirstOrderLowPassFilter(time_constant, count)
     kept, one = np.exp(-time_step / time_constant), np.eye(count)
@@ -96,8 +101,9 @@ def _effective(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
 
 
 def pressure_torque_map(finger: PlantFinger) -> Array:
-    """Actuation of the finger's model by one effective pascal in its chamber, (nu,) N m/Pa; N/Pa where it stretches."""
-    bending = finger.finger.pressure_gain @ finger.actuator_selector()
-    if "stretch" not in finger.finger.yields:
-        return bending
-    return bending + finger.finger.pressure_area @ finger.actuator_selector("stretch")
+    """Actuation of the finger's model by one effective pascal in each chamber, (nu, C) N m/Pa; N/Pa where it stretches.
+
+    Of the straight finger; what changes as the finger twists is not in it.
+    """
+    gains = finger.finger.pressure_gains
+    return np.asarray(sum(finger.actuator_selector(way).T @ gains[way].T for way in finger.finger.driven_ways))

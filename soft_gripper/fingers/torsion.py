@@ -31,17 +31,23 @@ _STEP = np.array([-1.0, 1.0])
 
 
 class Rectangle(NamedTuple):
-    """A part of a section, symmetric in y."""
+    """A part of a section, or two that mirror each other in y."""
 
     modulus: float  # Pa, of shear
     width: float  # m, along y
     thickness: float  # m, along x
     center: float  # m, x
+    side: float = 0.0  # m, of the middle of one of two, y
 
     @property
     def edges(self) -> tuple[float, float]:
         """Along x, m."""
         return self.center - self.thickness / 2, self.center + self.thickness / 2
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Along y, m."""
+        return self.side - self.width / 2, self.side + self.width / 2
 
 
 @lru_cache(maxsize=4096)
@@ -49,7 +55,7 @@ def torsional_stiffness(parts: tuple[Rectangle, ...]) -> float:
     """G J of a section, N m^2; every part takes the place of those before it, and a hole is one of modulus 0."""
     size = max(parts[0].width, parts[0].thickness)
     x = _lines([edge for part in parts for edge in part.edges], size)
-    y = _lines([0.0, *(part.width / 2 for part in parts)], size)
+    y = _lines([0.0, *(edge for part in parts for edge in part.sides if edge >= 0)], size)
     modulus = _painted(parts, (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2)
     i, j = np.nonzero(modulus)
     rigid, stiffness, load = _elements(modulus[i, j], x[[i, i + 1]].T, y[[j, j + 1]].T)
@@ -73,8 +79,8 @@ def _painted(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
     """Shear modulus at places, (X, Y) Pa."""
     modulus = np.zeros((len(x), len(y)))
     for part in parts:
-        low, high = part.edges
-        modulus[np.ix_((x > low) & (x < high), y < part.width / 2)] = part.modulus
+        (low, high), (right, left) = part.edges, part.sides
+        modulus[np.ix_((x > low) & (x < high), (y > right) & (y < left))] = part.modulus
     return modulus
 
 

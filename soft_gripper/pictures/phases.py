@@ -27,13 +27,18 @@ _CHARACTER = 0.053  # inches per character of a phase name
 
 
 def recorded_plots(recording: Recording) -> list[str]:
-    """The plots with recorded signals: always pressure, plus opening and torque if the gripper was commanded."""
-    return [*(["opening", "torque"] if "grip.opening" in recording.data else []), "pressure"]
+    """The plots with recorded signals: pressure or tension, plus opening and torque if the gripper was commanded."""
+    drive = "pressure" if _of_fingers(recording, "pressure") else "tension"
+    return [*(["opening", "torque"] if "grip.opening" in recording.data else []), drive]
+
+
+def _of_fingers(recording: Recording, kind: str) -> list[str]:
+    return [str(name) for name in recording.data if str(name).endswith(f".{kind}")]
 
 
 def draw_grip_plots(plots: Sequence[Axes], scenario: Scenario, recording: Recording, spans: Sequence[Span]) -> None:
     """The plots of `recorded_plots`, one below the other, with legends on the right and phase names above."""
-    draw = {"opening": _draw_opening, "torque": _draw_torque, "pressure": _draw_pressure}
+    draw = {"opening": _draw_opening, "torque": _draw_torque, "pressure": _draw_pressure, "tension": _draw_tension}
     for axes, name in zip(plots, recorded_plots(recording), strict=True):
         draw[name](axes, scenario, recording)
     plots[-1].set_xlabel("time [s]", labelpad=1)
@@ -63,11 +68,17 @@ def _draw_torque(axes: Axes, scenario: Scenario, recording: Recording) -> None:
 
 
 def _draw_pressure(axes: Axes, scenario: Scenario, recording: Recording) -> None:
-    fingers = [str(name) for name in recording.data if str(name).endswith(".pressure")]
+    fingers = _of_fingers(recording, "pressure")
     _plot(axes, recording, 1e-3, f"{fingers[0]}_command", "command", WANTED)
     for name in fingers:
         _plot(axes, recording, 1e-3, name, "in the fingers" if name == fingers[0] else "", MEASURED)
     axes.set_ylabel("pressure\n[kPa]")
+
+
+def _draw_tension(axes: Axes, scenario: Scenario, recording: Recording) -> None:
+    for i, name in enumerate(_of_fingers(recording, "tension")):
+        _plot(axes, recording, 1.0, name, "" if i else "of the tendons", MEASURED)
+    axes.set_ylabel("tension\n[N]")
 
 
 def _plot(axes: Axes, recording: Recording, unit: float, signal: str, label: str, look: dict[str, Any]) -> None:

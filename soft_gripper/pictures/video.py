@@ -24,6 +24,7 @@ FRAME_RATE = 10  # frames per second of simulated time
 FOOTER = 60  # pixels, below the scene
 _CLOSE_UP = 0.4  # share of the width
 _GAP = 4  # pixels, between scene and close-up
+_UNITS = {"pressure": (1e-3, "kPa"), "tension": (1.0, "N")}  # of what drives fingers
 _FRAMED_TIMES = 20  # number of times in a recording that the close-up must cover
 
 
@@ -59,12 +60,16 @@ class Film:
         return frame
 
     def _caption(self, time: float) -> str:
-        """The time, the pressures in the fingers, and the state of the task; equal pressures are given once."""
+        """The time, the pressures and tensions of the fingers, and the state of the task; equal ones are given once."""
         now = self._recording.data.sel(time=time, method="nearest")
-        signals = [signal for name, signal in now.data_vars.items() if str(name).endswith(".pressure")]
-        pressures = dict.fromkeys(f"{round(signal.item() / 1e3)} kPa" for signal in signals)
+        driven = [
+            f"{'/'.join(f'{scale * value:.0f}' for value in signal.values.flat)} {unit}"
+            for kind, (scale, unit) in _UNITS.items()
+            for name, signal in now.data_vars.items()
+            if str(name).endswith(f".{kind}")
+        ]
         task = [self._phase(now)] if self._scenario.task is not None else []
-        return "     ".join([f"{time:4.1f} s", ", ".join(pressures), *task])
+        return "     ".join([f"{time:4.1f} s", ", ".join(dict.fromkeys(driven)), *task])
 
     def _phase(self, now: xr.Dataset) -> str:
         """The phase of the task, or its outcome after the last phase or a failure."""

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
+from itertools import chain, repeat
 from threading import Lock
 from typing import Any
 
@@ -13,7 +15,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.station_parts import Station, StationParts
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
-from soft_gripper.scenario.schema import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig, TendonConfig
 
 Keys = tuple[str, str]  # JavaScript's codes of the keys that decrease and increase it
 ALL_KEYS: Keys = ("ArrowDown", "ArrowUp")
@@ -22,6 +24,8 @@ TOOL_KEYS: tuple[Keys, ...] = (("KeyK", "KeyI"), ("KeyL", "KeyJ"), ("KeyU", "Key
 NO_KEYS: Keys = ("", "")
 _PRESSURE_STEP = 2.0  # kPa
 _OPENING_STEP = 1.0  # mm
+_TENSION_STEP = 0.1  # N
+_MOST_TENSION, _MOST_PULL = 20.0, 0.05  # N and m, where the scenario has no limit
 _TOOL_STEP = 5.0  # mm
 _YAW_STEP = 3.0  # degrees
 _WIDEST = 1.6  # of the opening of straight fingers
@@ -57,15 +61,37 @@ def commands_of(station: StationParts) -> list[Command]:
         )
         grip = [_opening_command(float(straight))]
     else:
-        grip = [*_pressure_commands([finger.name for finger in station.fingers], station.scenario.pressure)]
+        grip = [*_drive_commands(station)]
     return grip if station.arm is None else [*grip, _tool_command(station.arm)]
 
 
-def _pressure_commands(fingers: Sequence[str], supply: PressureConfig) -> Iterator[Command]:
-    for i, name in enumerate(fingers):
-        keys = FINGER_KEYS[i] if i < len(FINGER_KEYS) else NO_KEYS
-        slider = pressure_slider(f"{name} [kPa]", supply, keys)
-        yield Command(f"{name}.pressure_command", (slider,), lambda values: [1e3 * values[0]])
+def _drive_commands(station: StationParts) -> Iterator[Command]:
+    """The pressures of the chambers and the commands of the tendons of each finger; the first sliders have keys."""
+    keys = chain(FINGER_KEYS, repeat(NO_KEYS))
+    supply, tendons = station.scenario.pressure, station.scenario.tendons
+    for finger in station.fingers:
+        chambers = finger.finger.chamber_axis.get("chamber", [""])
+        if finger.finger.pressures:
+            names = [" ".join(filter(None, (finger.name, chamber, "[kPa]"))) for chamber in chambers]
+            pushing = tuple(pressure_slider(name, supply, next(keys)) for name in names)
+            yield Command(f"{finger.name}.pressure_command", pushing, partial(_scaled, 1e3))
+        pulling = tuple(
+            _tendon_slider(f"{finger.name} {tendon.name}", tendons, next(keys)) for tendon in finger.finger.tendons
+        )
+        if pulling:
+            scale = 1.0 if tendons.command == "tension" else 1e-3
+            yield Command(f"{finger.name}.{tendons.command}_command", pulling, partial(_scaled, scale))
+
+
+def _scaled(scale: float, values: Sequence[float]) -> list[float]:
+    return [scale * value for value in values]
+
+
+def _tendon_slider(name: str, config: TendonConfig, keys: Keys) -> Slider:
+    """A slider over the tensions, or the lengths, that a winch commands."""
+    if config.command == "tension":
+        return Slider(f"{name} [N]", 0.0, config.maximum or _MOST_TENSION, _TENSION_STEP, 0.0, keys)
+    return Slider(f"{name} [mm]", 0.0, 1e3 * (config.maximum or _MOST_PULL), _OPENING_STEP, 0.0, keys)
 
 
 def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
@@ -126,15 +152,16 @@ BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.RECORD: "KeyC"
 class ControlPanel:
     """The positions of the sliders, and the clicked buttons.
 
-    If several fingers have pressure sliders, one more slider moves all of them.
+    If several fingers have a pressure slider each, one more slider moves all of them.
     """
 
     def __init__(self, station: Station):
         """`station` is one of an `open_scenario`."""
         self._commands = commands_of(station.parts)
         own = [slider for command in self._commands for slider in command.sliders]
-        pressures = [c.sliders[0].name for c in self._commands if c.port.endswith(".pressure_command")]
-        self._together = pressures if len(pressures) > 1 else []
+        pressures = [c.sliders for c in self._commands if c.port.endswith(".pressure_command")]
+        are_alike = len(pressures) > 1 and all(len(sliders) == 1 for sliders in pressures)
+        self._together = [sliders[0].name for sliders in pressures] if are_alike else []
         common = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if self._together else []
         self.sliders: list[Slider] = common + own
         self._by_name = {slider.name: slider for slider in self.sliders}

@@ -104,7 +104,7 @@ class ModelConfig(ByValue):
 class PressureConfig:
     """The pressure supply, and the pressure steps used if nothing else commands the pressure."""
 
-    steps: dict[str, list[float]] = quantity({"all": [0.0]}, "Pa", filled=True)  # by finger or "all"
+    steps: dict[str, list[float]] = quantity({"all": [0.0]}, "Pa", filled=True)  # by "finger::chamber", finger or "all"
     settle: float = quantity(1.0, "s", least=0)  # before the averaged samples of a step
     hold_samples: int = quantity(100, least=1)  # sensor samples averaged in each step
     minimum: float = quantity(-50e3, "Pa", least=-ATMOSPHERE)  # of the supply; negative: vacuum
@@ -119,6 +119,24 @@ class PressureConfig:
                 if not self.minimum <= step <= self.maximum:
                     limits = f"{self.minimum:g} to {self.maximum:g} Pa"
                     yield f"steps.{finger}[{i}]", step, f"must be within the limits of the supply, {limits}"
+
+
+@dataclass
+class TendonConfig:
+    """The winches of fingers with tendons, and the steps used if nothing else commands them."""
+
+    # What is commanded: the "tension", N; or the length that is pulled in at the winch, m: "pull".
+    command: str = quantity("tension", known=("tension", "pull"))
+    steps: dict[str, list[float]] = quantity({"all": [0.0]}, filled=True)  # by "finger::tendon", finger or "all"
+    maximum: float | None = quantity(None, least=0)  # of the winches; None: no limit
+    time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and winch; 0: no lag
+
+    def misfits(self) -> Iterator[Misfit]:
+        most = math.inf if self.maximum is None else self.maximum
+        for name, steps in self.steps.items():
+            for i, step in enumerate(steps):
+                if not 0 <= step <= most:
+                    yield f"steps.{name}[{i}]", step, f"must be from 0 to {most:g}: tendons pull"
 
 
 @dataclass
@@ -391,6 +409,7 @@ class Scenario(ByValue):
     models: list[ModelConfig] = quantity([], filled=True)
     gravity: list[float] = quantity([0.0, 0.0, -9.81], "m/s^2", length=3)  # in the world
     pressure: PressureConfig = field(default_factory=PressureConfig)
+    tendons: TendonConfig = field(default_factory=TendonConfig)
     control: ControlConfig = field(default_factory=ControlConfig)
     arm: ArmConfig | None = None
     task: TaskConfig | None = None
@@ -414,10 +433,10 @@ class Scenario(ByValue):
 
     @property
     def steps(self) -> int:
-        """Number of steps, of pressure or, in closed loop, of the set point."""
+        """Number of steps, of pressures and tendons or, in closed loop, of the set point."""
         if self.control.set_points is not None:
             return len(self.control.set_points)
-        return max(len(steps) for steps in self.pressure.steps.values())
+        return max(len(steps) for part in (self.pressure, self.tendons) for steps in part.steps.values())
 
     @property
     def step_duration(self) -> float:

@@ -88,7 +88,7 @@ def test_chamber_law_acts_on_the_joints_of_its_finger_alone(load_plant):
     model = plant.GetModelInstanceByName("two_finger")
     for finger in expanded.fingers:
         of_plant = PlantFinger(finger, plant, model)
-        torque = plant.MakeActuationMatrix() @ pressure_torque_map(of_plant)
+        torque = plant.MakeActuationMatrix() @ pressure_torque_map(of_plant)[:, 0]
         joints = [plant.GetJointByName(f"{finger.name}_joint_{i}").velocity_start() for i in range(12)]
         sections = [built_at(finger, (i + 0.5) * 0.01) for i in range(12)]
         law = [section.chamber_area * section.chamber_eccentricity for section in sections]
@@ -116,7 +116,7 @@ def test_a_finger_that_stretches_is_pushed_along_too(shipped_finger, finger_plan
     finger = replace(shipped_finger, yields=YIELDS)
     plant = finger_plant(finger)
     of_plant = PlantFinger(finger, plant, plant.GetModelInstanceByName("robot"))
-    torques = pressure_torque_map(of_plant)
+    torques = pressure_torque_map(of_plant)[:, 0]
     areas = [built_at(finger, s).chamber_area for s in finger.joint_arc_lengths]
     np.testing.assert_allclose(of_plant.actuator_selector("stretch") @ torques, areas, rtol=1e-12)
     np.testing.assert_array_equal(of_plant.actuator_selector() @ torques, finger.pressure_gain)

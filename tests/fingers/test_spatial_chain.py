@@ -107,7 +107,7 @@ def test_a_finger_that_bends_alone_has_no_other_links(plant, finger):
 
 def test_balance_is_of_driving_torque_weight_and_springs(finger, chain):
     stiffness, loads = chain.spread(finger.stiffnesses), weights(finger, chain, np.stack([GRAVITY, -GRAVITY]))
-    driving = chain.spread({"bending": finger.pressure_torque(60e3), "stretch": 60e3 * finger.pressure_area})
+    driving = chain.spread({way: 60e3 * gains[0] for way, gains in finger.pressure_gains.items()})
     q = resting_positions(chain, stiffness, driving, loads)
     left = driving + torques(posture(chain, q), loads) - stiffness * q
     np.testing.assert_allclose(left, 0, atol=1e-10)

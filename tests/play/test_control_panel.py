@@ -95,3 +95,27 @@ def test_what_is_no_command_is_refused(panel: ControlPanel, message: object) -> 
 def test_a_single_finger_has_no_slider_of_all() -> None:
     station, _ = played("free_bending", None, "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]")
     assert ControlPanel(station).values == {"f [kPa]": 0}
+
+
+def test_chambers_and_tendons_have_sliders_of_their_own() -> None:
+    several = played("three_chambers")[0]
+    panel = ControlPanel(several)
+    names = [f"finger {chamber} [kPa]" for chamber in ("inner", "left", "right")]
+    assert [slider.name for slider in panel.sliders] == names
+    move(panel, names[1], 30.0)
+    context = several.diagram.CreateDefaultContext()
+    panel.apply(several, context)
+    assert several.diagram.GetOutputPort("finger.pressure_command").Eval(context).tolist() == [0, 30e3, 0]
+
+
+@pytest.mark.parametrize(("kind", "unit", "value", "expected"), [("tension", "N", 2.0, 2.0), ("pull", "mm", 6.0, 6e-3)])
+def test_tendons_are_pulled_by_sliders(kind: str, unit: str, value: float, expected: float) -> None:
+    pulled = played(
+        "tendon_grasp", None, f"tendons.command={kind}", "tendons.steps.all=[0.0]", "plant_config.time_step=0.005"
+    )[0]
+    panel = ControlPanel(pulled)
+    assert ALL_FINGERS not in panel.values
+    assert move(panel, f"right_finger flexor [{unit}]", value)
+    context = pulled.diagram.CreateDefaultContext()
+    panel.apply(pulled, context)
+    assert pulled.diagram.GetOutputPort(f"right_finger.{kind}_command").Eval(context) == pytest.approx([expected])

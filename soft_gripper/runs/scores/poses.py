@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.wiring.drive import pressure_steps
+from soft_gripper.diagrams.wiring.drive import steps_of
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -29,7 +29,7 @@ class HeldStep:
     estimator: str
     nominal: str
     sections: int
-    pressure_kpa: float
+    pressure_kpa: float  # NaN unless the finger has one chamber
 
 
 Row = TypeVar("Row", bound=HeldStep)
@@ -41,8 +41,17 @@ def held_steps(
     """The steady states of a finger; by default with the estimator and the number of sections of the scenario."""
     scenario = station.scenario
     of = name, finger.name, estimator or station.parts.estimator, describe_nominal_model(scenario.nominal)
-    pressures = pressure_steps(scenario.pressure, finger.name) / 1e3
-    return [HeldStep(*of, sections or scenario.sensor.sections, float(pressure)) for pressure in pressures]
+    pressures = _pressures(scenario, finger)
+    return [HeldStep(*of, sections or scenario.sensor.sections, pressure) for pressure in pressures]
+
+
+def _pressures(scenario: Scenario, finger: PlantFinger) -> list[float]:
+    """Of a finger with one chamber at each step, kPa; NaN for others."""
+    if finger.finger.pressures != 1:
+        return [np.nan] * scenario.steps
+    chambers = [chamber.name for chamber in finger.finger.chambers]
+    steps = steps_of("pressure", scenario.pressure.steps, finger.name, chambers)[:, 0] / 1e3
+    return [float(steps[min(i, len(steps) - 1)]) for i in range(scenario.steps)]
 
 
 def held_samples(scenario: Scenario, recording: Recording, signal: str | Array) -> Array:

@@ -18,20 +18,25 @@ from soft_gripper.truth.poses import TRUE_TIP
 
 
 def step_figure(recordings: Mapping[str, Recording]) -> Figure:
-    """Plots the gripper opening (top) and the pressure (bottom) over time, with a line per recording."""
+    """Plots the gripper opening (top) and pressure or tension (bottom) over time, with a line per recording."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 4.8), layout="constrained")
         distance, pressure = figure.subplots(2, sharex=True, height_ratios=[2, 1])
         for (label, recording), color in zip(recordings.items(), ("#b2182b", "#2166ac", "#5aae61"), strict=False):
             time = recording.data["time"]
             distance.plot(time, 1e3 * recording["grip.opening"], color=color, lw=1.3, label=label)
-            finger = next(str(name) for name in recording.data if str(name).endswith(".pressure"))
-            pressure.plot(time, recording[finger] / 1e3, color=color, lw=1.3)
+            kind, scale = ("pressure", 1e-3) if _first_of(recording, "pressure") else ("tension", 1.0)
+            pressure.plot(time, scale * recording[_first_of(recording, kind)], color=color, lw=1.3)
         distance.step(time, 1e3 * recording["grip.set_point"], color="black", lw=0.9, ls="--", label="set point")
         distance.set_ylabel("opening [mm]")
         distance.legend(frameon=False, ncols=4, columnspacing=1.2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-        pressure.set(ylabel="pressure [kPa]", xlabel="time [s]")
+        pressure.set(ylabel="pressure [kPa]" if kind == "pressure" else "tension [N]", xlabel="time [s]")
     return figure
+
+
+def _first_of(recording: Recording, kind: str) -> str:
+    """The signal of that kind of the first finger; empty if there is none."""
+    return next((str(name) for name in recording.data if str(name).endswith(f".{kind}")), "")
 
 
 BAND = 0.02  # share of the step; the opening has settled within this band
@@ -116,8 +121,8 @@ def phase_table(station: Station, recording: Recording) -> list[PhaseRow]:
 
 
 def _value(now: xr.Dataset, signal: str) -> float:
-    """A signal; NaN if it was not recorded, such as grip signals in a task that does not command the grip."""
-    return float(now[signal]) if signal in now else float("nan")
+    """A signal; NaN if it was not recorded, such as grip signals in a task without grip, or has several entries."""
+    return float(now[signal]) if signal in now and now[signal].size == 1 else float("nan")
 
 
 def outcome(recording: Recording) -> Outcome:

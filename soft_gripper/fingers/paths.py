@@ -1,0 +1,151 @@
+"""Paths along a finger, and what drives it along them: chambers, which push, and tendons, which pull.
+
+A path runs at (x(s), y(s)) of the section, straight between its stations, from the first of them to the last. Per
+length of the axis it is as long as
+
+    lambda = | (x' - tau y,  y' + tau x,  1 + epsilon - kappa_y x + kappa_x y) | ,
+
+where kappa_y is the curvature in the plane (positive closes), kappa_x that sideways, tau the twist, epsilon the stretch
+and x is counted from the neutral axis: the change of a place of the section per length, seen from the section. The
+chain sums it over its segments, with the strain of a segment that of its joints over its length, so that
+
+    l(q) = sum over the segments of  ds lambda(q / ds) .
+
+By virtual work, a tendon of tension T drives the joints with  -T dl/dq , and a chamber of area A under the pressure p
+with  p dV/dq = p sum of A dl/dq . A path that runs parallel to the axis has, without twist, a constant gradient: the
+chamber law  p A e .
+
+Leading axes are free; P paths, N segments.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.quantity import Misfit, quantity, valid
+
+SIZES = (1e-9, 1e12)
+Stations = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Path:
+    """A line along the finger through places of its section; what is given once holds for the whole path."""
+
+    name: str = field(metadata=valid(is_name=True))
+    x: Stations = field(metadata=valid("m", sizes=SIZES))  # from the middle of the outer section, toward the inner side
+    y: Stations = field(metadata=valid("m", sizes=SIZES))  # across the finger
+    at: Stations = quantity((0.0, 1.0), least=0, most=1)  # the stations, as shares of the length; increasing
+
+    def misfits(self) -> Iterator[Misfit]:
+        """Stations out of order, and lists of another length."""
+        if len(self.at) < 2 or not np.all(np.diff(self.at) > 0):
+            yield "at", self.at, "must be two increasing shares of the length or more, such as 0 0.5"
+        for column in self._columns():
+            if len(getattr(self, column)) not in (1, len(self.at)):
+                expected = f"give one number, or one for each of the {len(self.at)} stations"
+                yield column, getattr(self, column), expected
+
+    def _columns(self) -> list[str]:
+        return [part.name for part in fields(self) if part.name in ("x", "y", "width", "thickness")]
+
+    def along(self, column: str, s: Array | float, length: float) -> Array:
+        """A number of the path at arc lengths `s`, m, of a finger of `length`; held beyond its ends."""
+        values = getattr(self, column)
+        stations = np.array(self.at) * length
+        found: Array = np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
+        return found
+
+
+@dataclass(frozen=True)
+class Chamber(Path):
+    """A chamber under a pressure of its own."""
+
+    width: Stations = quantity((), "m", above=0, sizes=SIZES)  # along y
+    thickness: Stations = quantity((), "m", above=0, sizes=SIZES)  # along x
+
+
+@dataclass(frozen=True)
+class Tendon(Path):
+    """A tendon that is fixed at its last station and pulled at its first."""
+
+    stiffness: float = quantity(0.0, "N/m", least=0, sizes=SIZES)  # if commanded in length; of the whole tendon
+    friction: float = quantity(0.0, least=0, most=10)  # Coulomb, against its sheath (capstan)
+    # m of travel by which friction reverses: what a tendon moves before it slides (Dahl)
+    reversal: float = quantity(2e-4, "m", above=0, sizes=SIZES)
+
+
+class PathsOnChain(NamedTuple):
+    """Paths, at the segments of a chain."""
+
+    x: Array  # (P, N) m from the neutral axis
+    y: Array  # (P, N) m
+    x_slope: Array  # (P, N) change of x per length
+    y_slope: Array  # (P, N)
+    covered: Array  # (P, N) m of every segment along which the path runs
+
+    @property
+    def are_parallel(self) -> bool:
+        """Whether all run parallel to the axis."""
+        return not (self.x_slope.any() or self.y_slope.any())
+
+
+def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: float) -> PathsOnChain:
+    """Paths of a chain, at the middles of what they cover of its segments.
+
+    Args:
+        paths: of a finger.
+        neutral_axis: x at the ends of the segments from the middle of the outer section, (N + 1,) m; linear between.
+        segment_length: m.
+    """
+    segments = len(neutral_axis) - 1
+    ends = np.arange(segments + 1) * segment_length
+    length, found = float(ends[-1]), []
+    for path in paths:
+        first, last = path.at[0] * length, path.at[-1] * length
+        low, high = np.clip(ends[:-1], first, last), np.clip(ends[1:], first, last)
+        covered = high - low
+        axis = np.interp([low, high], ends, neutral_axis)
+        x = np.array([path.along("x", s, length) for s in (low, high)]) - axis
+        y = np.array([path.along("y", s, length) for s in (low, high)])
+        run = np.where(covered > 0, covered, 1.0)
+        slopes = [_without_rounding(np.diff(each, axis=0)[0] / run) for each in (x, y)]
+        found.append((x.mean(axis=0), y.mean(axis=0), *slopes, covered))
+    columns = np.array(found).reshape(len(paths), 5, segments)
+    return PathsOnChain(*columns.swapaxes(0, 1))
+
+
+def _without_rounding(slope: Array) -> Array:
+    return np.where(np.abs(slope) < 1e-12, 0.0, slope)
+
+
+# The strains of a segment, by the way in which its joint yields.
+STRAINS = ("bending", "sideways", "twist", "stretch")
+_NONE = np.zeros(1)
+
+
+def _lines(paths: PathsOnChain, strains: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+    """Change of the places of paths per length, along x, y and z of the section, (..., P, N) each."""
+    bending, sideways, twist, stretch = (np.asarray(strains.get(way, _NONE))[..., None, :] for way in STRAINS)
+    return (
+        paths.x_slope - twist * paths.y,
+        paths.y_slope + twist * paths.x,
+        1 + stretch - bending * paths.x + sideways * paths.y,
+    )
+
+
+def path_lengths(paths: PathsOnChain, q: Mapping[str, Array], segment_length: float) -> Array:
+    """Lengths of paths, (..., P) m, where joints stand at `q`, (..., N) rad, or m, by the way in which they yield."""
+    a, b, c = _lines(paths, {way: angle / segment_length for way, angle in q.items()})
+    return np.asarray((paths.covered * np.sqrt(a**2 + b**2 + c**2)).sum(axis=-1))
+
+
+def length_gradients(paths: PathsOnChain, q: Mapping[str, Array], segment_length: float) -> dict[str, Array]:
+    """dl/dq, (..., P, N) m/rad, or 1 where joints slide, by the way in which they yield; for the ways in `q`."""
+    a, b, c = _lines(paths, {way: angle / segment_length for way, angle in q.items()})
+    share = paths.covered / segment_length / np.sqrt(a**2 + b**2 + c**2)
+    by_strain = {"bending": -paths.x * c, "sideways": paths.y * c, "twist": paths.x * b - paths.y * a, "stretch": c}
+    return {way: share * by_strain[way] for way in q}

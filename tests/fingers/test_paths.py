@@ -1,0 +1,158 @@
+"""Paths along a finger: lengths, their gradients, and the sections that chambers leave."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import refused
+from scipy.integrate import quad
+
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import YIELDS, CreepBranch, PressureLaw
+from soft_gripper.fingers.paths import Chamber, Tendon, length_gradients, path_lengths
+
+SOLID = CrossSection(0.02, 0.02, 2.67e5, 1070.0)
+LENGTH = 0.12
+
+
+def finger(*paths, segments=12, section=SOLID, yields=YIELDS, **fields):
+    chambers = tuple(path for path in paths if isinstance(path, Chamber))
+    tendons = tuple(path for path in paths if isinstance(path, Tendon))
+    return Finger("f", LENGTH, section, section, 0.017, segments, 0.02, yields=yields, chambers=chambers,
+                  tendons=tendons, **fields)  # fmt: skip
+
+
+def tendon(x, y, at=(0.0, 1.0), **fields):
+    return Tendon("t", tuple(np.atleast_1d(x)), tuple(np.atleast_1d(y)), at, **fields)
+
+
+def chamber(name, x, y, width=5e-3, thickness=5e-3, at=(0.0, 1.0)):
+    return Chamber(name, (x,), (y,), at, (width,), (thickness,))
+
+
+def equally(segments, **angles):
+    """Joints that stand at equal angles, rad or m in all."""
+    return {way: np.full(segments, angle / segments) for way, angle in angles.items()}
+
+
+SLANTED = tendon([8e-3, -6e-3, 2e-3], [-7e-3, 0.0, 7e-3], (0.05, 0.4, 0.93))
+
+
+def test_lengths_are_those_of_lines_in_space():
+    """A rod of constant strains, whose centre line and section are known in closed form, and a slanted line on it."""
+    turning = np.array([0.3, 0.9, 0.7])  # of the whole rod about x, y and z, rad: its section turns about one axis
+    path = tendon([8e-3, -6e-3], [-7e-3, 5e-3])
+
+    def speed(s):
+        """Change of the line per length, in the turning section."""
+        share = s / LENGTH
+        x, y = 8e-3 - 14e-3 * share, -7e-3 + 12e-3 * share
+        along = np.array([-14e-3, 12e-3, 0.0]) / LENGTH
+        return np.linalg.norm(along + np.array([0, 0, 1.05]) + np.cross(turning / LENGTH, [x, y, 0]))
+
+    expected = quad(speed, 0, LENGTH)[0]
+    errors = []
+    for segments in (10, 20):
+        built = finger(path, segments=segments)
+        q = equally(segments, sideways=0.3, bending=0.9, twist=0.7, stretch=0.05 * LENGTH)
+        errors.append(path_lengths(built.tendon_paths, q, built.segment_length)[0] - expected)
+    assert abs(errors[1]) < 1e-6
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # of second order
+
+
+def test_a_parallel_path_of_a_bent_finger_is_an_arc():
+    built, q = finger(tendon(8e-3, 0.0)), equally(12, bending=1.5, sideways=0.0, twist=0.0)
+    length = path_lengths(built.tendon_paths, q, built.segment_length)
+    np.testing.assert_allclose(length, LENGTH - 8e-3 * 1.5, rtol=1e-14)
+
+
+@pytest.mark.parametrize("path", [SLANTED, tendon(5e-3, 4e-3, (0.0, 0.5))])
+def test_gradients_are_the_derivatives_of_lengths(path):
+    built, rng, step = finger(path), np.random.default_rng(1), 1e-6
+    q = {way: 0.2 * rng.standard_normal(12) * (1e-2 if way == "stretch" else 1) for way in YIELDS}
+    found = length_gradients(built.tendon_paths, q, built.segment_length)
+    for way in YIELDS:
+        for joint in range(12):
+            moved = [q | {way: q[way] + sign * step * (np.arange(12) == joint)} for sign in (1, -1)]
+            ahead, behind = (path_lengths(built.tendon_paths, each, built.segment_length)[0] for each in moved)
+            assert found[way][0, joint] == pytest.approx((ahead - behind) / (2 * step), abs=1e-8)
+
+
+def test_a_path_that_ends_before_the_tip_leaves_the_rest_alone():
+    built = finger(tendon(8e-3, 0.0, (0.0, 0.4)))
+    gains = built.tension_gains["bending"][0] / 8e-3
+    np.testing.assert_allclose(gains, [1, 1, 1, 1, 0.8, 0, 0, 0, 0, 0, 0, 0], atol=1e-12)
+
+
+def test_one_listed_chamber_is_that_of_the_sections(shipped_finger):
+    """Up to its taper, which is linear in both."""
+    ends = (shipped_finger.base, shipped_finger.tip)
+    bare = [replace(end, chamber_width=0.0, chamber_thickness=0.0, chamber_center=0.0) for end in ends]
+    columns = ([getattr(end, f"chamber_{name}") for end in ends] for name in ("center", "width", "thickness"))
+    x, width, thickness = map(tuple, columns)
+    listed = Chamber("only", x, (0.0,), (0.0, 1.0), width, thickness)
+    same = replace(shipped_finger, base=bare[0], tip=bare[1], chambers=(listed,))
+    np.testing.assert_allclose(same.stiffness, shipped_finger.stiffness, rtol=1e-12)
+    np.testing.assert_allclose(same.pressure_gain, shipped_finger.pressure_gain, rtol=1e-4)  # neutral axis is slanted
+    np.testing.assert_allclose(same.link_masses, shipped_finger.link_masses, rtol=1e-12)
+    np.testing.assert_allclose(same.links.center, shipped_finger.links.center, atol=1e-12)
+    twist = [each.section(0.05).twist_stiffness for each in (same, shipped_finger)]
+    assert twist[0] == pytest.approx(twist[1], rel=1e-9)
+    assert same.pressure_torque(5e4) == pytest.approx(shipped_finger.pressure_torque(5e4), rel=1e-4)
+
+
+def test_chambers_weaken_the_section_where_they_are():
+    """Against the sums over rectangles by hand, and a section of two cut in halves for the twist."""
+    pair = [chamber("left", 0.0, 5e-3), chamber("right", 0.0, -5e-3)]
+    section = finger(*pair).section(0.05)
+    area, modulus = 25e-6, 2.67e5
+    own = modulus * 5e-3**4 / 12
+    assert section.bending_stiffness == pytest.approx(modulus * 0.02**4 / 12 - 2 * own, rel=1e-12)
+    assert section.sideways_stiffness == pytest.approx(
+        modulus * 0.02**4 / 12 - 2 * (own + modulus * area * 25e-6), rel=1e-12
+    )
+    assert section.stretch_stiffness == pytest.approx(modulus * (4e-4 - 2 * area), rel=1e-12)
+    turned = finger(chamber("front", 5e-3, 0.0), chamber("back", -5e-3, 0.0)).section(0.05)
+    assert section.twist_stiffness == pytest.approx(turned.twist_stiffness, rel=1e-3)  # the section is square
+    ends = finger(chamber("left", 0.0, 5e-3, at=(0.0, 0.5)), chamber("right", 0.0, -5e-3, at=(0.0, 0.5)))
+    assert ends.section(0.07).area == SOLID.area
+    assert ends.section(0.05).area == section.area
+
+
+@pytest.mark.parametrize(
+    ("paths", "field"),
+    [
+        ([chamber("a", 9e-3, 0.0)], "chamber.x"),
+        ([chamber("a", 0.0, 9e-3), chamber("b", 0.0, -9e-3)], "chamber.y"),
+        ([tendon(11e-3, 0.0)], "tendon.x"),
+        ([tendon(0.0, [0.0, 0.02])], "tendon.y"),
+        ([chamber("a", 0.0, 5e-3)], "chamber.y"),
+        ([chamber("a", 0.0, 0.0), chamber("b", 2e-3, 0.0)], "chamber.x"),
+        ([chamber("a", 4e-3, 0.0), chamber("a", -4e-3, 0.0)], "chamber.name"),
+        ([tendon(0.0, 0.0, (0.5, 0.2))], "tendons[0].at"),
+        ([tendon(0.0, 0.0, (0.5,))], "tendons[0].at"),
+        ([tendon([0.0, 1e-3], 0.0, (0.0, 0.5, 1.0))], "tendons[0].x"),
+        ([tendon(0.0, 0.0, (0.0, 1.2))], "tendons[0].at[1]"),
+        ([tendon(0.0, 0.0, friction=-0.1)], "tendons[0].friction"),
+        ([tendon(np.nan, 0.0)], "tendons[0].x[0]"),
+        ([Chamber("a", (0.0,), (0.0,), (0.0, 1.0), (0.0,), (5e-3,))], "chambers[0].width[0]"),
+    ],
+)
+def test_what_cannot_be_built_is_refused(paths, field):
+    with refused(field):
+        finger(*paths)
+
+
+def test_a_section_has_its_own_chamber_or_listed_ones(shipped_finger):
+    with refused("chamber"):
+        replace(shipped_finger, chambers=(chamber("a", -5e-3, 0.0, 2e-3, 2e-3),))
+
+
+def test_one_pressure_is_for_one_chamber():
+    both = finger(chamber("left", 0.0, 5e-3), chamber("right", 0.0, -5e-3))
+    with refused("chambers", 2):
+        both.pressure_torque(1e4)
+    creeps = (CreepBranch(0.1, 1.0),)
+    with refused("creep", creeps):
+        replace(both, creep=creeps, pressure_law=PressureLaw((0.0, 1e5), (0.0, 2e5)))

@@ -1,0 +1,165 @@
+"""What drives fingers along paths, in the plant: chambers in several directions, tendons, and their friction."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.fingers.path_drive import tendon_tensions, tendon_torques, turned_friction
+from soft_gripper.fingers.paths import Tendon
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.scenario_file import load_scenario
+
+PRESSURE = 60e3
+WEIGHTLESS = "gravity=[0, 0, 0]"
+OPEN = ["models.1.X_PC.translation=[0, 1, 0]", "models.2.X_PC.translation=[0, 1, 0.03001]"]  # nothing to grasp
+
+
+def three_chambers(pressures, *overrides):
+    steps = [
+        f"pressure.steps.finger::{name}=[{p}]" for name, p in zip(("inner", "left", "right"), pressures, strict=True)
+    ]
+    short = ["pressure.settle=5.9", "pressure.hold_samples=10", WEIGHTLESS]
+    return simulate(load_scenario("three_chambers", [*steps, *short, *overrides]))
+
+
+@pytest.fixture(scope="module")
+def finger():
+    return make_station(load_scenario("three_chambers")).fingers[0].finger
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("pressures", "direction"),
+    [((0, 1, 1), 0.0), ((1, 1, 0), -120.0), ((0, 1, 0), -60.0), ((1, 0, 0), 180.0)],
+    ids=["left and right", "inner and left", "left", "inner"],
+)
+def test_three_chambers_bend_in_their_direction_along_an_arc(finger, pressures, direction):
+    """Away from the pressed chambers: a straight pull of p A on levers of 6 mm gives an arc that is a little longer."""
+    recording = three_chambers([PRESSURE * share for share in pressures])
+    x, y, z = recording["finger.true_tip_position"].values[-1]
+    off = (np.degrees(np.arctan2(y, x)) - direction + 180) % 360 - 180
+    assert abs(off) < 0.5
+    section, force = finger.section(0.06), PRESSURE * 25e-6
+    count = sum(pressures)
+    length = finger.length * (1 + count * force / section.stretch_stiffness)
+    angle = finger.length * force * 6e-3 / section.bending_stiffness  # of one chamber, or of two at 120 degrees
+    np.testing.assert_allclose(np.hypot(x, y), length / angle * (1 - np.cos(angle)), atol=1e-4)
+    np.testing.assert_allclose(z, length / angle * np.sin(angle), atol=1e-4)
+
+
+@pytest.mark.slow
+def test_equal_pressures_stretch_alone(finger):
+    tip = three_chambers([PRESSURE] * 3)["finger.true_tip_position"].values[-1]
+    stretched = finger.length * (1 + 3 * PRESSURE * 25e-6 / finger.section(0.06).stretch_stiffness)
+    np.testing.assert_allclose(tip, [0, 0, stretched], atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_slanted_tendon_bends_and_twists_as_virtual_work_says(tmp_path):
+    """At rest, stiffness times angle of every joint is tension times the gradient of the length."""
+    text = model_path("package://soft_gripper/grippers/three_chambers.urdf").read_text()
+    slanted = '<tendon name="slanted" at="0 0.9" x="6e-3 -2e-3" y="-8e-3 8e-3"/></finger>'
+    text = re.sub(r"<!-- 120.*?</finger>", slanted, text, flags=re.DOTALL).replace(" stretch", "")
+    (tmp_path / "slanted.urdf").write_text(text)
+    file = f"models.finger.file={tmp_path / 'slanted.urdf'}"
+    steps = [
+        "pressure.steps={all: [0.0]}",
+        "tendons.steps.all=[1.5]",
+        "pressure.settle=9.9",
+        "pressure.hold_samples=10",
+    ]
+    scenario = load_scenario("three_chambers", [file, *steps, WEIGHTLESS])
+    recording, built = simulate(scenario), make_station(scenario).fingers[0].finger
+    names = {"bending": "sampled_joint_angles", "sideways": "true_sideways_angles", "twist": "true_twist_angles"}
+    q = {way: recording[f"finger.{name}"].values[-1] for way, name in names.items()}
+    torques = tendon_torques(built, q, np.array([1.5]))
+    for way in names:
+        assert np.abs(torques[way]).max() > 3e-4
+        np.testing.assert_allclose(built.stiffnesses[way] * q[way], torques[way], atol=1e-6)
+
+
+def plain(finger, friction=0.0, stiffness=0.0, y=0.0):
+    """A finger whose only tendon runs 8 mm inside of the neutral axis."""
+    return replace(finger, chambers=(), tendons=(Tendon("t", (8e-3,), (y,), (0.0, 1.0), stiffness, friction),))
+
+
+def bent(angle, segments=12):
+    return {"bending": np.full(segments, angle / segments), "sideways": np.zeros(segments)}
+
+
+def test_friction_decays_over_the_angle_of_the_bend(finger):
+    """The capstan equation: what arrives at the far end is exp(-mu phi) of the tension, or exp(mu phi) if let go."""
+    sheath, q = plain(finger, friction=0.3), bent(2.0)
+    for sliding in (1.0, 0.0, -1.0):
+        torque = tendon_torques(sheath, q, np.array([5.0]), np.array([sliding]))["bending"]
+        np.testing.assert_allclose(torque, 5.0 * 8e-3 * np.exp(-0.3 * sliding * 2.0 * (np.arange(12) + 0.5) / 12))
+
+
+def test_friction_turns_over_a_short_travel(finger):
+    sheath, z = plain(finger, friction=0.3), np.array([-1.0])
+    np.testing.assert_allclose(turned_friction(sheath, z, np.array([0.0])), z)
+    np.testing.assert_allclose(turned_friction(sheath, z, np.array([2e-4])), 1 - 2 / np.e)
+    twice = turned_friction(sheath, turned_friction(sheath, z, np.array([1e-4])), np.array([1e-4]))
+    np.testing.assert_allclose(twice, 1 - 2 / np.e, rtol=1e-12)
+    np.testing.assert_allclose(turned_friction(sheath, z, np.array([1.0])), 1.0)
+
+
+def test_a_pulled_tendon_is_a_spring_that_does_not_push(finger):
+    winch, q = plain(finger, stiffness=2e3), bent(0.5)
+    shortened = 8e-3 * 0.5
+    np.testing.assert_allclose(tendon_tensions(winch, q, np.array([shortened + 1e-3])), 2.0)
+    np.testing.assert_allclose(tendon_tensions(winch, q, np.array([shortened - 1e-3])), 0.0)
+
+
+def tendon_run(*overrides):
+    short = ["pressure.settle=3.9", "pressure.hold_samples=10", WEIGHTLESS]
+    return simulate(load_scenario("tendon_grasp", [*short, *OPEN, *overrides]))
+
+
+@pytest.mark.slow
+def test_friction_keeps_a_tendon_where_it_was():
+    """Let go down to a tension, a finger rests further bent than pulled up to it; the capstan equation says how far."""
+    steps = "tendons.steps={left_finger: [0.5, 1.5, 2.0, 1.5], right_finger: [0.0]}"
+    held = tendon_run(steps, "tendons.time_constant=0.6")  # so slowly that nothing swings
+    built = make_station(load_scenario("tendon_grasp")).fingers[0].finger
+    time, bends = held["time"].values, held["left_finger.sampled_joint_angles"].values
+    for end, sliding in ((8.0, 1.0), (16.0, -1.0)):
+        at = np.searchsorted(time, end) - 1
+        q, tension = bends[at], held["left_finger.tension"].values[[at]]
+        torque = tendon_torques(built, {"bending": q}, tension, np.array([sliding]))["bending"]
+        np.testing.assert_allclose(built.stiffness * q, torque, rtol=2e-3)
+
+
+@pytest.mark.slow
+def test_a_length_that_is_pulled_bends_by_what_is_left_of_it():
+    """l(0) - l(q) is what was pulled, but for the stretch of the tendon, T / stiffness."""
+    pulled = tendon_run(
+        "tendons.command=pull",
+        "tendons.steps={left_finger: [0.006], right_finger: [0]}",
+        "plant_config.time_step=0.005",
+    )
+    bend = pulled["left_finger.sampled_joint_angles"].values[-1]
+    built = make_station(load_scenario("tendon_grasp")).fingers[0].finger
+    tension = pulled["left_finger.tension"].values[-1]
+    shortened = built.tension_gains["bending"][0] @ bend
+    assert shortened == pytest.approx(0.006 - tension / 2e3, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "field", "value"),
+    [
+        (["tendons.steps.all=[-1]"], "tendons.steps.all[0]", -1),
+        (["tendons.steps.left_finger::extensor=[1]"], "left_finger::extensor", [1]),
+        (["tendons.maximum=2"], "tendons.steps.all[3]", 3),
+        (["plant_config.time_step=0"], "time_step", 0),
+        (["tendons.command=push"], "tendons.command", "push"),
+    ],
+)
+def test_what_tendons_cannot_do_is_refused(overrides, field, value):
+    with refused(field, value):
+        make_station(load_scenario("tendon_grasp", overrides))
