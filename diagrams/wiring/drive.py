@@ -131,16 +131,13 @@ def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonCon
     """The torque of the tendons of a finger; their ports become part of the drive.
 
     Raises:
-        InputError: if they are pulled, and one has no stiffness; or have friction in a plant without steps.
+        InputError: if they are commanded in length, and one has no stiffness.
     """
     tendons, time_step = finger.finger.tendons, finger.plant.time_step()
     for tendon in tendons:
         if config.command == "pull" and tendon.stiffness == 0:
             expected = f"tendon '{tendon.name}' of finger '{finger.name}' has no stiffness: give it, or command tension"
             raise InputError("tendons", "command", config.command, expected)
-        if tendon.friction > 0 and time_step == 0:
-            expected = f"tendon '{tendon.name}' of finger '{finger.name}' has friction, which needs steps of the plant"
-            raise InputError("plant_config", "time_step", 0, expected)
     count = len(tendons)
     block = builder.AddNamedSystem(f"{finger.name}.tendons", TendonDrive(finger, config.command))
     most = np.full(count, np.inf if config.maximum is None else config.maximum)

@@ -283,15 +283,18 @@ class Finger:
 
         `q` has the positions of the joints, (..., N) rad, or m, by the way in which they yield.
         """
-        areas = np.reshape([hole.area for hole in self._holes(self.joint_arc_lengths)], (-1, self.segments))
-        gradients = length_gradients(self.chamber_paths, q, self.segment_length)
-        return {way: areas * gradient for way, gradient in gradients.items()}
+        return {way: self._chamber_areas * slope for way, slope in length_gradients(self.chamber_paths, q).items()}
+
+    @cached_property
+    def _chamber_areas(self) -> Array:
+        """Of the chambers that are listed, at every joint, m^2, (C, N)."""
+        return np.reshape([hole.area for hole in self._holes(self.joint_arc_lengths)], (-1, self.segments))
 
     @cached_property
     def tension_gains(self) -> dict[str, Array]:
         """Torque of every tendon per tension at every joint of the straight finger, likewise, (T, N), m."""
         straight = {way: np.zeros(self.segments) for way in self.yields}
-        return {way: -g for way, g in length_gradients(self.tendon_paths, straight, self.segment_length).items()}
+        return {way: -g for way, g in length_gradients(self.tendon_paths, straight).items()}
 
     @cached_property
     def chamber_paths(self) -> PathsOnChain:

@@ -21,55 +21,54 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.paths import length_gradients, path_lengths
+from soft_gripper.fingers.paths import Joints, length_gradients, path_lengths
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.signals import describe
 
 TENSION, PULL = "tension", "pull"
+_PERIOD = 5e-3  # s, between changes of friction in a plant without steps
 
 
-def tendon_tensions(finger: Finger, q: Mapping[str, Array], pulled: Array) -> Array:
-    """Tensions of tendons of which a length is pulled out, (..., T) m -> (..., T) N, at joint positions q.
+class Tendons:
+    """The tendons of a finger, T of them. Joint positions q are (..., N) rad, or m, by the way in which they yield."""
 
-    `q` has the positions of the joints, (..., N) rad, or m, by the way in which they yield.
-    """
-    paths, straight = finger.tendon_paths, {way: np.zeros(finger.segments) for way in q}
-    shortened = path_lengths(paths, straight, finger.segment_length) - path_lengths(paths, q, finger.segment_length)
-    return np.maximum(0.0, np.array([tendon.stiffness for tendon in finger.tendons]) * (pulled - shortened))
+    def __init__(self, finger: Finger):
+        tendons = finger.tendons
+        self.paths = finger.tendon_paths
+        self._straight = path_lengths(self.paths, {"bending": np.zeros(finger.segments)})
+        self._stiffness = np.array([tendon.stiffness for tendon in tendons])
+        self._friction = np.array([tendon.friction for tendon in tendons])
+        self._reversal = np.array([tendon.reversal for tendon in tendons])
+        self.slide = bool(self._friction.any())  # against friction
 
+    def tensions(self, q: Joints, pulled: Array) -> Array:
+        """Of tendons of which a length is pulled in, (..., T) m -> (..., T) N."""
+        return np.maximum(0.0, self._stiffness * (pulled - self._straight + path_lengths(self.paths, q)))
 
-def tendon_torques(
-    finger: Finger, q: Mapping[str, Array], tensions: Array, sliding: Array | None = None
-) -> dict[str, Array]:
-    """Torques of tendons at the joints, (..., N) N m, and N where they slide, by the way in which these yield.
+    def torques(self, q: Joints, tensions: Array, sliding: Array | None = None) -> dict[str, Array]:
+        """Torques at the joints, (..., N) N m, and N where they slide, by the way in which these yield.
 
-    Args:
-        finger: has T tendons.
-        q: positions of its joints, (..., N) rad, or m.
-        tensions: at the pulled ends, (..., T) N.
-        sliding: z of the friction, (..., T), from -1 to 1; None: no friction.
-    """
-    gradients = length_gradients(finger.tendon_paths, q, finger.segment_length)
-    along = tensions[..., None]
-    if sliding is not None:
-        along = along * _capstan(finger, q, sliding)
-    return {way: -(along * gradient).sum(axis=-2) for way, gradient in gradients.items()}
+        Args:
+            q: joint positions.
+            tensions: at the pulled ends, (..., T) N.
+            sliding: z of the friction, (..., T), from -1 to 1; None: no friction.
+        """
+        along = -tensions[..., None]
+        if sliding is not None:
+            along = along * self._capstan(q, sliding)
+        return {way: (along * slope).sum(axis=-2) for way, slope in length_gradients(self.paths, q).items()}
 
+    def _capstan(self, q: Joints, sliding: Array) -> Array:
+        """Tension in the middle of every segment over that at the pulled end, (..., T, N)."""
+        bend = np.hypot(q["bending"], q["sideways"]) if "sideways" in q else np.abs(q["bending"])
+        passed = bend[..., None, :] * self.paths.share
+        angle = passed.cumsum(axis=-1) - passed / 2
+        return np.asarray(np.exp(-(self._friction * sliding)[..., None] * angle))
 
-def _capstan(finger: Finger, q: Mapping[str, Array], sliding: Array) -> Array:
-    """Tension in the middle of every segment over that at the pulled end, (..., T, N)."""
-    bend = np.hypot(q["bending"], q.get("sideways", 0.0))[..., None, :]
-    passed = bend * finger.tendon_paths.covered / finger.segment_length
-    friction = np.array([tendon.friction for tendon in finger.tendons])
-    angle = np.cumsum(passed, axis=-1) - passed / 2
-    return np.asarray(np.exp(-(friction * sliding)[..., None] * angle))
-
-
-def turned_friction(finger: Finger, sliding: Array, travel: Array) -> Array:
-    """z of the friction after tendons travelled by (..., T) m toward their pulled ends, (..., T)."""
-    reversal = np.array([tendon.reversal for tendon in finger.tendons])
-    toward, kept = np.sign(travel), np.exp(-np.abs(travel) / reversal)
-    return np.asarray(toward + (sliding - toward) * kept)
+    def turned(self, sliding: Array, travel: Array) -> Array:
+        """z of the friction after tendons travelled by (..., T) m toward their pulled ends, (..., T)."""
+        toward, kept = np.sign(travel), np.exp(-np.abs(travel) / self._reversal)
+        return np.asarray(toward + (sliding - toward) * kept)
 
 
 class _OnPaths(LeafSystem):
@@ -103,46 +102,48 @@ class TendonDrive(_OnPaths):
         tension (T) N, or pull (T) m, -------> | TendonDrive |
         as commanded                           +-------------+ ---> actuation  (nu) N m, of the model's joints
 
-    With friction its state is z and the lengths of the tendons, which are updated with every step of the plant.
+    With friction its state is z and the lengths of the tendons, which are updated with every step of the plant, and
+    every 5 ms if it has none.
     """
 
     def __init__(self, finger: PlantFinger, command: str):
         """`command` is "tension" or "pull"."""
         super().__init__(finger)
-        count, self._is_pulled = len(self._finger.tendons), command == PULL
+        self._tendons, self._is_pulled = Tendons(self._finger), command == PULL
+        count = self._count = len(self._finger.tendons)
         self._commanded = self.DeclareVectorInputPort(f"{command}_command", count)
-        self._slides = any(tendon.friction > 0 for tendon in self._finger.tendons)
         tension = self.DeclareVectorOutputPort(TENSION, count, self._put_tension)
         self.DeclareVectorOutputPort("actuation", self._size, self._put_actuation)
-        if self._slides:
+        if self._tendons.slide:
             self.DeclareDiscreteState(2 * count)
             self.DeclareInitializationDiscreteUpdateEvent(self._begin)
-            self.DeclarePeriodicDiscreteUpdateEvent(finger.plant.time_step(), 0.0, self._travel)
+            self.DeclarePeriodicDiscreteUpdateEvent(finger.plant.time_step() or _PERIOD, 0.0, self._travel)
         describe(tension, "N", **self._finger.tendon_axis)
 
-    def _tension(self, context: Context, q: Mapping[str, Array]) -> Array:
+    def _tension(self, context: Context, q: Joints) -> Array:
         commanded = self._commanded.Eval(context)
-        return tendon_tensions(self._finger, q, commanded) if self._is_pulled else np.maximum(commanded, 0.0)
+        return self._tendons.tensions(q, commanded) if self._is_pulled else np.maximum(commanded, 0.0)
 
     def _put_tension(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._tension(context, self._joints(context)))
 
     def _put_actuation(self, context: Context, output: BasicVector) -> None:
-        q = self._joints(context)
-        sliding = context.get_discrete_state_vector().value()[: len(self._finger.tendons)] if self._slides else None
-        output.SetFromVector(self._actuation(tendon_torques(self._finger, q, self._tension(context, q), sliding)))
-
-    def _lengths(self, context: Context) -> Array:
-        finger = self._finger
-        return path_lengths(finger.tendon_paths, self._joints(context), finger.segment_length)
+        q, sliding = self._joints(context), None
+        if self._tendons.slide:
+            sliding = context.get_discrete_state_vector().value()[: self._count]
+        output.SetFromVector(self._actuation(self._tendons.torques(q, self._tension(context, q), sliding)))
 
     def _begin(self, context: Context, state: DiscreteValues) -> None:
-        state.set_value(np.concatenate([np.zeros(len(self._finger.tendons)), self._lengths(context)]))
+        lengths = path_lengths(self._tendons.paths, self._joints(context))
+        state.set_value(np.concatenate([np.zeros(self._count), lengths]))
 
     def _travel(self, context: Context, state: DiscreteValues) -> None:
-        sliding, before = np.split(context.get_discrete_state_vector().value(), 2)
-        now = self._lengths(context)
-        state.set_value(np.concatenate([turned_friction(self._finger, sliding, before - now), now]))
+        before, lengths = (
+            context.get_discrete_state_vector().value(),
+            path_lengths(self._tendons.paths, self._joints(context)),
+        )
+        sliding = self._tendons.turned(before[: self._count], before[self._count :] - lengths)
+        state.set_value(np.concatenate([sliding, lengths]))
 
 
 class BentChambers(_OnPaths):

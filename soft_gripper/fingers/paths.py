@@ -20,7 +20,7 @@ Leading axes are free; P paths, N segments.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -78,7 +78,8 @@ class Tendon(Path):
     reversal: float = quantity(2e-4, "m", above=0, sizes=SIZES)
 
 
-class PathsOnChain(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class PathsOnChain:
     """Paths, at the segments of a chain."""
 
     x: Array  # (P, N) m from the neutral axis
@@ -86,11 +87,23 @@ class PathsOnChain(NamedTuple):
     x_slope: Array  # (P, N) change of x per length
     y_slope: Array  # (P, N)
     covered: Array  # (P, N) m of every segment along which the path runs
+    segment_length: float  # m
 
-    @property
+    @cached_property
     def are_parallel(self) -> bool:
         """Whether all run parallel to the axis."""
         return not (self.x_slope.any() or self.y_slope.any())
+
+    @cached_property
+    def share(self) -> Array:
+        """Of every segment along which a path runs, (P, N)."""
+        return self.covered / self.segment_length
+
+    @cached_property
+    def straight(self) -> dict[str, Array]:
+        """Gradients of parallel paths, where nothing twists, (P, N), by the way in which joints yield."""
+        by_way = {"bending": -self.x, "sideways": self.y, "stretch": np.ones_like(self.x)}
+        return {way: self.share * lever for way, lever in by_way.items()}
 
 
 def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: float) -> PathsOnChain:
@@ -114,38 +127,48 @@ def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: f
         run = np.where(covered > 0, covered, 1.0)
         slopes = [_without_rounding(np.diff(each, axis=0)[0] / run) for each in (x, y)]
         found.append((x.mean(axis=0), y.mean(axis=0), *slopes, covered))
-    columns = np.array(found).reshape(len(paths), 5, segments)
-    return PathsOnChain(*columns.swapaxes(0, 1))
+    x, y, x_slope, y_slope, covered = np.array(found).reshape(len(paths), 5, segments).swapaxes(0, 1)
+    return PathsOnChain(x, y, x_slope, y_slope, covered, segment_length)
 
 
 def _without_rounding(slope: Array) -> Array:
     return np.where(np.abs(slope) < 1e-12, 0.0, slope)
 
 
-# The strains of a segment, by the way in which its joint yields.
-STRAINS = ("bending", "sideways", "twist", "stretch")
-_NONE = np.zeros(1)
+Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by the way in which they yield
 
 
-def _lines(paths: PathsOnChain, strains: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+def _changes(paths: PathsOnChain, q: Joints) -> tuple[Array, Array, Array]:
     """Change of the places of paths per length, along x, y and z of the section, (..., P, N) each."""
-    bending, sideways, twist, stretch = (np.asarray(strains.get(way, _NONE))[..., None, :] for way in STRAINS)
-    return (
-        paths.x_slope - twist * paths.y,
-        paths.y_slope + twist * paths.x,
-        1 + stretch - bending * paths.x + sideways * paths.y,
-    )
+    strains = {way: angle[..., None, :] / paths.segment_length for way, angle in q.items()}
+    a, b, c = paths.x_slope, paths.y_slope, np.ones_like(paths.x)
+    if "twist" in strains:
+        a, b = a - strains["twist"] * paths.y, b + strains["twist"] * paths.x
+    if "bending" in strains:
+        c = c - strains["bending"] * paths.x
+    if "sideways" in strains:
+        c = c + strains["sideways"] * paths.y
+    if "stretch" in strains:
+        c = c + strains["stretch"]
+    return a, b, c
 
 
-def path_lengths(paths: PathsOnChain, q: Mapping[str, Array], segment_length: float) -> Array:
-    """Lengths of paths, (..., P) m, where joints stand at `q`, (..., N) rad, or m, by the way in which they yield."""
-    a, b, c = _lines(paths, {way: angle / segment_length for way, angle in q.items()})
+def path_lengths(paths: PathsOnChain, q: Joints) -> Array:
+    """Lengths of paths, (..., P) m, where joints stand at `q`."""
+    a, b, c = _changes(paths, q)
     return np.asarray((paths.covered * np.sqrt(a**2 + b**2 + c**2)).sum(axis=-1))
 
 
-def length_gradients(paths: PathsOnChain, q: Mapping[str, Array], segment_length: float) -> dict[str, Array]:
-    """dl/dq, (..., P, N) m/rad, or 1 where joints slide, by the way in which they yield; for the ways in `q`."""
-    a, b, c = _lines(paths, {way: angle / segment_length for way, angle in q.items()})
-    share = paths.covered / segment_length / np.sqrt(a**2 + b**2 + c**2)
-    by_strain = {"bending": -paths.x * c, "sideways": paths.y * c, "twist": paths.x * b - paths.y * a, "stretch": c}
-    return {way: share * by_strain[way] for way in q}
+def length_gradients(paths: PathsOnChain, q: Joints) -> dict[str, Array]:
+    """dl/dq, m/rad, or 1 where joints slide, by the ways in `q`: (..., P, N), or (P, N) where it does not change."""
+    if paths.are_parallel and "twist" not in q:
+        return {way: paths.straight[way] for way in q}
+    a, b, c = _changes(paths, q)
+    share = paths.share / np.sqrt(a**2 + b**2 + c**2)
+    slopes = {
+        "bending": lambda: -share * c * paths.x,
+        "sideways": lambda: share * c * paths.y,
+        "twist": lambda: share * (paths.x * b - paths.y * a),
+        "stretch": lambda: share * c,
+    }
+    return {way: np.asarray(slopes[way]()) for way in q}

@@ -56,14 +56,14 @@ def test_lengths_are_those_of_lines_in_space():
     for segments in (10, 20):
         built = finger(path, segments=segments)
         q = equally(segments, sideways=0.3, bending=0.9, twist=0.7, stretch=0.05 * LENGTH)
-        errors.append(path_lengths(built.tendon_paths, q, built.segment_length)[0] - expected)
+        errors.append(path_lengths(built.tendon_paths, q)[0] - expected)
     assert abs(errors[1]) < 1e-6
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # of second order
 
 
 def test_a_parallel_path_of_a_bent_finger_is_an_arc():
     built, q = finger(tendon(8e-3, 0.0)), equally(12, bending=1.5, sideways=0.0, twist=0.0)
-    length = path_lengths(built.tendon_paths, q, built.segment_length)
+    length = path_lengths(built.tendon_paths, q)
     np.testing.assert_allclose(length, LENGTH - 8e-3 * 1.5, rtol=1e-14)
 
 
@@ -71,11 +71,11 @@ def test_a_parallel_path_of_a_bent_finger_is_an_arc():
 def test_gradients_are_the_derivatives_of_lengths(path):
     built, rng, step = finger(path), np.random.default_rng(1), 1e-6
     q = {way: 0.2 * rng.standard_normal(12) * (1e-2 if way == "stretch" else 1) for way in YIELDS}
-    found = length_gradients(built.tendon_paths, q, built.segment_length)
+    found = length_gradients(built.tendon_paths, q)
     for way in YIELDS:
         for joint in range(12):
             moved = [q | {way: q[way] + sign * step * (np.arange(12) == joint)} for sign in (1, -1)]
-            ahead, behind = (path_lengths(built.tendon_paths, each, built.segment_length)[0] for each in moved)
+            ahead, behind = (path_lengths(built.tendon_paths, each)[0] for each in moved)
             assert found[way][0, joint] == pytest.approx((ahead - behind) / (2 * step), abs=1e-8)
 
 

@@ -9,7 +9,7 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.fingers.path_drive import tendon_tensions, tendon_torques, turned_friction
+from soft_gripper.fingers.path_drive import Tendons
 from soft_gripper.fingers.paths import Tendon
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -77,7 +77,7 @@ def test_a_slanted_tendon_bends_and_twists_as_virtual_work_says(tmp_path):
     recording, built = simulate(scenario), make_station(scenario).fingers[0].finger
     names = {"bending": "sampled_joint_angles", "sideways": "true_sideways_angles", "twist": "true_twist_angles"}
     q = {way: recording[f"finger.{name}"].values[-1] for way, name in names.items()}
-    torques = tendon_torques(built, q, np.array([1.5]))
+    torques = Tendons(built).torques(q, np.array([1.5]))
     for way in names:
         assert np.abs(torques[way]).max() > 3e-4
         np.testing.assert_allclose(built.stiffnesses[way] * q[way], torques[way], atol=1e-6)
@@ -96,24 +96,24 @@ def test_friction_decays_over_the_angle_of_the_bend(finger):
     """The capstan equation: what arrives at the far end is exp(-mu phi) of the tension, or exp(mu phi) if let go."""
     sheath, q = plain(finger, friction=0.3), bent(2.0)
     for sliding in (1.0, 0.0, -1.0):
-        torque = tendon_torques(sheath, q, np.array([5.0]), np.array([sliding]))["bending"]
+        torque = Tendons(sheath).torques(q, np.array([5.0]), np.array([sliding]))["bending"]
         np.testing.assert_allclose(torque, 5.0 * 8e-3 * np.exp(-0.3 * sliding * 2.0 * (np.arange(12) + 0.5) / 12))
 
 
 def test_friction_turns_over_a_short_travel(finger):
-    sheath, z = plain(finger, friction=0.3), np.array([-1.0])
-    np.testing.assert_allclose(turned_friction(sheath, z, np.array([0.0])), z)
-    np.testing.assert_allclose(turned_friction(sheath, z, np.array([2e-4])), 1 - 2 / np.e)
-    twice = turned_friction(sheath, turned_friction(sheath, z, np.array([1e-4])), np.array([1e-4]))
+    sheath, z = Tendons(plain(finger, friction=0.3)), np.array([-1.0])
+    np.testing.assert_allclose(sheath.turned(z, np.array([0.0])), z)
+    np.testing.assert_allclose(sheath.turned(z, np.array([2e-4])), 1 - 2 / np.e)
+    twice = sheath.turned(sheath.turned(z, np.array([1e-4])), np.array([1e-4]))
     np.testing.assert_allclose(twice, 1 - 2 / np.e, rtol=1e-12)
-    np.testing.assert_allclose(turned_friction(sheath, z, np.array([1.0])), 1.0)
+    np.testing.assert_allclose(sheath.turned(z, np.array([1.0])), 1.0)
 
 
 def test_a_pulled_tendon_is_a_spring_that_does_not_push(finger):
-    winch, q = plain(finger, stiffness=2e3), bent(0.5)
+    winch, q = Tendons(plain(finger, stiffness=2e3)), bent(0.5)
     shortened = 8e-3 * 0.5
-    np.testing.assert_allclose(tendon_tensions(winch, q, np.array([shortened + 1e-3])), 2.0)
-    np.testing.assert_allclose(tendon_tensions(winch, q, np.array([shortened - 1e-3])), 0.0)
+    np.testing.assert_allclose(winch.tensions(q, np.array([shortened + 1e-3])), 2.0)
+    np.testing.assert_allclose(winch.tensions(q, np.array([shortened - 1e-3])), 0.0)
 
 
 def tendon_run(*overrides):
@@ -131,7 +131,7 @@ def test_friction_keeps_a_tendon_where_it_was():
     for end, sliding in ((8.0, 1.0), (16.0, -1.0)):
         at = np.searchsorted(time, end) - 1
         q, tension = bends[at], held["left_finger.tension"].values[[at]]
-        torque = tendon_torques(built, {"bending": q}, tension, np.array([sliding]))["bending"]
+        torque = Tendons(built).torques({"bending": q}, tension, np.array([sliding]))["bending"]
         np.testing.assert_allclose(built.stiffness * q, torque, rtol=2e-3)
 
 
@@ -156,7 +156,6 @@ def test_a_length_that_is_pulled_bends_by_what_is_left_of_it():
         (["tendons.steps.all=[-1]"], "tendons.steps.all[0]", -1),
         (["tendons.steps.left_finger::extensor=[1]"], "left_finger::extensor", [1]),
         (["tendons.maximum=2"], "tendons.steps.all[3]", 3),
-        (["plant_config.time_step=0"], "time_step", 0),
         (["tendons.command=push"], "tendons.command", "push"),
     ],
 )
