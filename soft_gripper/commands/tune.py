@@ -12,7 +12,8 @@ from soft_gripper.runs.tuning import follow, tune
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    scenario = chosen_station(options).scenario
+    station = chosen_station(options)
+    scenario = station.scenario
     if scenario.control.set_points is None:
         raise InputError(options.scenario, "control.set_points", None, "give set points to follow")
     with options.console.counter(options.evaluations, "simulations") as bar:
@@ -27,4 +28,8 @@ def run(options: argparse.Namespace) -> None:
     print_steps(steps)
     options.console.table("steps", steps)
     options.console.table("gains", [gains])
-    print(f"\ngains: {{ kp: {gains.kp:.4g}, ki: {gains.ki:.4g}, kd: {gains.kd:.4g} }}  # Pa/m, Pa/(m s), Pa s/m")
+    unit = "Pa"
+    if not any(finger.finger.pressures for finger in station.fingers):
+        unit = "N" if scenario.tendons.command == "tension" else "m"
+    units = f"{unit}/m, {unit}/(m s), {unit} s/m"
+    print(f"\ngains: {{ kp: {gains.kp:.4g}, ki: {gains.ki:.4g}, kd: {gains.kd:.4g} }}  # {units}")

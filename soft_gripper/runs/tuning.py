@@ -1,6 +1,6 @@
 """Gains for the grip control of a gripper: first from a step response, then by optimization in simulation."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +12,15 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.wiring.drive import OF
+from soft_gripper.diagrams.wiring.grip_control import allocation
 from soft_gripper.runs.scores.steps import StepRow, step_table, true_opening
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
 from soft_gripper.scenario.schema import Scenario
 
 ALLOWED_OVERSHOOT = 2.0  # percent
 TEST_PRESSURE = 30e3  # Pa
+TEST_SHARE = 0.1  # of the largest command of tendons
 UNSETTLED_COST = 10.0  # s, cost of a step that does not settle
 _TEXT = Path("scenario.yaml")  # name for the text of a scenario in messages
 
@@ -25,16 +28,42 @@ Report = Callable[[PidGains, float], None]
 
 
 def step_response(scenario: Scenario) -> tuple[float, float]:
-    """Gain, m/Pa, and rise time (63 %), s, of the opening when the pressure steps from 0."""
-    pressure = min(TEST_PRESSURE, scenario.pressure.maximum)
-    control = replace(scenario.control, set_points=None)
-    steps = replace(scenario.pressure, steps={"all": [pressure]}, settle=2.0, hold_samples=1)
-    station = make_station(replace(scenario, control=control, pressure=steps))
+    """Gain and rise time (63 %), s, of the opening when the pressure steps from 0, or what tendons are commanded.
+
+    The gain is in m/Pa, or in m/N or m/m of tendons.
+    """
+    scenario = replace(scenario, control=replace(scenario.control, set_points=None))
+    fingers = make_station(scenario).fingers
+    once = replace(scenario.pressure, settle=2.0, hold_samples=1)
+    if any(finger.finger.pressures for finger in fingers):
+        step = min(TEST_PRESSURE, scenario.pressure.maximum)
+        shares = {f.name: (f.finger.chamber_axis, f.finger.pressure_gains) for f in fingers}
+        scenario = replace(scenario, pressure=replace(once, steps=_steps(shares, step)))
+    else:
+        step = TEST_SHARE * (scenario.tendons.maximum or 0.0)
+        shares = {f.name: (f.finger.tendon_axis, f.finger.tension_gains) for f in fingers}
+        scenario = replace(scenario, pressure=once, tendons=replace(scenario.tendons, steps=_steps(shares, step)))
+    station = make_station(scenario)
     recording = run_station(station)
     change = true_opening(station, recording)
     change = change - change[0]
     risen = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
-    return float(change[-1]) / pressure, float(recording.data["time"].values[risen])
+    return float(change[-1]) / step, float(recording.data["time"].values[risen])
+
+
+def _steps(
+    driven: Mapping[str, tuple[Mapping[str, list[str]], Mapping[str, Array]]], step: float
+) -> dict[str, list[float]]:
+    """A step of the common command of a grip, shared out among the chambers or tendons, as steps of a scenario.
+
+    `driven` gives for each finger the labels of these, if there are several, and their gains.
+    """
+    found: dict[str, list[float]] = {}
+    for finger, (axis, gains) in driven.items():
+        shares = np.maximum(allocation(gains["bending"].sum(axis=-1)), 0.0)
+        names = [f"{finger}{OF}{name}" for names in axis.values() for name in names] or [finger]
+        found |= {name: [step * float(share)] for name, share in zip(names, shares, strict=True)}
+    return found
 
 
 def gains_from_step_response(gain: float, rise_time: float) -> PidGains:
