@@ -179,6 +179,13 @@ class CrossSection:
             yield "chamber_center", self.chamber_center, expected
 
 
+@dataclass(frozen=True)
+class Station(CrossSection):
+    """A cross-section between the base and the tip."""
+
+    at: float = field(kw_only=True, metadata=valid(above=0, below=1))  # place, as a share of the finger's length
+
+
 @np.vectorize
 def _twist_stiffness(
     shear_modulus: float,

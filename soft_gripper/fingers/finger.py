@@ -1,8 +1,10 @@
 """A soft finger as physical parameters, and the chain of rigid segments that models it."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config
-from soft_gripper.fingers.cross_section import SIZES, CrossSection
+from soft_gripper.fingers.cross_section import SIZES, CrossSection, Station
 from soft_gripper.fingers.finger_parts import (
     AXES,
     SLIDES,
@@ -58,17 +60,20 @@ class Finger:
     shear_factor: float = quantity(0.0, least=0, sizes=SIZES)
     tip_load: TipLoad | None = None
     yields: tuple[str, ...] = quantity(("bending",), known=YIELDS)  # the ways in which it is not rigid
+    sections: tuple[Station, ...] = ()  # between base and tip, in this order; two at one place are a step
 
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
 
     def misfits(self) -> Iterator[Misfit]:
         """Rules across the fields: sensor paths within the finger, creep that leaves some stiffness, ways to yield."""
+        yield from self._misplaced_sections()
         inner, outer = self.sensor_offsets
-        for end, section in (("base", self.base), ("tip", self.tip)):
+        for place, section in zip(self.places, self.cross_sections, strict=True):
             beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)
             if beyond > _ROUNDING:
-                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at its {end}; give less"
+                at = {0.0: "its base", 1.0: "its tip"}.get(place, f"{place:g} of its length")
+                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at {at}; give less"
                 yield "sensor_spacing", self.sensor_spacing, expected
         shares = [branch.share for branch in self.creep]
         if sum(shares) >= 1:
@@ -78,9 +83,17 @@ class Finger:
             yield "creep.share", shares, expected
         yield from self._rigid_misfits()
 
+    def _misplaced_sections(self) -> Iterator[Misfit]:
+        for i, (before, at) in enumerate(pairwise(self.places[:-1])):
+            if at < before:
+                yield f"sections[{i}].at", at, f"give sections in order; the one before is at {before:g}"
+            if self.places.count(at) > 2:
+                yield f"sections[{i}].at", at, "give one section at a place, or two for a step"
+
     def _rigid_misfits(self) -> Iterator[Misfit]:
         """Of the ways in which the finger yields, and of what these need."""
-        given, moduli = " ".join(self.yields), [float(end.layer_shear_modulus) for end in (self.base, self.tip)]
+        layers = [section for section in self.cross_sections if section.layer_thickness > 0]
+        given, moduli = " ".join(self.yields), [float(layer.layer_shear_modulus) for layer in layers]
         if "bending" not in self.yields or len(set(self.yields)) < len(self.yields):
             yield "yields", given, "must name bending, and no way twice"
         if "sideways" in self.yields and "twist" not in self.yields:
@@ -91,8 +104,8 @@ class Finger:
             )
         if self.shear_factor > 0 and len(self.yields) > 1:
             yield "shear_factor", self.shear_factor, "leave it out: only a finger that yields in bending alone shears"
-        if min(moduli) == 0 < max(moduli):
-            expected = "give it at the base and at the tip, or at neither: between them it is interpolated"
+        if moduli and min(moduli) == 0 < max(moduli):
+            expected = "give it in every section with a layer, or in none: between them it is interpolated"
             yield "layer_shear_modulus", max(moduli), expected
 
     @property
@@ -104,11 +117,31 @@ class Finger:
         """Arc length s of every joint from the base, m, shape (N,)."""
         return (np.arange(self.segments) + 0.5) * self.segment_length
 
+    @property
+    def cross_sections(self) -> tuple[CrossSection, ...]:
+        """All that are given, from the base to the tip."""
+        return (self.base, *self.sections, self.tip)
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Where these are, as shares of the length, from 0 to 1."""
+        return (0.0, *(section.at for section in self.sections), 1.0)
+
+    def with_sections(self, change: Callable[[Any], Any], **others: Any) -> "Finger":
+        """The finger with a change of every cross-section that is given, and with `others` of its fields."""
+        base, *between, tip = map(change, self.cross_sections)
+        return replace(self, base=base, sections=tuple(between), tip=tip, **others)
+
     def section(self, s: Array | float) -> CrossSection:
-        """The cross-section at arc lengths `s` (m), with parameters interpolated linearly from base to tip."""
-        along = np.asarray(s) / self.length
-        ends = ((getattr(self.base, part.name), getattr(self.tip, part.name)) for part in fields(CrossSection))
-        return CrossSection(*(base + (tip - base) * along for base, tip in ends))
+        """The cross-section at arc lengths `s` (m), with parameters interpolated linearly between those that are given.
+
+        At a step it is the one beyond.
+        """
+        along, places = np.asarray(s) / self.length, np.array(self.places)
+        piece = np.clip(np.searchsorted(places, along, side="right") - 1, 0, len(places) - 2)
+        share = (along - places[piece]) / np.diff(places)[piece]
+        given = (np.array([getattr(each, part.name) for each in self.cross_sections]) for part in fields(CrossSection))
+        return CrossSection(*(each[piece] + np.diff(each)[piece] * share for each in given))
 
     @cached_property
     def _at_joints(self) -> CrossSection:
@@ -120,16 +153,17 @@ class Finger:
         return self.section((self.link_ends[:-1] + self.link_ends[1:]) / 2)
 
     @property
-    def _thinner_end(self) -> CrossSection:
-        return min(self.base, self.tip, key=lambda section: section.thickness)
+    def thinnest(self) -> CrossSection:
+        """Of the cross-sections that are given."""
+        return min(self.cross_sections, key=lambda section: section.thickness)
 
     @cached_property
     def sensor_offsets(self) -> tuple[float, float]:
         """Of the inner and the outer sensor path from the neutral axis, m, positive on the inner side.
 
-        The paths run parallel to the axis and lie symmetrically in the thinner end of the finger.
+        The paths run parallel to the axis and lie symmetrically in the finger where it is thinnest.
         """
-        middle = -float(self._thinner_end.neutral_axis)
+        middle = -float(self.thinnest.neutral_axis)
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
     def ways(self, segment: int) -> tuple[str, ...]:
