@@ -153,7 +153,7 @@ def _draw_grasp(axes: Axes, grasp: Grasp) -> None:
     for z, force in zip(middles, grasp.force[-1], strict=True):
         if force > _LEAST:
             axes.annotate("", (face + _MM_PER_N * force, z), (face, z), arrowprops=_ARROW)
-    for color, label in ((_HOLLOW, "with a chamber"), (_SOLID, "solid"), (_BOX, "box")):
+    for color, label in ((_HOLLOW, "with a chamber"), (_SOLID, "solid, softer"), (_BOX, "box")):
         axes.plot([], [], "s", color=color, mec="0.35", mew=0.6, ms=8, label=label)
     axes.plot([], [], color=_FORCE, lw=1.2, marker=">", ms=4, label=f"force of a link, {_MM_PER_N:g} mm/N")
     axes.set(aspect="equal", xlim=_X, ylim=_Z, xlabel="x [mm]")
