@@ -87,7 +87,7 @@ class Finger:
         for i, (before, at) in enumerate(pairwise(self.places[:-1])):
             if at < before:
                 yield f"sections[{i}].at", at, f"give sections in order; the one before is at {before:g}"
-            if self.places.count(at) > 2:
+            if self.places[: i + 2].count(at) > 2:
                 yield f"sections[{i}].at", at, "give one section at a place, or two for a step"
 
     def _rigid_misfits(self) -> Iterator[Misfit]:
