@@ -15,11 +15,13 @@ from scipy.integrate import quad
 from soft_gripper.estimators.gaussian import torque_covariance
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_element import read_finger_element
+from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
+from soft_gripper.fingers.finger_links import DRAKE, finger_to_urdf
 from soft_gripper.fingers.finger_parts import YIELDS
 from soft_gripper.fingers.statics import free_bending_angles, softened
 from soft_gripper.models import DIRECTORY
 
+HINT = DRAKE + "mesh_resolution_hint"
 NO_CHAMBER = {"chamber_width": 0.0, "chamber_thickness": 0.0, "chamber_center": 0.0}
 
 
@@ -199,10 +201,12 @@ def test_mass_is_density_times_volume(varied: Finger) -> None:
 
 
 def test_sensor_paths_lie_in_the_thinnest_section(shipped_finger: Finger) -> None:
-    solid = replace(shipped_finger.base, **NO_CHAMBER, layer_thickness=0.0, layer_modulus=0.0)
-    thin = station(solid, 0.8, thickness=0.012)
-    finger = replace(shipped_finger, base=solid, sections=(thin,), tip=solid, sensor_spacing=0.012)
-    assert finger.sensor_offsets == (0.006, -0.006)
+    end = replace(shipped_finger.base, layer_thickness=0.0, layer_modulus=0.0)
+    thin = station(end, 0.8, **NO_CHAMBER, thickness=0.012)
+    finger = replace(shipped_finger, base=end, sections=(thin,), tip=end, sensor_spacing=0.012)
+    assert finger.sensor_offsets == (0.006, -0.006)  # its neutral axis is in the middle, that of the ends is not
+    (hint,) = {hint.get("value") for link in finger_to_urdf(FingerElement(finger, "world")) for hint in link.iter(HINT)}
+    assert hint == "0.006"
     with refused("sensor_spacing", 0.013) as caught:
         replace(finger, sensor_spacing=0.013)
     assert "0.5 mm outside the finger at 0.8 of its length" in caught.value.expected
