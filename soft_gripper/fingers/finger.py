@@ -30,6 +30,8 @@ from soft_gripper.quantity import Misfit, quantity, valid
 
 _ROUNDING = 1e-9  # m
 _MOST_SEGMENTS = 500
+_ON_STEP = 1e-9  # share of the length, within which a place is at a step, however it is rounded
+_APART = 1e-6  # share of the length, the least distance between sections that are not a step
 
 
 @dataclass(frozen=True)
@@ -85,8 +87,9 @@ class Finger:
 
     def _misplaced_sections(self) -> Iterator[Misfit]:
         for i, (before, at) in enumerate(pairwise(self.places[:-1])):
-            if at < before:
-                yield f"sections[{i}].at", at, f"give sections in order; the one before is at {before:g}"
+            if at < before or 0 < at - before < _APART:
+                expected = f"give sections in order, {_APART:g} apart or at one place; the one before is at {before:g}"
+                yield f"sections[{i}].at", at, expected
             if self.places[: i + 2].count(at) > 2:
                 yield f"sections[{i}].at", at, "give one section at a place, or two for a step"
 
@@ -138,7 +141,7 @@ class Finger:
         At a step it is the one beyond.
         """
         along, places = np.asarray(s) / self.length, np.array(self.places)
-        piece = np.clip(np.searchsorted(places, along, side="right") - 1, 0, len(places) - 2)
+        piece = np.clip(np.searchsorted(places, along + _ON_STEP) - 1, 0, len(places) - 2)
         share = (along - places[piece]) / np.diff(places)[piece]
         given = (np.array([getattr(each, part.name) for each in self.cross_sections]) for part in fields(CrossSection))
         return CrossSection(*(each[piece] + np.diff(each)[piece] * share for each in given))

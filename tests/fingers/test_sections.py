@@ -69,6 +69,14 @@ def test_at_a_step_is_the_section_beyond(varied: Finger) -> None:
     assert varied.section(before).width == pytest.approx(0.02)
 
 
+@pytest.mark.parametrize("segments", range(5, 100, 5))
+def test_a_link_with_a_step_in_its_middle_is_of_the_section_beyond(shipped_finger: Finger, segments: int) -> None:
+    """However the place of its middle is rounded."""
+    finger, link = stepped(shipped_finger, 0.4, segments, density=500.0), 2 * segments // 5
+    assert finger.link_masses[link] == pytest.approx(500 * finger.base.area * finger.segment_length, rel=1e-9)
+    assert finger.link_masses[link - 1] == pytest.approx(1070 * finger.base.area * finger.segment_length, rel=1e-9)
+
+
 def derived(finger: Finger) -> list[np.ndarray]:
     """All that a finger's numbers lead to."""
     links = finger.links
@@ -236,6 +244,7 @@ def test_loads_are_usual_where_the_base_has_no_chamber(shipped_finger: Finger) -
     [
         ((0.5, 0.4), 1, 0.4),
         ((0.3, 0.3, 0.3), 2, 0.3),
+        ((0.3, 0.3 + 1e-8), 1, 0.3 + 1e-8),
         ((0.0,), 0, 0.0),
         ((1.0,), 0, 1.0),
         ((0.2, 1.4), 1, 1.4),
