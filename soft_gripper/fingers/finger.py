@@ -143,8 +143,9 @@ class Finger:
         along, places = np.asarray(s) / self.length, np.array(self.places)
         piece = np.clip(np.searchsorted(places, along + _ON_STEP) - 1, 0, len(places) - 2)
         share = (along - places[piece]) / np.diff(places)[piece]
-        given = (np.array([getattr(each, part.name) for each in self.cross_sections]) for part in fields(CrossSection))
-        return CrossSection(*(each[piece] + np.diff(each)[piece] * share for each in given))
+        names = [part.name for part in fields(CrossSection)]
+        given = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}
+        return CrossSection(**{name: each[piece] + np.diff(each)[piece] * share for name, each in given.items()})
 
     @cached_property
     def _at_joints(self) -> CrossSection:
