@@ -64,7 +64,7 @@ class DrawnFinger:
 
         Nothing is drawn in between: the curve runs just below the inner face, which would hide it.
         """
-        widths = self.finger.base.width, self.finger.tip.width
+        widths = [section.width for section in self.finger.cross_sections]
         return min(widths) / 2 - PROUD, max(widths) / 2 + PROUD
 
 

@@ -333,7 +333,7 @@ def explain(layout: MeasurementModel, uncertainty: Uncertainty, q: Array, bends:
         bends: what is to be explained.
     """
     shape, finger = q.shape[:-1], layout.finger
-    usual = float(uncertainty.load_pressure * finger.pressure_gain[0] / (finger.length / 2))
+    usual = float(uncertainty.load_pressure * finger.pressure_gain.max() / (finger.length / 2))
     fit = _explain(layout, *_flat(q, bends), usual)
     contact = ContactForce(*(values.reshape(shape) for values in fit.contact))
     return Fit(contact, fit.torque.reshape(q.shape), fit.misfit.reshape(shape))

@@ -51,13 +51,13 @@ TIP_SHARE = 0.3  # fraction of the variance at the base that is due to a force o
 def torque_covariance(finger: Finger, load_pressure: float) -> Array:
     """Covariance of the external torque at the joints, (N m)^2, (N, N).
 
-    At the base the standard deviation is the torque of `load_pressure`, Pa.
+    At the base the standard deviation is the largest torque of `load_pressure`, Pa, at a joint.
     """
     u = 1 - finger.joint_arc_lengths / finger.length
     less, more = np.minimum.outer(u, u), np.maximum.outer(u, u)
     along = less**2 * (3 * more - less) / 2
     covariance = TIP_SHARE * np.outer(u, u) + (1 - TIP_SHARE) * along
-    return (load_pressure * finger.pressure_gain[0]) ** 2 * covariance
+    return (load_pressure * finger.pressure_gain.max()) ** 2 * covariance
 
 
 _PASSES = 2

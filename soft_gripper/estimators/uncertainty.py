@@ -48,7 +48,8 @@ class Uncertainty:
     gain: float = quantity(0.0, least=0)  # fraction of the strain, per sensor; estimated by `recursive`
     offset: float = quantity(0.0, least=0)  # of the extension ratio, per sensor; estimated by `recursive`
     drift: float = quantity(0.0, "1/sqrt(s)", least=0)  # random walk of the offsets; followed by `recursive`
-    load_pressure: float = quantity(1.5e5, "Pa", above=0)  # torque of a usual load at the base, as a pressure
+    # Whose largest torque at a joint is that of a usual load at the base.
+    load_pressure: float = quantity(1.5e5, "Pa", above=0)
 
     def __post_init__(self) -> None:
         check_config("uncertainty", self)

@@ -2,6 +2,7 @@
 
 from .creep import CreepTorque as CreepTorque
 from .cross_section import CrossSection as CrossSection
+from .cross_section import Station as Station
 from .finger import Finger as Finger
 from .finger_element import SILICONES as SILICONES
 from .finger_parts import ContactMaterial as ContactMaterial

@@ -211,6 +211,13 @@ class PiercedSection(CrossSection):
         return self.bores
 
 
+@dataclass(frozen=True)
+class Station(CrossSection):
+    """A cross-section between the base and the tip."""
+
+    at: float = field(kw_only=True, metadata=valid(above=0, below=1))  # place, as a share of the finger's length
+
+
 @np.vectorize
 def _twist_stiffness(
     shear_modulus: float,

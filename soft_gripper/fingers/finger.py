@@ -1,8 +1,10 @@
 """A soft finger as physical parameters, and the chain of rigid segments that models it."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config
-from soft_gripper.fingers.cross_section import SIZES, CrossSection, Hole, PiercedSection
+from soft_gripper.fingers.cross_section import SIZES, CrossSection, Hole, PiercedSection, Station
 from soft_gripper.fingers.finger_parts import (
     AXES,
     SLIDES,
@@ -30,6 +32,8 @@ from soft_gripper.quantity import Misfit, quantity, valid
 _ROUNDING = 1e-9  # m
 _MOST_SEGMENTS = 500
 _WIDTHS = ("thickness", "width")  # of a chamber, along x and along y
+_ON_STEP = 1e-9  # share of the length, within which a place is at a step, however it is rounded
+_APART = 1e-6  # share of the length, the least distance between sections that are not a step
 
 
 @dataclass(frozen=True)
@@ -62,17 +66,20 @@ class Finger:
     yields: tuple[str, ...] = quantity(("bending",), known=YIELDS)  # the ways in which it is not rigid
     chambers: tuple[Chamber, ...] = ()  # none: the chamber of its sections, if these have one
     tendons: tuple[Tendon, ...] = ()
+    sections: tuple[Station, ...] = ()  # between base and tip, in this order; two at one place are a step
 
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
 
     def misfits(self) -> Iterator[Misfit]:
         """Rules across the fields: sensor paths within the finger, creep that leaves some stiffness, ways to yield."""
+        yield from self._misplaced_sections()
         inner, outer = self.sensor_offsets
-        for end, section in (("base", self.base), ("tip", self.tip)):
+        for place, section in zip(self.places, self.cross_sections, strict=True):
             beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)
             if beyond > _ROUNDING:
-                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at its {end}; give less"
+                at = {0.0: "its base", 1.0: "its tip"}.get(place, f"{place:g} of its length")
+                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at {at}; give less"
                 yield "sensor_spacing", self.sensor_spacing, expected
         shares = [branch.share for branch in self.creep]
         if sum(shares) >= 1:
@@ -83,9 +90,18 @@ class Finger:
         yield from self._rigid_misfits()
         yield from self._path_misfits()
 
+    def _misplaced_sections(self) -> Iterator[Misfit]:
+        for i, (before, at) in enumerate(pairwise(self.places[:-1])):
+            if at < before or 0 < at - before < _APART:
+                expected = f"give sections in order, {_APART:g} apart or at one place; the one before is at {before:g}"
+                yield f"sections[{i}].at", at, expected
+            if self.places[: i + 2].count(at) > 2:
+                yield f"sections[{i}].at", at, "give one section at a place, or two for a step"
+
     def _rigid_misfits(self) -> Iterator[Misfit]:
         """Of the ways in which the finger yields, and of what these need."""
-        given, moduli = " ".join(self.yields), [float(end.layer_shear_modulus) for end in (self.base, self.tip)]
+        layers = [section for section in self.cross_sections if section.layer_thickness > 0]
+        given, moduli = " ".join(self.yields), [float(layer.layer_shear_modulus) for layer in layers]
         if "bending" not in self.yields or len(set(self.yields)) < len(self.yields):
             yield "yields", given, "must name bending, and no way twice"
         if "sideways" in self.yields and "twist" not in self.yields:
@@ -96,8 +112,8 @@ class Finger:
             )
         if self.shear_factor > 0 and len(self.yields) > 1:
             yield "shear_factor", self.shear_factor, "leave it out: only a finger that yields in bending alone shears"
-        if min(moduli) == 0 < max(moduli):
-            expected = "give it at the base and at the tip, or at neither: between them it is interpolated"
+        if moduli and min(moduli) == 0 < max(moduli):
+            expected = "give it in every section with a layer, or in none: between them it is interpolated"
             yield "layer_shear_modulus", max(moduli), expected
 
     def _path_misfits(self) -> Iterator[Misfit]:
@@ -108,7 +124,7 @@ class Finger:
             if names.count(path.name) > 1:
                 yield f"{kind}.name", path.name, "appears more than once"
             yield from ((f"{kind}.{field}", value, expected) for field, value, expected in self._beyond(path))
-        if self.chambers and max(float(end.chamber_area) for end in (self.base, self.tip)) > 0:
+        if self.chambers and max(float(section.chamber_area) for section in self.cross_sections) > 0:
             yield "chamber", names[0], "leave out chamber_width and chamber_thickness of the sections, or <chamber>"
         if len(self.chambers) > 1 and self.pressure_law is not None and self.creep:
             yield "creep", self.creep, "with a pressure law, only a finger with one chamber creeps"
@@ -150,13 +166,32 @@ class Finger:
         """Arc length s of every joint from the base, m, shape (N,)."""
         return (np.arange(self.segments) + 0.5) * self.segment_length
 
+    @property
+    def cross_sections(self) -> tuple[CrossSection, ...]:
+        """All that are given, from the base to the tip."""
+        return (self.base, *self.sections, self.tip)
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Where these are, as shares of the length, from 0 to 1."""
+        return (0.0, *(section.at for section in self.sections), 1.0)
+
+    def with_sections(self, change: Callable[[Any], Any], **others: Any) -> "Finger":
+        """The finger with a change of every cross-section that is given, and with `others` of its fields."""
+        base, *between, tip = map(change, self.cross_sections)
+        return replace(self, base=base, sections=tuple(between), tip=tip, **others)
+
     def section(self, s: Array | float) -> CrossSection:
-        """The cross-section at arc lengths `s` (m), with parameters interpolated linearly from base to tip."""
-        along = np.asarray(s) / self.length
-        ends = {
-            part.name: (getattr(self.base, part.name), getattr(self.tip, part.name)) for part in fields(CrossSection)
-        }
-        numbers = {name: base + (tip - base) * along for name, (base, tip) in ends.items()}
+        """The cross-section at arc lengths `s` (m), with parameters interpolated linearly between those that are given.
+
+        At a step it is the one beyond.
+        """
+        along, places = np.asarray(s) / self.length, np.array(self.places)
+        piece = np.clip(np.searchsorted(places, along + _ON_STEP) - 1, 0, len(places) - 2)
+        share = (along - places[piece]) / np.diff(places)[piece]
+        names = [part.name for part in fields(CrossSection)]
+        given = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}
+        numbers = {name: each[piece] + np.diff(each)[piece] * share for name, each in given.items()}
         return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
 
     def _holes(self, s: Array | float) -> tuple[Hole, ...]:
@@ -183,16 +218,17 @@ class Finger:
         return self.section((self.link_ends[:-1] + self.link_ends[1:]) / 2)
 
     @property
-    def _thinner_end(self) -> CrossSection:
-        return min(self.base, self.tip, key=lambda section: section.thickness)
+    def thinnest(self) -> CrossSection:
+        """Of the cross-sections that are given."""
+        return min(self.cross_sections, key=lambda section: section.thickness)
 
     @cached_property
     def sensor_offsets(self) -> tuple[float, float]:
         """Of the inner and the outer sensor path from the neutral axis, m, positive on the inner side.
 
-        The paths run parallel to the axis and lie symmetrically in the thinner end of the finger.
+        The paths run parallel to the axis and lie symmetrically in the finger where it is thinnest.
         """
-        middle = -float(self._thinner_end.neutral_axis)
+        middle = -float(self.thinnest.neutral_axis)
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
     def ways(self, segment: int) -> tuple[str, ...]:
@@ -251,7 +287,9 @@ class Finger:
     @cached_property
     def pressures(self) -> int:
         """How many are supplied: one for each chamber."""
-        is_pulled_alone = bool(self.tendons) and max(self.base.chamber_area, self.tip.chamber_area) == 0
+        is_pulled_alone = (
+            bool(self.tendons) and max(float(section.chamber_area) for section in self.cross_sections) == 0
+        )
         return len(self.chambers) if self.chambers or is_pulled_alone else 1
 
     @property

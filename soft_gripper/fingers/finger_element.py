@@ -8,6 +8,7 @@
       <base width="0.02" thickness="0.02" youngs_modulus="2.67e5" density="1070"
             chamber_width="9e-3" chamber_thickness="10e-3" chamber_center="-1e-3"
             layer_thickness="2e-4" layer_modulus="1e9" layer_shear_modulus="1e7"/>
+      <section at="0.4" .../>
       <tip  .../>
       <sensors spacing="0.017"/>
       <contact friction="0.9" hydroelastic_modulus="2e5" dissipation="3"/>
@@ -19,12 +20,13 @@
       <tendon name="inner" x="8e-3" y="0" at="0 0.9" stiffness="2e3" friction="0.1"/>
     </finger>
 
-`base` and `tip` are cross-sections as they are built, see `cross_section`. `origin` places frame B, which lies on the
-neutral axis. All elements from `contact` on and `origin` may be left out, as may `segments`, `relaxation_time`,
-`yields`, the chamber and the strain-limiting layer; the rest may not. `finger_parts` explains the elements; in
-addition:
+`base` and `tip` are cross-sections as they are built, see `cross_section`, as is every `section` between them, `at` a
+share of the length. From one to the next every number changes linearly; two at one place are a step. `origin` places
+frame B, which lies on the neutral axis. All elements from `contact` on, `section` and `origin` may be left out, as may
+`segments`, `relaxation_time`, `yields`, the chamber and the strain-limiting layer; the rest may not. `finger_parts`
+explains the elements; in addition:
 
-- `material` of `base` and `tip`, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `SILICONES`.
+- `material` of a cross-section, such as "dragon_skin_10", stands for `youngs_modulus` and `density`, see `SILICONES`.
 - `yields` of `body` names the ways in which the finger yields: "bending" in its plane (if left out, this alone), and
   "sideways" out of it, "twist", "stretch". In the others it is rigid.
 - `layer_shear_modulus` (none: the layer is isotropic) tells a cloth from a film: threads along and across the finger
@@ -52,15 +54,17 @@ import difflib
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import MISSING, dataclass, fields
-from typing import Any, NamedTuple
+from itertools import islice
+from typing import Any, NamedTuple, TypeVar
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import finite_numbers, read_numbers
-from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
 from soft_gripper.fingers.paths import Chamber, Tendon
 
+_S = TypeVar("_S", bound=CrossSection)
 _PSI = 6894.757  # Pa
 
 
@@ -103,6 +107,7 @@ _CHILDREN = {
     "origin": ["xyz", "rpy"],
     "body": ["length", "segments", "relaxation_time", "shear_factor", "yields"],
     "base": [*(f.name for f in fields(CrossSection)), "material"],
+    "section": [*(f.name for f in fields(Station)), "material"],
     "tip": [*(f.name for f in fields(CrossSection)), "material"],
     "sensors": ["spacing"],
     "contact": [f.name for f in fields(ContactMaterial)],
@@ -113,7 +118,7 @@ _CHILDREN = {
     "chamber": [f.name for f in fields(Chamber)],
     "tendon": [f.name for f in fields(Tendon)],
 }
-_SEVERAL = {"chamber": Chamber, "tendon": Tendon}  # elements of which there may be several
+_PATHS = {"chamber": Chamber, "tendon": Tendon}
 # Names in the file of those fields of a Finger that have another name there.
 _IN_FILE = {
     "length": "body.length",
@@ -129,6 +134,7 @@ _IN_FILE = {
     "tip_load.z": "tip_load.xyz",
 }
 _REQUIRED = ("parent", "body", "base", "tip", "sensors")
+_SEVERAL = ("section", *_PATHS)
 
 
 @dataclass(frozen=True)
@@ -151,16 +157,20 @@ class _Reader:
         self.name, self.where, self.element = name, f"{file}: finger '{name}'", element
         _check_names(self.where, "attribute", list(element.keys()), ["name"])
         children = [child for child in element if isinstance(child.tag, str)]  # comments have none
-        tags = [child.tag for child in children]
-        _check_names(self.where, "element", [t for t in tags if t not in _SEVERAL], list(_CHILDREN))
+        _check_names(self.where, "element", [child.tag for child in children], list(_CHILDREN))
         for tag in _REQUIRED:
             if element.find(tag) is None:
                 raise InputError(self.where, tag, None, f"the element <{tag}> is missing")
         for child in children:
             _check_names(f"{self.where}: <{child.tag}>", "attribute", list(child.keys()), _CHILDREN[child.tag])
 
+    def child(self, tag: str) -> ET.Element | None:
+        """The element <tag>; with "tag[i]" one of several."""
+        name, _, number = tag.rstrip("]").partition("[")
+        return next(islice(self.element.iterfind(name), int(number or 0), None), None)
+
     def text(self, tag: str, attribute: str) -> str:
-        child = self.element.find(tag)
+        child = self.child(tag)
         value = None if child is None else child.get(attribute)
         if value is None:
             raise InputError(self.where, f"{tag}.{attribute}", None, "the attribute is missing")
@@ -180,17 +190,17 @@ class _Reader:
 
     def record(self, tag: str, cls: type, **known: float) -> Any:
         """A dataclass whose fields are the attributes of <tag>; those with a default may be left out."""
-        child = self.element.find(tag)
+        child = self.child(tag)
         given = set() if child is None else set(child.keys())
         names = [f.name for f in fields(cls) if f.name not in known and (f.name in given or f.default is MISSING)]
         return cls(**known, **{name: self.number(tag, name) for name in names})
 
-    def section(self, tag: str) -> CrossSection:
+    def section(self, tag: str, cls: type[_S]) -> _S:
         """A cross-section, whose silicone may be given by its name."""
-        child = self.element.find(tag)
+        child = self.child(tag)
         name = None if child is None else child.get("material")
         if child is None or name is None:
-            section: CrossSection = self.record(tag, CrossSection)
+            section: _S = self.record(tag, cls)
             return section
         if name not in SILICONES:
             raise InputError(self.where, f"{tag}.material", name, f"not known; known: {', '.join(SILICONES)}")
@@ -199,8 +209,12 @@ class _Reader:
         for field in known:
             if child.get(field) is not None:
                 raise InputError(self.where, f"{tag}.{field}", child.get(field), "the material gives it; leave one out")
-        section = self.record(tag, CrossSection, **known)
+        section = self.record(tag, cls, **known)
         return section
+
+    def sections(self) -> tuple[Station, ...]:
+        count = len(self.element.findall("section"))
+        return tuple(self.section(f"section[{i}]", Station) for i in range(count))
 
     def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
         return finite_numbers(self.where, f"{tag}.{attribute}", self.text(tag, attribute))
@@ -236,7 +250,7 @@ class _Reader:
 
     def paths(self, tag: str) -> tuple[Any, ...]:
         """The chambers, or the tendons."""
-        cls, found = _SEVERAL[tag], []
+        cls, found = _PATHS[tag], []
         for child in self.element.findall(tag):
             given: dict[str, Any] = {"name": child.get("name", "")}
             for part in fields(cls):
@@ -266,7 +280,7 @@ def _check_names(where: str, kind: str, names: list[str], known: list[str]) -> N
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(known)}"
             raise InputError(where, kind, name, f"not known here; {hint}")
-        if names.count(name) > 1:
+        if names.count(name) > 1 and name not in _SEVERAL:
             raise InputError(where, kind, name, "appears more than once")
 
 
@@ -282,8 +296,9 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     if segments is not None:
         body["segments"] = segments
     parts = {
-        "base": reader.section("base"),
-        "tip": reader.section("tip"),
+        "base": reader.section("base", CrossSection),
+        "tip": reader.section("tip", CrossSection),
+        "sections": reader.sections(),
         "contact": reader.record("contact", ContactMaterial),
         "sensor_spacing": reader.number("sensors", "spacing"),
         "elastic_law": reader.elastic_law(body["length"] / max(in_file, 1)),
@@ -297,6 +312,12 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     try:
         return FingerElement(Finger(reader.name, **body, **parts), *mount)
     except InputError as error:
-        field = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", error.field))
-        field = _IN_FILE.get(field, field)
-        raise InputError(f"{file}: {error.where}", field, error.value, error.expected) from None
+        raise InputError(f"{file}: {error.where}", _in_file(error.field), error.value, error.expected) from None
+
+
+def _in_file(field: str) -> str:
+    """The name in the file of a field of a Finger."""
+    if field.startswith("sections["):
+        return field.replace("sections", "section", 1)
+    name = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", field))
+    return _IN_FILE.get(name, name)

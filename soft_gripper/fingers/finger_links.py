@@ -198,11 +198,10 @@ def _material(finger: Finger) -> ET.Element:
 
 def _proximity(finger: Finger) -> ET.Element:
     contact = finger.contact
-    thinnest = min(finger.base.thickness, finger.tip.thickness)
     return _element(
         DRAKE + "proximity_properties",
         _element(DRAKE + "compliant_hydroelastic"),
-        _element(DRAKE + "mesh_resolution_hint", value=_text(thinnest / 2)),
+        _element(DRAKE + "mesh_resolution_hint", value=_text(finger.thinnest.thickness / 2)),
         _element(DRAKE + "hydroelastic_modulus", value=_text(contact.hydroelastic_modulus)),
         _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
         _element(DRAKE + "mu_static", value=_text(contact.friction)),

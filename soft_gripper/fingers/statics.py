@@ -44,14 +44,13 @@ def resting_angles(finger: Finger, pressure: Array | float, gravity: Planar | co
 
 def softened(finger: Finger, ratio: float) -> Finger:
     """The finger with all that is elastic in it divided by `ratio`; its neutral axis, creep and pressure gain stay."""
-    base, tip = (
-        replace(end, **{name: getattr(end, name) / ratio for name in _MODULI}) for end in (finger.base, finger.tip)
-    )
     law = finger.elastic_law
     if law is not None:
         moments = {name: tuple(m / ratio for m in getattr(law, name)) for name in ("base_moment", "tip_moment")}
         law = replace(law, **moments)
-    return replace(finger, base=base, tip=tip, elastic_law=law)
+    return finger.with_sections(
+        lambda section: replace(section, **{name: getattr(section, name) / ratio for name in _MODULI}), elastic_law=law
+    )
 
 
 def elastic_law_block(finger: Finger) -> PiecewiseLinearBlock:

@@ -72,7 +72,7 @@ def _samples(file: Path, recording: Recording, scenario: Scenario, layout: Senso
     ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
     _check_readings(file, name, ratios)
     rest = _at_rest(pressure, round(_REST / scenario.sensor.period)) & np.isfinite(ratios).all(axis=1)
-    _check_motion(file, name, ratios[rest])
+    _check_motion(file, name, ratios[rest].reshape(-1, layout.paths, layout.sections))
     contact = f"{name}.contact"
     if contact in recording.data and np.any(read_signal(file, recording, contact)[rest] > 0):
         expected = "contact was detected; record free bending, or omit the threshold if that was noise"
@@ -94,8 +94,13 @@ def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:
 
 def _range(ratios: Array) -> float:
     """Range of the most stretched sensor, 1st to 99th percentile, extension ratio."""
+    return float(_ranges(ratios).max())
+
+
+def _ranges(ratios: Array) -> Array:
     low, high = np.percentile(ratios, [1, 99], axis=0)
-    return float((high - low).max())
+    ranges: Array = high - low
+    return ranges
 
 
 def _check_readings(file: Path, name: str, ratios: Array) -> None:
@@ -106,10 +111,14 @@ def _check_readings(file: Path, name: str, ratios: Array) -> None:
 
 
 def _check_motion(file: Path, name: str, ratios: Array) -> None:
-    moved = _range(ratios) if len(ratios) else 0.0
-    if moved < _MOTION:
+    """Checks that every section moves, of ratios (T, paths, sections)."""
+    moved = _ranges(ratios).max(axis=0) if len(ratios) else np.zeros(ratios.shape[-1])
+    if moved.max() < _MOTION:
         expected = f"too little motion at rest; step the pressure so that sensors stretch by at least {_MOTION:g}"
-        raise InputError(file, f"{name}.strain", round(moved, 6), expected)
+        raise InputError(file, f"{name}.strain", round(float(moved.max()), 6), expected)
+    for section in np.flatnonzero(moved < _MOTION):
+        expected = f"section {section} hardly moves; free bending cannot calibrate one that the pressure does not bend"
+        raise InputError(file, f"{name}.strain", round(float(moved[section]), 6), expected)
 
 
 def _check_fit(name: str, found: Calibration, moved: float) -> None:

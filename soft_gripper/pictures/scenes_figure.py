@@ -86,19 +86,20 @@ _SCALE = 3.0  # times life size
 
 
 def section_figure(finger: Finger) -> Figure:
-    """Base and tip, three times life size; the inner (contact) side on the right."""
-    sections = {"base": finger.base, "tip": finger.tip}
-    extent = 1e3 * max(max(section.width, section.thickness) for section in sections.values()) + 9
-    side = _SCALE * extent / _INCH
-    figure = Figure(figsize=(2 * side, side + 0.55))
-    for column, (name, section) in enumerate(sections.items()):
-        axes = figure.add_axes((column / 2, 0.55 / (side + 0.55), 0.5, side / (side + 0.55)))
+    """All sections from base to tip, three times life size; the inner (contact) side on the right."""
+    names = ["base", *(f"at {section.at:g}" for section in finger.sections), "tip"]
+    extent = 1e3 * max(max(section.width, section.thickness) for section in finger.cross_sections) + 9
+    side, count = _SCALE * extent / _INCH, len(names)
+    figure = Figure(figsize=(count * side, side + 0.55))
+    for column, (name, section) in enumerate(zip(names, finger.cross_sections, strict=True)):
+        axes = figure.add_axes((column / count, 0.55 / (side + 0.55), 1 / count, side / (side + 0.55)))
         axes.set(xlim=(-extent / 2, extent / 2), ylim=(-extent / 2, extent / 2), aspect="equal")
         axes.axis("off")
         _draw(axes, section, finger)
         axes.set_title(f"{name} [mm]: EI = {1e3 * float(section.bending_stiffness):.2f} mN m²", fontsize=9, y=0.93)
-    handles, _ = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles=handles, loc="lower center", ncols=4, frameon=False, fontsize=8)
+    named = [axes.get_legend_handles_labels() for axes in figure.axes]
+    handles = {label: handle for each in named for handle, label in zip(*each, strict=True)}
+    figure.legend(handles=list(handles.values()), loc="lower center", ncols=4, frameon=False, fontsize=8)
     return figure
 
 

@@ -74,10 +74,10 @@ def _yielding(finger: Finger, where: str, ways: str) -> Finger:
 
 
 def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger: Sequence[str]) -> Finger:
-    """A finger with changes of both cross-sections and of the fields `of_finger`; raises as `configured_finger`."""
+    """A finger with changes of all cross-sections and of the fields `of_finger`; raises as `configured_finger`."""
     try:
-        sections = {end: changed_part(getattr(finger, end), where, changes, OF_SECTION) for end in ("base", "tip")}
-        return replace(changed_part(finger, where, changes, of_finger), **sections)
+        alike = changed_part(finger, where, changes, of_finger)
+        return alike.with_sections(lambda section: changed_part(section, where, changes, OF_SECTION))
     except InputError as error:
         raise (error if error.where == where else error.inside(where)) from None
 

@@ -40,7 +40,7 @@ class MeshConfig:
 
 @dataclass
 class FingerChanges:
-    """Values in the units of a <finger>, or changes, "+10 %"; those of a cross-section apply to base and tip."""
+    """Values in the units of a <finger>, or changes, "+10 %"; those of a cross-section apply to every one."""
 
     length: str | None = quantity(None, "m")
     width: str | None = quantity(None, "m")

@@ -16,6 +16,7 @@ import soft_gripper as sg
 from soft_gripper.models import DIRECTORY
 
 FINGER = (DIRECTORY / "grippers/finger.urdf").read_text()
+SECTIONS = (DIRECTORY / "grippers/conforming.urdf").read_text()
 SCENARIO: dict[str, Any] = {
     "description": "one finger, and what it may meet",
     "models": [
@@ -96,8 +97,8 @@ def _models(name: str, base: str, scenario: dict[str, Any]) -> st.SearchStrategy
 
 
 def fingers() -> st.SearchStrategy[Input]:
-    """URDF files with a finger."""
-    return _models("finger.urdf", FINGER, SCENARIO)
+    """URDF files with a finger, or with two of several sections."""
+    return st.one_of(*(_models("finger.urdf", base, SCENARIO) for base in (FINGER, SECTIONS)))
 
 
 def arms() -> st.SearchStrategy[Input]:

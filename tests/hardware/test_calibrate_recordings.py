@@ -104,6 +104,13 @@ def test_too_little_motion_is_refused(recorded):
     assert "too little motion at rest" in refused(recorded("free_bending", *STEPS, "pressure.steps.all=[0, 2e3]"))
 
 
+def test_a_section_that_the_pressure_does_not_bend_is_refused(recorded):
+    """Of the conforming gripper in free air."""
+    in_air = ["models=[{name: gripper, file: package://soft_gripper/grippers/conforming.urdf}]", "gravity=[0, 0, 0]"]
+    path = recorded("conforming_grasp", *STEPS, *in_air, "pressure.steps.all=[0, 60e3, -30e3]")
+    assert "section 2 hardly moves" in refused(path)
+
+
 def test_a_dead_sensor_is_refused(recorded):
     dead = "sensor.errors.dead=[{path: inner, section: 2}]"
     assert "reading 2 is NaN in 100 % of the samples" in refused(recorded("free_bending", *STEPS, dead))

@@ -5,6 +5,8 @@ from dataclasses import replace
 import pytest
 from matplotlib.patches import Rectangle
 
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
 from soft_gripper.pictures.scenes_figure import section_figure
 
 
@@ -28,6 +30,15 @@ def test_both_ends_are_drawn_as_built(shipped_finger):
         assert chamber[1] - block[1] == pytest.approx(walls["side"])
         written = {text.get_text() for text in axes.texts}
         assert {f"{wall:.3g}" for wall in walls.values()} <= written
+
+
+def test_all_sections_are_drawn_side_by_side():
+    finger = expand_urdf(DIRECTORY / "grippers/conforming.urdf").fingers[0]
+    figure = section_figure(finger)
+    assert [len(rectangles(axes)) for axes in figure.axes] == [3, 3, 2, 2]
+    assert [axes.get_title().partition(" [")[0] for axes in figure.axes] == ["base", "at 0.4", "at 0.4", "tip"]
+    places = [axes.get_position().x0 for axes in figure.axes]
+    assert places == pytest.approx([0, 0.25, 0.5, 0.75])
 
 
 def test_a_millimetre_is_three_on_paper(shipped_finger):

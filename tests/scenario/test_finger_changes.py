@@ -6,6 +6,8 @@ import pytest
 from refusals import refused
 
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.model_files import configured_finger
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, parse_scenario
 from soft_gripper.scenario.schema import FingerConfig
@@ -18,10 +20,20 @@ def test_changes_for_all_come_first_and_those_of_the_name_on_top(tapered_finger)
     assert (found.shear_factor, found.tip.thickness) == (0.8, tapered_finger.tip.thickness)
 
 
-def test_of_a_cross_section_base_and_tip_change_alike(tapered_finger):
-    found = configured_finger(tapered_finger, "here", {"all": FingerConfig(youngs_modulus="-20 %")})
-    for end in ("base", "tip"):
-        assert getattr(found, end).youngs_modulus == pytest.approx(0.8 * getattr(tapered_finger, end).youngs_modulus)
+def test_all_cross_sections_change_alike():
+    (finger, _) = expand_urdf(DIRECTORY / "grippers/conforming.urdf").fingers
+    changes = {"all": FingerConfig(youngs_modulus="-20 %", chamber_width="+5 %")}
+    found = configured_finger(finger, "here", changes)
+    for part, before in zip(found.cross_sections, finger.cross_sections, strict=True):
+        assert part.youngs_modulus == pytest.approx(0.8 * before.youngs_modulus)
+        assert part.chamber_width == pytest.approx(1.05 * before.chamber_width)
+    assert found.places == finger.places
+
+
+def test_a_chamber_is_not_put_where_there_is_none():
+    (finger, _) = expand_urdf(DIRECTORY / "grippers/conforming.urdf").fingers
+    with refused("tip.chamber_width", 8e-3):
+        configured_finger(finger, "here", {"all": FingerConfig(chamber_width="8e-3")})
 
 
 def test_contact_and_nothing_else_changes(tapered_finger):

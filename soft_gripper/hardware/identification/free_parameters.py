@@ -48,17 +48,18 @@ class Key:
 
 
 def _of_sections(name: str, unit: str) -> Key:
-    """A field of both cross-sections: that of the base is fitted, and that of the tip keeps its ratio to it."""
+    """A field of every cross-section: the first that is not 0 is fitted, and the others keep their ratios to it."""
+
+    def get(model: Model) -> Sequence[float]:
+        values = [getattr(section, name) for section in model.finger.cross_sections]
+        return (next(filter(None, values), 0.0),)
 
     def put(model: Model, values: Sequence[float]) -> Model:
-        finger, ratio = model.finger, values[0] / getattr(model.finger.base, name)
-        ends = {end: getattr(finger, end) for end in ("base", "tip")}
-        changed: dict[str, Any] = {
-            end: replace(part, **{name: getattr(part, name) * ratio}) for end, part in ends.items()
-        }
-        return replace(model, finger=replace(finger, **changed))
+        ratio = values[0] / get(model)[0]
+        changed = model.finger.with_sections(lambda part: replace(part, **{name: getattr(part, name) * ratio}))
+        return replace(model, finger=changed)
 
-    return Key(unit, lambda model: (getattr(model.finger.base, name),), put)
+    return Key(unit, get, put)
 
 
 def _of_finger(name: str, unit: str) -> Key:

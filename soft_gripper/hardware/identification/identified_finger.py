@@ -176,16 +176,14 @@ def with_finger(path: Path, finger: Finger) -> str:
     assert element is not None
     before = read_finger(path)
     for name in _OF_BODY:
-        _set(element, "body", name, getattr(finger, name), getattr(before, name))
-    for end in ("base", "tip"):
-        section = element.find(end)
-        assert section is not None
-        part, part_before = getattr(finger, end), getattr(before, end)
-        if (part.youngs_modulus, part.density) != (part_before.youngs_modulus, part_before.density):
-            section.attrib.pop("material", None)
-            part_before = None  # the material applied to both
+        _set(_child(element, "body"), name, getattr(finger, name), getattr(before, name))
+    sections = [*element.findall("base"), *element.findall("section"), *element.findall("tip")]
+    for section, part, part_before in zip(sections, finger.cross_sections, before.cross_sections, strict=True):
+        is_other = (part.youngs_modulus, part.density) != (part_before.youngs_modulus, part_before.density)
+        if is_other:
+            section.attrib.pop("material", None)  # it applied to both
         for name in _OF_SECTION:
-            _set(element, end, name, getattr(part, name), part_before and getattr(part_before, name))
+            _set(section, name, getattr(part, name), None if is_other else getattr(part_before, name))
     if finger.creep != before.creep:
         for name in ("share", "time"):
             _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
@@ -210,9 +208,9 @@ def write_finger(path: Path, text: str) -> None:
         partial.write_text(text, encoding="utf-8")
 
 
-def _set(element: ET.Element, tag: str, name: str, value: float, before: float | None) -> None:
+def _set(element: ET.Element, name: str, value: float, before: float | None) -> None:
     if value != before and not (before is None and value == 0):
-        _child(element, tag).set(name, _text(value))
+        element.set(name, _text(value))
 
 
 def _child(element: ET.Element, tag: str) -> ET.Element:

@@ -132,7 +132,8 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     """The nominal model of an arm, fitted to recordings of it."""
     geometry = fit_geometry(recordings, finger)
     drive = fit_drive(recordings, geometry, finger, gravity)
-    load = _LOAD_SHARE * drive.angle_std * finger.stiffness[0] / finger.pressure_gain[0]
+    driven = np.argmax(finger.pressure_gain)
+    load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
     uncertainty = Uncertainty(reading=_noise(recordings), angle=drive.angle_std, load_pressure=float(load))
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
     return Fitted(arm, geometry.delay)

@@ -66,6 +66,35 @@ def test_all_else_stays(file):
     ]
 
 
+@pytest.fixture
+def sectioned(file):
+    """The same finger with two sections, which the file has after the tip."""
+    between = "".join(
+        f'<section at="{at}" width="0.02" thickness="0.02" material="dragon_skin_10"/><!-- at {at} -->'
+        for at in ("0.3", "0.7")
+    )
+    text = HOLLOW.replace("<sensors", f"{between}<sensors", 1)
+    file.write_text(text)
+    return file
+
+
+def test_a_fitted_finger_keeps_its_sections(sectioned):
+    before = read_finger(sectioned)
+    softer = before.with_sections(
+        lambda part: replace(part, youngs_modulus=2e5, chamber_width=0.018 if part.chamber_width else 0.0),
+        length=0.1 / 0.99,
+    )
+    text = with_finger(sectioned, softer)
+    write_finger(sectioned, text)
+    found = read_finger(sectioned)
+    assert found == replace(softer, length=found.length)
+    assert found.length == pytest.approx(softer.length, rel=5e-6)
+    assert "<!-- at 0.3 -->" in text
+    written = [element.attrib for element in ET.fromstring(text).iter("section")]
+    as_before = {"width": "0.02", "thickness": "0.02", "youngs_modulus": "200000", "density": "1070"}
+    assert written == [{"at": at} | as_before for at in ("0.3", "0.7")]
+
+
 def test_words_before_the_robot_stay(file):
     file.write_text(HOLLOW.replace("<robot", "<!-- whose <robot is it? -->\n<robot", 1))
     text = with_finger(file, read_finger(file))

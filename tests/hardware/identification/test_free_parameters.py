@@ -1,11 +1,12 @@
 """Keys of a finger as one vector of numbers, there and back."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from refusals import refused
 
+from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.hardware.identification.free_parameters import KEYS, Model, free_parameters, pressure_law_key
 from soft_gripper.hardware.identification.simulated_motion import Setup
@@ -32,6 +33,21 @@ def test_every_key_begins_with_the_finger_as_it_is(guessed):
     assert (found.setup.fill_time, found.setup.swelling) == pytest.approx((Setup().fill_time, Setup().swelling))
     np.testing.assert_allclose(again.values(again.start)[:10], free.values(free.start)[:10], rtol=1e-12)
     assert found.finger.tip.youngs_modulus == pytest.approx(guessed.tip.youngs_modulus)
+
+
+def test_sections_keep_their_ratios_to_the_first_that_is_not_0(hollow):
+    solid = {"chamber_width": 0.0, "chamber_thickness": 0.0, "chamber_center": 0.0}
+    names = [part.name for part in fields(CrossSection)]
+    built = {name: getattr(hollow.base, name) for name in names}
+    first, second = Station(**built, at=0.5), stiffer(Station(**built, at=0.5))
+    finger = replace(hollow, base=replace(hollow.base, **solid), sections=(replace(first, **solid), second))
+    free = free_parameters(finger, ["youngs_modulus", "chamber_width"], [])
+    found = free.at(free.start + np.log([1.2, 1.1])).finger
+    assert free.values(free.start).tolist() == pytest.approx([hollow.base.youngs_modulus, hollow.base.chamber_width])
+    for part, before in zip(found.cross_sections, finger.cross_sections, strict=True):
+        assert part.youngs_modulus == pytest.approx(1.2 * before.youngs_modulus)
+        assert part.chamber_width == pytest.approx(1.1 * before.chamber_width)
+        assert part.thickness == before.thickness
 
 
 def test_every_number_changes_what_it_is_called_after(guessed):
