@@ -91,11 +91,13 @@ def section_figure(finger: Finger) -> Figure:
     extent = 1e3 * max(max(section.width, section.thickness) for section in finger.cross_sections) + 9
     side, count = _SCALE * extent / _INCH, len(names)
     figure = Figure(figsize=(count * side, side + 0.55))
-    for column, (name, section) in enumerate(zip(names, finger.cross_sections, strict=True)):
+    for column, (name, place, section) in enumerate(zip(names, finger.places, finger.cross_sections, strict=True)):
         axes = figure.add_axes((column / count, 0.55 / (side + 0.55), 1 / count, side / (side + 0.55)))
         axes.set(xlim=(-extent / 2, extent / 2), ylim=(-extent / 2, extent / 2), aspect="equal")
         axes.axis("off")
+        section = finger.section(place * finger.length) if finger.chambers else section
         _draw(axes, section, finger)
+        _draw_paths(axes, section, finger, place)
         axes.set_title(f"{name} [mm]: EI = {1e3 * float(section.bending_stiffness):.2f} mN m²", fontsize=9, y=0.93)
     named = [axes.get_legend_handles_labels() for axes in figure.axes]
     handles = {label: handle for each in named for handle, label in zip(*each, strict=True)}
@@ -118,6 +120,19 @@ def _draw(axes: Axes, section: CrossSection, finger: Finger) -> None:
     axes.plot(sensors, [0, 0], "o", color=_SENSOR, ms=4.5, ls="none", label="sensor paths")
     _dimension(axes, (-t / 2, -w / 2 - 3), (t / 2, -w / 2 - 3), t)
     _dimension(axes, (-t / 2 - 3, -w / 2), (-t / 2 - 3, w / 2), w)
+
+
+def _draw_paths(axes: Axes, section: CrossSection, finger: Finger, place: float) -> None:
+    """The chambers and tendons that are listed, at a share of the length, with their names."""
+    for chamber, hole in zip(finger.chambers, section.holes, strict=False):
+        h, b, x, y = (1e3 * float(v) for v in (hole.thickness, hole.width, hole.x, hole.y))
+        if h > 0:
+            axes.add_patch(Rectangle((x - h / 2, y - b / 2), h, b, fc="white", ec="0.3", lw=0.8))
+            axes.text(x, y, chamber.name, ha="center", va="center", fontsize=8)
+    for tendon in (tendon for tendon in finger.tendons if tendon.at[0] <= place <= tendon.at[-1]):
+        x, y = (1e3 * float(tendon.along(name, place * finger.length, finger.length)) for name in "xy")
+        axes.plot(x, y, "x", color="0.2", ms=5, ls="none", label="tendons")
+        axes.annotate(tendon.name, (x, y), (0, 4), textcoords="offset points", ha="center", fontsize=8)
 
 
 def _draw_chamber(axes: Axes, section: CrossSection) -> None:
