@@ -11,7 +11,7 @@ MINOR = $(shell $(BIN)/python -c 'import sys; print(sys.version_info[1])')
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: evaluate fuzz kills soak test test-slow test-older check lint format types wheel contact-points bench bench-against bench-peers scaling work-precision release-check clean
+.PHONY: evaluate fuzz kills soak test test-slow test-older older check lint format types wheel contact-points bench bench-against bench-peers scaling work-precision release-check clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -27,14 +27,16 @@ test: $(READY)
 test-slow: $(READY)
 	$(BIN)/$(PYTEST) -m slow
 
-test-older: $(READY)
-	$(or $(if $(OLDER),$(ON_OLDER)),@echo "No Python older than that of .venv was found: the tests ran on one Python only.")
+test-older: older
+	$(or $(if $(OLDER),.venv-older/bin/$(PYTEST) -m "not slow"),@echo "$(ONE_PYTHON): the tests ran on one only.")
 
-define ON_OLDER
-$(OLDER) -m venv .venv-older
-.venv-older/bin/python -m pip install -q -c constraints.txt -e .[dev]
-.venv-older/bin/$(PYTEST) -m "not slow"
-endef
+# The environment for that; it may be made while tests run in .venv, but once.
+ONE_PYTHON = No Python older than that of .venv was found
+older: $(READY)
+	$(or $(if $(OLDER),$(LOCKED) sh -c '$(MAKE_OLDER)'),@echo "$(ONE_PYTHON).")
+LOCKED = $(if $(shell command -v flock),flock .venv/ready)
+MAKE_OLDER = test .venv-older/ready -nt .venv/ready || { $(OLDER) -m venv .venv-older && \
+	.venv-older/bin/python -m pip install -q -c constraints.txt -e .[dev] && touch .venv-older/ready; }
 
 check: lint types
 	$(BIN)/$(PYTEST) -m "not slow"
