@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from pushed_fingers import SPATIAL
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
@@ -26,7 +27,6 @@ from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, weights
 
 FOLDER = Path(os.environ.get("SPATIAL_RODS", "/nowhere"))
-SPATIAL = ("bending", "sideways", "twist")
 STEP = 1e-3  # s, of the plant; halved, the mean errors of released rods change by 0.03 % of the length
 _AXES = (1, 2, 0)  # of the files whose x axis is the rod's, which is our z
 
