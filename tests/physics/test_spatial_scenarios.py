@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 from finger_plants import free_bending
-from pydrake.common.schema import Transform
-from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.simulation import kept_station, simulate
 from soft_gripper.fingers.spatial_chain import posture, resting_positions, spatial_chain, weights
@@ -51,9 +49,8 @@ def test_weight_across_the_plane_bends_and_twists_as_the_balance_says(springs):
 
 def test_a_box_that_is_turned_twists_the_fingers():
     steps, recordings = ("pressure.steps.all=[100e3]", "pressure.settle=0.99", "pressure.hold_samples=1"), []
-    for more in ((), (f"models.gripper.fingers.all.{WAYS}",)):
-        scenario = load_scenario("box_grasp", [*steps, *more])
-        scenario.models[-1].X_PC = Transform(RigidTransform(RollPitchYaw(0, 0, np.radians(20)), [0, 0, 0.03001]))
+    for ways in ("bending", "bending sideways twist"):
+        scenario = load_scenario("turned_box_grasp", [*steps, f"models.gripper.fingers.all.yields={ways}"])
         recordings.append(simulate(scenario))
     planar, spatial = recordings
     assert abs(spatial["left_finger.true_twist_angles"].values[-1].sum()) > np.radians(3)
