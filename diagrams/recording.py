@@ -452,7 +452,9 @@ FRAMES = (
     " before, or to the current sample if the estimator itself gives it (constant_curvature); external_torque_error is"
     " the difference from the true torque two samples before. true_external_torque belongs to the current sample."
     " A true_contact_force acts across the finger, positive on the inner side; true_contact_arc_length is its location,"
-    " from the base."
+    " from the base, and true_contact_side the direction from which it presses, around the finger: 0 on the inner side,"
+    " pi/2 on the side toward +y. true_contact_force_world is the sum of all contact forces on the finger, friction"
+    " included, in W. true_sideways_torque and true_twist_torque are external torques about x and z at the joints."
 )
 
 

@@ -19,7 +19,7 @@ from soft_gripper.scenario.schema import EstimatorConfig
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
-from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses
+from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses, ways_out_of_plane
 
 _DELAYED = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
@@ -36,6 +36,9 @@ class FingerScoring(Diagram):
                      +-----------> delayed_torque --> Difference -------> external_torque_error  (N) N m
         external_torque (N) N m ------------------------^
 
+    A finger that turns out of its plane also has true_sideways_torque and true_twist_torque, from
+    sideways_contact_torque and twist_contact_torque: contact torques about the axes of these joints.
+
     The true torque is delayed, because the estimated one belongs to earlier samples, see `ForceEstimator`.
     """
 
@@ -45,6 +48,7 @@ class FingerScoring(Diagram):
         joints = finger.segments
         wires = NamedWires()
         sampled = [("sampled_joint_angles", "joint_angles", "rad"), ("true_external_torque", "contact_torque", "N m")]
+        sampled += [(f"true_{way}_torque", f"{way}_contact_torque", "N m") for way in ways_out_of_plane(finger)]
         for name, source, unit in sampled:
             hold = Hold(period, joints, unit=unit, joint=range(joints))
             wires.add(name, hold, {"u": source, "y": name})
@@ -57,7 +61,7 @@ class FingerScoring(Diagram):
 
 
 def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, known: Mapping[str, OutputPort]) -> Ports:
-    """Adds `{finger}.scoring`, with `{finger}.contact_torque` before it.
+    """Adds `{finger}.scoring`, with `{finger}.contact_torque` and the like before it.
 
     Args:
         builder: of a diagram with the finger's plant.
@@ -68,11 +72,14 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     Returns:
         the signals, by name without the finger's prefix.
     """
-    contact = builder.AddNamedSystem(f"{finger.name}.contact_torque", MatrixGain(finger.torque_selector()))
     forces = finger.plant.get_generalized_contact_forces_output_port(finger.model)
-    builder.Connect(forces, contact.get_input_port())
+    sources = dict(known)
+    for way in ("bending", *ways_out_of_plane(finger.finger)):
+        name = "contact_torque" if way == "bending" else f"{way}_contact_torque"
+        contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(way)))
+        builder.Connect(forces, contact.get_input_port())
+        sources[name] = contact.get_output_port()
     scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period))
-    sources = {**known, "contact_torque": contact.get_output_port()}
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
     signals = vector_outputs(scoring)

@@ -90,10 +90,10 @@ class PlantFinger:
         starts = [joint.position_start() for joint in self.joints_of(way)]
         return np.eye(self.plant.num_multibody_states())[starts]
 
-    def torque_selector(self) -> Array:
-        """Matrix that selects the bending joints from the generalized forces of their model, (N, model's nv)."""
+    def torque_selector(self, way: str = "bending") -> Array:
+        """Matrix that selects joints from the generalized forces of their model, (N, model's nv)."""
         of_plant = np.zeros((len(self.joints), self.plant.num_velocities()))
-        starts = [joint.velocity_start() for joint in self.joints]
+        starts = [joint.velocity_start() for joint in self.joints_of(way)]
         of_plant[np.arange(len(starts)), starts] = 1.0
         return np.array([self.plant.GetVelocitiesFromArray(self.model, row) for row in of_plant])
 

@@ -72,9 +72,11 @@ def _area(surface: ContactSurface) -> Array:
 
 CONTACT_SIGNALS = (
     *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
-    *("true_contact_arc_length", "normal_force", "contact_center"),
+    *("true_contact_arc_length", "normal_force", "contact_center", "true_contact_force_world", "true_contact_side"),
 )
-PLACES = ("true_contact_arc_length", "contact_center")  # the others are forces
+# Units of places; the others are forces.
+PLACES = {"true_contact_arc_length": "m", "contact_center": "m", "true_contact_side": "rad"}
+VECTORS = ("contact_center", "true_contact_force_world")  # (3), in the world
 COLUMNS = 28  # of a table of patches, see `patch_table`
 
 
@@ -150,6 +152,8 @@ class FingerContacts(NamedTuple):
     total: Array  # (P,) N, magnitude of the force, friction included
     pressing: Array  # (P,) N, along the normal of the patch, not negative
     opening: Array  # (P,) N, across the link in the bending plane; positive on the inner side, so that it opens
+    force: Array  # (P, 3) N on the finger, in the world
+    facing: Array  # (P, 2) along x and y of the link, of the unit vector that points out of the finger
 
     def of(self, finger: int) -> "FingerContacts":
         """Those of one finger."""
@@ -185,6 +189,20 @@ class FingerContacts(NamedTuple):
         return np.stack([_ratio(self.sums(self.pressing * part), total) for part in self.center.T], axis=-1)
 
     @property
+    def total_force(self) -> Array:
+        """Sum of the forces on the finger, friction included, (T, 3) N in the world."""
+        return np.stack([self.sums(part) for part in self.force.T], axis=-1)
+
+    @property
+    def side(self) -> Array:
+        """Where around the section the finger is pressed, (T,) rad: the mean direction; NaN without contact.
+
+        0 on the inner side, pi / 2 on the side toward +y, pi on the outer side.
+        """
+        x, y = (self.sums(self.pressing * part) for part in self.facing.T)
+        return np.where((x == 0) & (y == 0), np.nan, np.arctan2(y, x))
+
+    @property
     def main_normal(self) -> Array:
         """Normal of the strongest patch, (T, 3) in the world, either way; NaN without contact."""
         order = np.argsort(-self.pressing, kind="stable")
@@ -214,11 +232,17 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bo
     pressed = (force * normal).sum(axis=1)
     lever = np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
     center = place + lever
-    x, z, origin = X_WL[..., 0], X_WL[..., 2], X_WL[..., 3]
+    R_WL, x, z, origin = X_WL[..., :3], X_WL[..., 0], X_WL[..., 2], X_WL[..., 3]
     arc_length = begin + (z * (center - origin)).sum(axis=1)
     opening = -sign * (force * x).sum(axis=1)
     total = np.linalg.norm(force, axis=1)
-    return FingerContacts(known, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening)
+    on_finger = sign[:, None] * force
+    out = -np.sign(sign * pressed)[:, None] * normal
+    facing = (out[:, None] @ R_WL)[:, 0, :2]
+    pressing = np.abs(pressed)
+    return FingerContacts(
+        *(known, sample, finger, link, arc_length, center, normal, total, pressing, opening, on_finger, facing)
+    )
 
 
 def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
@@ -227,6 +251,7 @@ def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
         *(contact.link_sums(contact.total, links), contact.link_sums(contact.opening, links)),
         *(contact.sums(contact.opening), contact.sums(contact.total)),
         *(contact.mean_arc_length, contact.sums(contact.pressing), contact.mean_center),
+        *(contact.total_force, contact.side),
     )
     return dict(zip(CONTACT_SIGNALS, values, strict=True))
 
@@ -284,13 +309,17 @@ class TrueContact(ArrayBlock):
         body_poses -------> |             | ---> {finger}.true_contact_arc_length  (1) m
                             |             | ---> {finger}.normal_force             (1) N, on what is touched
                             |             | ---> {finger}.contact_center           (3) m, of that, in the world
+                            |             | ---> {finger}.true_contact_force_world (3) N, in the world
+                            |             | ---> {finger}.true_contact_side        (1) rad, around the finger
                             +-------------+ ---> width                             (1) m, between what all touch
 
     Forces are those that the finger receives from outside. `true_contact_force` is the sum of `link_normal_force`: each
     across its link, in the bending plane, positive where it presses on the inner side, so that it opens the finger.
-    `true_contact_total` is the sum of `link_contact_force`, magnitudes of all that touches a link. The arc length is
-    that of the centre of pressure. `normal_force` goes by the surfaces that touch instead: the sum of what presses,
-    along the normal of each. Without contact forces are 0 and places NaN; for the width see `contact_width`.
+    `true_contact_total` is the sum of `link_contact_force`, magnitudes of all that touches a link;
+    `true_contact_force_world` is the sum of these forces as vectors. The arc length is that of the centre of pressure,
+    the side where around the finger it presses, see `FingerContacts.side`. `normal_force` goes by the surfaces that
+    touch instead: the sum of what presses, along the normal of each. Without contact forces are 0 and places NaN; for
+    the width see `contact_width`.
     """
 
     def __init__(self, fingers: Mapping[str, TouchedLinks], interval: float | None = None):
@@ -310,9 +339,9 @@ class TrueContact(ArrayBlock):
 
     def _put_out_signals(self, number: int, name: str, links: int) -> None:
         self.derive(name, lambda contacts: contact_signals(contacts.of(number), links), "contacts")
-        sizes = {"link_contact_force": links, "link_normal_force": links, "contact_center": 3}
+        sizes = {"link_contact_force": links, "link_normal_force": links} | dict.fromkeys(VECTORS, 3)
         for signal in CONTACT_SIGNALS:
-            unit, axes = "m" if signal in PLACES else "N", _axes(signal, sizes.get(signal, 1))
+            unit, axes = PLACES.get(signal, "N"), _axes(signal, sizes.get(signal, 1))
             self.put_out(f"{name}.{signal}", itemgetter(signal), name, unit=unit, **axes)
 
     def _collect(self, context: Context) -> Array:

@@ -95,6 +95,11 @@ def _points(chain: _ScrewChain, state: Array) -> Array:
     return np.stack(points, axis=-2)
 
 
+def ways_out_of_plane(finger: Finger) -> list[str]:
+    """In which a finger turns beside bending in its plane."""
+    return [way for way in ("sideways", "twist") if way in finger.yields]
+
+
 class TruePoses(ArrayBlock):
     """Outputs the joint and tip positions of fingers from the plant.
 
@@ -130,7 +135,7 @@ class TruePoses(ArrayBlock):
             joint=numbers,
             xyz=XYZ,
         )
-        for way in (way for way in ("sideways", "twist") if way in finger.finger.yields):
+        for way in ways_out_of_plane(finger.finger):
             starts = [joint.position_start() for joint in finger.joints_of(way)]
             self.put_out(
                 f"{finger.name}.true_{way}_angles",

@@ -48,7 +48,7 @@ PARTS = {
 OF_PARTS = [port for _, outputs in PARTS.values() for port in outputs if port != "delayed_torque"]
 OF_TRUTH = [
     *("link_contact_force", "link_normal_force", "true_contact_force", "true_contact_total"),
-    *("true_contact_arc_length", "normal_force", "contact_center"),
+    *("true_contact_arc_length", "normal_force", "contact_center", "true_contact_force_world", "true_contact_side"),
 ]
 OF_A_FINGER = ["pressure_command", "pressure", "X_WB", *TRUE_POSE, *OF_TRUTH, *OF_PARTS]
 OF_CONTACT = ["torque_tolerance", *DETECTOR[1]]

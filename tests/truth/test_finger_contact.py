@@ -96,6 +96,33 @@ def test_the_pressure_of_a_surface_acts_in_its_centre():
     assert found["normal_force"] == pytest.approx(5)
 
 
+def test_the_force_is_a_vector_in_the_world_with_friction():
+    """Of either shape that comes first, and of all links, the turned one too."""
+    one, two = [-3.0, 0.5, 4.0], TURNED.rotation() @ [2.0, 1.0, 0]
+    for sign, first, second in ((1, TWO, THING), (-1, THING, TWO)):
+        found = signals(patch(ONE, THING, X, X, one), patch(first, second, Y, X, sign * two))
+        np.testing.assert_allclose(found["true_contact_force_world"], one + two, rtol=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 180, -90, 40])
+@pytest.mark.parametrize(("first", "second", "sign"), [(TWO, THING, 1), (THING, TWO, -1)])
+@pytest.mark.parametrize("way", [1, -1])
+def test_the_side_is_where_the_finger_is_pressed_around_its_link(degrees, first, second, sign, way):
+    """Whichever way the normal points, and however the thing rubs along the surface."""
+    angle = np.radians(degrees)
+    R, out, along = TURNED.rotation(), [np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0]
+    force = sign * (R @ (-2 * np.array(out) + 5 * np.array(along)))
+    found = signals(patch(first, second, TURNED @ out, R @ (way * np.array(out)), force))
+    assert np.cos(found["true_contact_side"] - angle) == pytest.approx(1, abs=1e-12)
+
+
+def test_sides_count_by_what_presses():
+    """3 N on the inner side and 3 N on that toward +y: between them. Nothing presses on the side of a tip's end."""
+    inner, side = patch(ONE, THING, X, X, [-3.0, 0, 0]), patch(ONE, THING, Y, Y, [0, -3.0, 0])
+    assert signals(inner, side)["true_contact_side"] == pytest.approx(np.pi / 4)
+    assert np.isnan(signals(patch(ONE, THING, Z, Z, [0, 0, -1.0]))["true_contact_side"])
+
+
 def test_several_samples_are_each_by_itself():
     one, two = patch(ONE, THING, X, X, [-3.0, 0, 4.0]), patch(TWO, THING, Y, Z, [1.0, 2.0, -1.0])
     samples = [[], [one], [one, two], [], [two, patch(ONE, OTHER, Z, Y, [0, 3.0, 0])]]
@@ -116,7 +143,7 @@ def test_fingers_that_press_on_each_other_receive_opposite_forces():
 def test_without_a_force_there_is_no_place(force):
     found = signals(*([] if force is None else [patch(ONE, THING, X, X, force)]))
     assert found["normal_force"] == found["true_contact_total"] == 0
-    assert np.isnan([found["true_contact_arc_length"], *found["contact_center"]]).all()
+    assert np.isnan([found["true_contact_side"], found["true_contact_arc_length"], *found["contact_center"]]).all()
 
 
 def pressed_at(*places):
@@ -125,12 +152,14 @@ def pressed_at(*places):
     centers, normals = (np.array(vectors, dtype=float) for vectors in zip(*places, strict=True))
     numbers, ones = np.zeros(count, int), np.ones(count)
     return FingerContacts(
-        np.full(count, True), np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones
+        np.full(count, True),
+        *(np.arange(count), numbers, numbers, ones, centers, normals, ones, ones, ones, normals, normals[:, :2]),
     )
 
 
 UNTOUCHED = FingerContacts(
-    np.array([True]), *np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0))
+    np.array([True]),
+    *(*np.zeros((3, 0), int), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((3, 0)), np.zeros((0, 3)), np.zeros((0, 2))),
 )
 
 

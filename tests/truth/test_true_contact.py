@@ -222,11 +222,14 @@ def test_ports():
         "true_contact_arc_length": 1,
         "normal_force": 1,
         "contact_center": 3,
+        "true_contact_force_world": 3,
+        "true_contact_side": 1,
     }
     of_fingers = [(f"{finger}.{name}", size) for finger in ("left", "right") for name, size in signals.items()]
     assert [(port.get_name(), port.size()) for port in ports] == [*of_fingers, ("width", 1)]
     for port in ports:
-        assert signal_of(port).unit == ("m" if port.get_name().endswith(("length", "center", "width")) else "N")
+        is_place = port.get_name().endswith(("length", "center", "width"))
+        assert signal_of(port).unit == ("rad" if port.get_name().endswith("side") else "m" if is_place else "N")
 
 
 def test_without_contact_there_is_no_force_and_no_place():

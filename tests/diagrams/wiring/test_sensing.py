@@ -25,6 +25,7 @@ SCENARIOS = (ONE_FINGER, TWO_FINGERS, THREE_FINGERS)
 CONTACT_SIGNALS = ("contact", "contact_residual", "contact_time")
 TRUE_SIGNALS = (
     *("true_contact_force", "true_contact_total", "true_contact_arc_length"),
+    *("true_contact_force_world", "true_contact_side"),
     *("normal_force", "contact_center", "link_contact_force", "link_normal_force"),
 )
 WIDTH_SIGNALS = ("object_width", "true_object_width", "object_width_error")
@@ -63,7 +64,7 @@ def test_signals_of_every_finger_and_the_width_between_them(name, count):
     assert contact_signals(built) == expected
     for signal in expected:
         size = built.diagram.GetOutputPort(signal).size()
-        assert size == (3 if signal.endswith("contact_center") else 13 if ".link_" in signal else 1)
+        assert size == (3 if signal.endswith(("contact_center", "world")) else 13 if ".link_" in signal else 1)
 
 
 def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch):
