@@ -19,6 +19,8 @@ _SCENARIOS = {
     "pick_and_place_box": [],
     "arm_motion": ["external=[tool]", "task=null"],
     "tip_distance_steps": [],
+    "three_chambers": [],
+    "tendon_grasp": [],
 }
 _CREEPING = "package://soft_gripper/recordings/pneumatic_segment.urdf"
 
