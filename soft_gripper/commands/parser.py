@@ -469,6 +469,7 @@ COMMANDS = (
         (
             "swing.csv --as mine.yaml --finger mine.urdf --free youngs_modulus relaxation_time --out fitted.urdf",
             "a.csv b.csv --test c.csv --as mine.yaml --finger mine.urdf --free youngs_modulus --out fitted.urdf",
+            "rest.csv --as mine.yaml --finger mine.urdf --free tendon.slack tendon.stiffness --out fitted.urdf",
         ),
         (
             *CONSOLE,

@@ -10,10 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
-from soft_gripper.hardware.identification.fit import MotionScore
+from soft_gripper.hardware.identification.fit import Confidence, MotionScore
+from soft_gripper.hardware.identification.free_parameters import FreeParameters
 from soft_gripper.hardware.identification.identified_finger import Identified
+from soft_gripper.hardware.identification.settled_states import IdentifiedStates
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
@@ -109,17 +112,13 @@ _CORRELATED = 0.9
 
 def print_identified(found: Identified) -> None:
     """Prints the parameters with their confidence and correlations, and a line for each recording."""
-    free, x = found.fit.free, found.fit.x
     print(f"\nmarker error {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
-    stds = found.confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
-    fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
-    columns = {"parameter": "", "initial": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
-    print_table(columns, fitted)
+    _print_parameters(found.fit.free, found.fit.x, found.confidence)
     finger = found.model.finger
     remains = 1 - sum(branch.share for branch in finger.creep)
     if finger.creep:
         print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
-    _print_correlations(found)
+    _print_correlations(found.fit.free, found.confidence)
     columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
     columns |= {"settled turn [degrees]": ">", "creep [degrees]": ">", "rise [ms]": ">"}
     print_table(columns, map(_score_cells, found.scores), "marker errors [mm], and measured motion")
@@ -130,13 +129,31 @@ def print_identified(found: Identified) -> None:
     print("In brackets: simulated. Event times are fitted to each recording, including held-out ones.")
 
 
-def _print_correlations(found: Identified) -> None:
-    names, correlation = found.fit.free.names, found.confidence.correlation
+def print_identified_states(found: IdentifiedStates) -> None:
+    """Prints the parameters with their confidence and correlations, and the errors of every recording and family."""
+    print()
+    _print_parameters(found.fit.free, found.fit.x, found.confidence)
+    _print_correlations(found.fit.free, found.confidence)
+    columns = {"recording": "", "role": "", "rows moved": "", "rows": "d"}
+    columns |= {"root mean square": ".2f", "mean": ".2f", "95 %": ".2f"}
+    print_table(columns, map(astuple, found.scores), "marker errors [mm], the mean offset removed")
+    print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
+
+
+def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) -> None:
+    stds = confidence.std * np.where(free.is_positive, np.abs(free.values(x)), 1)
+    fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
+    columns = {"parameter": "", "initial": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
+    print_table(columns, fitted)
+
+
+def _print_correlations(free: FreeParameters, confidence: Confidence) -> None:
+    names, correlation = free.names, confidence.correlation
     for i in range(len(names)):
         for j in range(i):
             if abs(correlation[i, j]) > _CORRELATED:
                 print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
-    for together in found.confidence.unresolved:
+    for together in confidence.unresolved:
         what = " and ".join(together)
         says = "cannot be distinguished" if len(together) > 1 else "is hardly observable"
         print(f"{what} {says} in these recordings: fix one, or add recordings")

@@ -6,7 +6,7 @@ constraint has fixed limits and constant gradients, so that no run could pull it
 
 A tendon that is commanded in length is a spring between its winch and its end, slack where it would have to push,
 
-    T = max(0, stiffness (pulled length - (l(0) - l(q)))) .
+    T = max(0, stiffness (pulled length - slack - (l(0) - l(q)))) .
 
 A tendon that slides over its sheath loses tension where the finger is bent (capstan): beyond the angle phi of the
 bend it pulls with  T exp(-mu phi z) . z is 1 where the tendon is being pulled, -1 where it is let go, and changes over
@@ -36,14 +36,19 @@ class Tendons:
         tendons = finger.tendons
         self.paths = finger.tendon_paths
         self._straight = path_lengths(self.paths, {"bending": np.zeros(finger.segments)})
-        self._stiffness = np.array([tendon.stiffness for tendon in tendons])
+        self.stiffness = np.array([tendon.stiffness for tendon in tendons])  # (T,) N/m
+        self._slack = np.array([tendon.slack for tendon in tendons])
         self._friction = np.array([tendon.friction for tendon in tendons])
         self._reversal = np.array([tendon.reversal for tendon in tendons])
         self.slide = bool(self._friction.any())  # against friction
 
     def tensions(self, q: Joints, pulled: Array) -> Array:
         """Of tendons of which a length is pulled in, (..., T) m -> (..., T) N."""
-        return np.maximum(0.0, self._stiffness * (pulled - self._straight + path_lengths(self.paths, q)))
+        return np.maximum(0.0, self.stiffness * self.stretches(q, pulled))
+
+    def stretches(self, q: Joints, pulled: Array) -> Array:
+        """By which these tendons are longer than at rest, (..., T) m; negative where they are slack."""
+        return np.asarray(pulled - self._slack - self._straight + path_lengths(self.paths, q))
 
     def torques(self, q: Joints, tensions: Array, sliding: Array | None = None) -> dict[str, Array]:
         """Torques at the joints, (..., N) N m, and N where they slide, by the way in which these yield.

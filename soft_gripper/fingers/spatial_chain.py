@@ -61,6 +61,11 @@ class SpatialChain(NamedTuple):
         found = [values[way][..., i] if way in values else 0.0 for way, i in zip(self.ways, self.segments, strict=True)]
         return np.stack([np.broadcast_to(value, shape) for value in found], axis=-1)
 
+    def gathered(self, q: Array) -> dict[str, Array]:
+        """Joint positions (..., J) by the way in which the joints yield, (..., N) each."""
+        ways = np.array(self.ways)
+        return {way: q[..., ways == way] for way in dict.fromkeys(self.ways)}
+
     def beyond(self, link: NDArray[np.int_]) -> NDArray[np.int_]:
         """How many joints lie before links, (...) numbers from 0 at the base to N."""
         return np.searchsorted(self.segments, link)

@@ -51,10 +51,17 @@ class MarkersConfig:
     columns: str = "{marker}_{axis}"  # of a table, with x, y and z for the axis
     unit: str = quantity("m", known=tuple(LENGTH))  # of those columns
     bodies: dict[str, list[str]] = field(default_factory=dict)  # markers by rigid body: "base", "tip"; empty: none
+    # Markers on the tip whose places in its frame are known, x, y and z; of settled states
+    places: dict[str, list[float]] = quantity({}, "m")
 
     def misfits(self) -> Iterator[Misfit]:
         if "{marker}" not in self.columns or "{axis}" not in self.columns:
             yield "columns", self.columns, "must have {marker} and {axis}"
+        for name, place in self.places.items():
+            if name not in self.bodies.get("tip", []):
+                yield f"places.{name}", place, f"is not listed in bodies.tip: {', '.join(self.bodies.get('tip', []))}"
+            if len(place) != 3:
+                yield f"places.{name}", place, "must be 3 numbers"
 
 
 @dataclass
@@ -104,6 +111,26 @@ class LengthsConfig:
 
 
 @dataclass
+class TendonsConfig:
+    """Lengths of tendons that are pulled in; from where they are counted is not known, see the finger's `slack`."""
+
+    columns: dict[str, str] = field(default_factory=dict)  # by the tendon's name in the finger file
+    unit: str = quantity("m", known=tuple(LENGTH))
+
+
+@dataclass
+class LabelsConfig:
+    """A column of text that names what was moved in a row."""
+
+    column: str = ""
+    # Regular expression with one group: rows in which it finds the same are a family, left out of a fit together
+    family: str = "(.*)"
+
+    def misfits(self) -> Iterator[Misfit]:
+        yield from _pattern_misfits(self.family, "family")
+
+
+@dataclass
 class PressureNameConfig:
     """A pattern that extracts the commanded pressure from a file name."""
 
@@ -125,14 +152,14 @@ class LoadNameConfig:
         yield from _pattern_misfits(self.pattern)
 
 
-def _pattern_misfits(pattern: str) -> Iterator[Misfit]:
+def _pattern_misfits(pattern: str, name: str = "pattern") -> Iterator[Misfit]:
     try:
         groups = re.compile(pattern).groups
     except re.error as error:
-        yield "pattern", pattern, f"is not a regular expression: {error}"
+        yield name, pattern, f"is not a regular expression: {error}"
         return
     if groups != 1:
-        yield "pattern", pattern, "needs one group, the number, such as (\\d+)"
+        yield name, pattern, "needs one group, such as (\\d+)"
 
 
 def _scale_misfits(unit: str, scale: float | None) -> Iterator[Misfit]:
@@ -155,11 +182,13 @@ class RecordingConfig:
     poses: dict[str, PoseConfig] = field(default_factory=dict)  # by rigid body: "base", "tip", ...
     pressures: PressuresConfig | None = None
     lengths: LengthsConfig | None = None
+    tendons: TendonsConfig | None = None
+    labels: LabelsConfig | None = None
     frame: FrameConfig = field(default_factory=FrameConfig)
     gravity: list[float] | None = quantity(None, "m/s^2", length=3)  # in the axes of the recording; None: unknown
     reference: float = quantity(0.3, "s", above=0)  # initial period in which the finger is straight or held
-    # "release": a hand lets go; "step": a valve opens and closes; both at unknown times
-    event: str | None = quantity(None, known=("release", "step"))
+    # "release": a hand lets go; "step": a valve opens and closes; both at unknown times. "settled": each row is at rest
+    event: str | None = quantity(None, known=("release", "step", "settled"))
     commanded_pressure: list[PressureNameConfig] = field(default_factory=list)  # the first that fits
     load: LoadNameConfig | None = None
     # x and z of the load from the tip in the tip's frame; None: unknown

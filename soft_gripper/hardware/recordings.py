@@ -15,7 +15,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import combinations, compress
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +54,7 @@ class Table:
     values: Array  # (T, columns)
     rows: NDArray[np.int_]  # (T,) line or frame of each sample in the file, counted from 1
     dropped: tuple[int, ...] = ()  # rows of the file that do not parse
+    labels: tuple[str, ...] = ()  # of the samples, if a column of text is described
 
     def __post_init__(self) -> None:
         wrong = np.argwhere(np.abs(self.values) > _LARGEST)
@@ -77,34 +78,43 @@ class Table:
 
     def kept(self, keep: NDArray[np.bool_]) -> "Table":
         """The samples for which `keep` is true, (T,)."""
-        return Table(self.path, self.names, self.values[keep], self.rows[keep], self.dropped)
+        labels = tuple(compress(self.labels, keep))
+        return Table(self.path, self.names, self.values[keep], self.rows[keep], self.dropped, labels)
 
 
-def read_text(path: Path, header: list[str] | None) -> Table:
+def read_text(path: Path, header: list[str] | None, label: str | None = None) -> Table:
     """Reads comma-separated text; square brackets in it are ignored, and rows that do not parse are dropped.
 
     Args:
         path: path of the file.
         header: names of its columns; None: in the first row.
+        label: the column that is text; None: all are numbers.
 
     Raises:
-        InputError: if the file cannot be read, or no row of it parses.
+        InputError: if the file cannot be read, it has no such column, or no row of it parses.
     """
     lines = reading.read_text(path).splitlines()
     begin = 0 if header else 1
     require(len(lines) > begin, path, "file", path.name, "is empty: it has no samples")
     names = tuple(header or (cell.strip() for cell in lines[0].split(",")))
-    parsed = [_numbers(line, len(names)) for line in lines[begin:]]
+    if label is not None and label not in names:
+        raise InputError(path, "labels.column", label, f"no such column; its columns: {', '.join(names[:12])}")
+    place = None if label is None else names.index(label)
+    parsed = [_numbers(line, len(names), place) for line in lines[begin:]]
     good = [i for i, row in enumerate(parsed) if row is not None]
     bad = [i for i, row in enumerate(parsed) if row is None and lines[begin + i].strip()]
     expected = f"no row parses: each must contain {len(names)} numbers, separated by commas"
     require(len(good) > 0, path, "file", path.name, expected)
     values = np.array([parsed[i] for i in good])
-    return Table(path, names, values, np.array(good) + begin + 1, tuple(i + begin + 1 for i in bad))
+    labels = () if place is None else tuple(lines[begin + i].split(",")[place].strip() for i in good)
+    return Table(path, names, values, np.array(good) + begin + 1, tuple(i + begin + 1 for i in bad), labels)
 
 
-def _numbers(line: str, count: int) -> list[float] | None:
+def _numbers(line: str, count: int, text: int | None) -> list[float] | None:
+    """The cells of a row, NaN in the column of text; None if it does not parse."""
     cells = [cell.strip() for cell in line.replace("[", "").replace("]", "").split(",")]
+    if text is not None and text < len(cells):
+        cells[text] = ""
     try:
         return [float(cell or "nan") for cell in cells] if len(cells) == count and any(cells) else None
     except ValueError:
@@ -325,6 +335,8 @@ class HardwareRecording:
     poses: dict[str, BodyPose] = field(default_factory=dict)  # by rigid body
     pressures: Array | None = None  # (T, C) Pa, measured, in the order of the description
     lengths: dict[str, Array] = field(default_factory=dict)  # (T,) m, by wire
+    pulled: dict[str, Array] = field(default_factory=dict)  # (T,) m, by tendon
+    labels: tuple[str, ...] = ()  # (T) of what was moved; empty if none are described
     commanded_pressure: float | None = None  # Pa, from the file's name
     load_mass: float = 0.0  # kg, hung on the tip, from the file's name
     load_place: tuple[float, float] | None = None  # m, x and z of the load from the tip; None: unknown
@@ -373,6 +385,23 @@ def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     fine = change == 0 or change > 1e-3 * config.length
     require(fine, table.path, "lengths.unit or scale", described.unit, expected)
     return dict(zip(described.wires, lengths.T, strict=True))
+
+
+def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
+    """Lengths of tendons that are pulled in, m, (T,), by tendon.
+
+    Raises:
+        InputError: if a column is missing, or the unit cannot be right.
+    """
+    if config.tendons is None:
+        return {}
+    described, columns = config.tendons, list(config.tendons.columns.values())
+    pulled = table.columns("tendons.columns", columns) * LENGTH[described.unit]
+    most = float(np.nanmax(np.ptp(pulled, axis=0), initial=0.0))
+    expected = f"the most that a tendon moves is then {most:.3g} m, and the finger is {config.length:g} m long"
+    fine = 1e-4 * config.length < most < config.length
+    require(fine, table.path, "tendons.unit", described.unit, f"{expected}: is it right?")
+    return dict(zip(described.columns, pulled.T, strict=True))
 
 
 _FEWEST = 2  # samples, minimum for a recording
@@ -537,6 +566,8 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
         poses={name: B.posed(pose) for name, pose in poses.items()},
         pressures=pressures_of(table, config),
         lengths=lengths_of(table, config),
+        pulled=pulled_of(table, config),
+        labels=table.labels,
         commanded_pressure=pressure_in_name(path, config.commanded_pressure),
         load_mass=load_in_name(path, config.load),
         load_place=None if config.load_place is None else (config.load_place[0], config.load_place[1]),
@@ -547,7 +578,7 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
 
 def _table(path: Path, config: RecordingConfig) -> Table:
     if path.suffix.lower() != ".c3d":
-        return read_text(path, config.header)
+        return read_text(path, config.header, config.labels.column if config.labels else None)
     markers = given(config.markers, path, "markers", "a C3D file holds markers: describe them")
     return read_c3d(path, config.time, markers.columns, LENGTH[markers.unit])
 

@@ -22,6 +22,8 @@ from identified import (
 )
 from refusals import refusal
 
+from soft_gripper.fingers.spatial_chain import posture, spatial_chain
+from soft_gripper.fingers.tendon_balance import pulled_positions
 from soft_gripper.hardware.identification import fit as fit_module
 from soft_gripper.hardware.identification.identified_finger import read_finger
 
@@ -144,3 +146,53 @@ def stepped():
     """Of a finger that hangs: its weight brings it back."""
     hanging = replace(release(CLOSES + 0.3), gravity=np.array([0.0, 0.0, 9.81]))
     return replace(hanging, pressure=3e4, events=(OPENS, CLOSES))
+
+
+SETTLED = """
+event: settled
+length: 0.1
+tendons: {columns: {pull: pull_mm}, unit: mm}
+markers: {unit: mm, bodies: {tip: [tip]}, places: {tip: [0, 0, 0.008]}}
+labels: {column: what, family: "(in|out)"}
+frame: {origin: [0, 0, 0]}
+"""
+TENDON = '<tendon name="pull" x="0.01" y="0" at="0 1" stiffness="{}" slack="{}"/>'
+
+
+@pytest.fixture
+def settled(files):
+    """A finger that a tendon closes, at rest, pulled in and let out; and its first guess."""
+    of_tendon = BEAM.replace('<creep share="0.2" time="0.2"/>', TENDON)
+    truth = finger_of(of_tendon.format(5e4, 1e-3), files)
+    pulled = np.concatenate([np.linspace(0, 8e-3, 12), np.linspace(8e-3, 0, 12)])
+    bend = pulled_positions(truth, pulled[:, None])
+    chain = posture(spatial_chain(truth), bend)
+    tip = chain.origins[:, -1] + (truth.segment_length / 2 + 8e-3) * chain.rotations[:, -1, :, 2]
+    rows = [
+        f"{i},{'in' if i < 12 else 'out'}_{i},{1e3 * length!r},{','.join(map(repr, (1e3 * place).tolist()))}"
+        for i, (length, place) in enumerate(zip(pulled.tolist(), tip, strict=True))
+    ]
+    (files / "rest.csv").write_text("\n".join(["time,what,pull_mm,tip_x,tip_y,tip_z", *rows]) + "\n")
+    (files / "rest.yaml").write_text(SETTLED)
+    (files / "guess.urdf").write_text(of_tendon.format(4e4, 0))
+    return files
+
+
+@pytest.mark.slow
+def test_settled_states_of_a_tendon(settled):
+    """Slack and stiffness are found, written to the file, and each family is predicted from the other."""
+    outcome = identify("rest.csv", "--test", "rest.csv", free=("tendon.slack", "tendon.stiffness"))
+    assert outcome.code == 0, outcome.err
+    (tendon,) = read_finger(settled / "out/fitted.urdf").tendons
+    assert (tendon.slack, tendon.stiffness) == pytest.approx((1e-3, 5e4), rel=1e-3)
+    assert {path.name for path in (settled / "out").iterdir()} == WRITTEN
+    with (settled / "out/fitted.csv").open() as file:
+        rows = {(row["role"], row["family"]): float(row["rms_mm"]) for row in csv.DictReader(file)}
+    assert set(rows) == {("fit", "all"), ("test", "all"), *(("left out", name) for name in ("all", "in", "out"))}
+    assert max(rows.values()) < 1e-2
+    assert "left out" in outcome.out
+
+
+def test_settled_states_and_motions_are_not_mixed(settled):
+    line = refusal(*command("run.csv", "--test", "rest.csv"))
+    assert "run: event = 'release': 'rest' is of settled states: identify motions by themselves" in line

@@ -14,7 +14,7 @@ correlation time,  1 + 2 sum of autocorrelations , up to the first that is not p
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +100,26 @@ def fit(
     seen = found.jac[:, :of_free]
     seen = seen - of_events @ np.linalg.lstsq(of_events, seen, rcond=None)[0]
     return Fit(free, found.x[:of_free], fitted, found.fun, seen)
+
+
+_F = TypeVar("_F")
+
+
+def converged(fit_from: Callable[[Array], _F], starts: Sequence[Array]) -> list[_F]:
+    """The fits that converge, from any of the starts.
+
+    Raises:
+        InputError: if none does.
+    """
+    fits = []
+    for start in starts:
+        try:
+            fits.append(fit_from(start))
+        except InputError as error:
+            last = error
+    if not fits:
+        raise last
+    return fits
 
 
 def fit_events(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
@@ -217,16 +237,16 @@ class Confidence(NamedTuple):
     unresolved: list[tuple[str, ...]]  # names of parameters that cannot be distinguished
 
 
-def confidence(fit: Fit) -> Confidence:
-    """The confidence that follows from the residuals and the Jacobian of a fit."""
-    jacobian, names = fit.jacobian * fit.free.scales, fit.free.names
+def confidence_of(free: FreeParameters, residuals: Array, jacobian: Array, lasting: float) -> Confidence:
+    """The confidence that follows from residuals (R,) and their Jacobian (R, P), correlated over `lasting` samples."""
+    jacobian, names = jacobian * free.scales, free.names
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
     least = max(_FLAT * strengths[0], _NOTHING)
-    variance = np.sum(fit.residuals**2) / max(len(fit.residuals) - len(names), 1) * _lasting(fit)
+    variance = np.sum(residuals**2) / max(len(residuals) - len(names), 1) * lasting
     covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
     spread = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(spread, spread)
-    std = np.sqrt(variance) * spread * fit.free.scales
+    std = np.sqrt(variance) * spread * free.scales
     return Confidence(std, correlation, _unresolved(names, correlation, directions[strengths <= least]))
 
 
@@ -240,6 +260,11 @@ def _unresolved(names: list[str], correlation: Array, flat: Array) -> list[tuple
     return sorted(found)
 
 
+def confidence(fit: Fit) -> Confidence:
+    """That of a fit to motions."""
+    return confidence_of(fit.free, fit.residuals, fit.jacobian, _lasting(fit))
+
+
 def _lasting(fit: Fit) -> float:
     """Mean correlation time of the residuals of the recordings, in samples, at least 1."""
     lasting, begin = [], 0
@@ -247,11 +272,12 @@ def _lasting(fit: Fit) -> float:
         samples, markers = motion.markers.shape
         part = fit.residuals[begin : begin + 2 * samples * markers].reshape(samples, -1)
         begin += part.size
-        lasting += [_correlation_time(column) for column in part.T if np.ptp(column) > 0]
+        lasting += [correlation_time(column) for column in part.T if np.ptp(column) > 0]
     return float(np.mean(lasting)) if lasting else 1.0
 
 
-def _correlation_time(series: Array) -> float:
+def correlation_time(series: Array) -> float:
+    """1 + 2 sum of autocorrelations, in samples."""
     centred = series - series.mean()
     spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
     correlations = np.fft.irfft(spectrum)[: len(centred)]

@@ -11,14 +11,17 @@ as many coefficients as there are pressures, at most three. It is written to the
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.fingers.paths import Tendon
 from soft_gripper.hardware.identification.simulated_motion import Setup
 
 _COEFFICIENTS = 3  # of a pressure law, at most
@@ -70,13 +73,14 @@ def _of_finger(name: str, unit: str) -> Key:
     return Key(unit, lambda model: (getattr(model.finger, name),), put)
 
 
-def _of_setup(name: str, unit: str, positive: bool, scale: float) -> Key:
+def _of_setup(name: str, unit: str, positive: bool, scale: float, room: tuple[float, float] = (-np.inf, np.inf)) -> Key:
     return Key(
         unit,
         lambda model: (getattr(model.setup, name),),
         lambda model, values: replace(model, setup=replace(model.setup, **{name: values[0]})),
         positive,
         scale,
+        room,
     )
 
 
@@ -89,6 +93,40 @@ def _of_creep(name: str, unit: str, room: tuple[float, float]) -> Key:
         return replace(model, finger=replace(model.finger, creep=creep))
 
     return Key(unit, lambda model: [getattr(branch, name) for branch in model.finger.creep], put, room=room)
+
+
+def _of_tendons(unit: str, get: Callable[[Tendon], float], put: Callable[[Tendon, float], Tendon], **fit: Any) -> Key:
+    """A number of each tendon."""
+
+    def changed(model: Model, values: Sequence[float]) -> Model:
+        tendons = tuple(put(tendon, value) for tendon, value in zip(model.finger.tendons, values, strict=True))
+        return replace(model, finger=replace(model.finger, tendons=tendons))
+
+    return Key(unit, lambda model: [get(tendon) for tendon in model.finger.tendons], changed, **fit)
+
+
+def _angle(tendon: Tendon) -> float:
+    return float(np.arctan2(tendon.y[0], tendon.x[0]))
+
+
+def _turned(tendon: Tendon, angle: float) -> Tendon:
+    """A tendon, its whole path turned about the middle of the section until it begins at an angle."""
+    columns = np.atleast_2d(np.broadcast_arrays(tendon.x, tendon.y))
+    turned = np.exp(1j * (angle - _angle(tendon))) * (columns[0] + 1j * columns[1])
+    return replace(tendon, x=_sizeable(turned.real), y=_sizeable(turned.imag))
+
+
+def _slackened(tendon: Tendon, slack: float) -> Tendon:
+    return replace(tendon, slack=_sizeable(np.array([slack]))[0])
+
+
+def _stiffened(tendon: Tendon, stiffness: float) -> Tendon:
+    return replace(tendon, stiffness=stiffness)
+
+
+def _sizeable(values: Array) -> tuple[float, ...]:
+    """Values of a finger, 0 where they are too small to be one."""
+    return tuple(np.where(np.abs(values) < SIZES[0], 0.0, values).tolist())
 
 
 def pressure_law_key(pressures: Sequence[float]) -> Key:
@@ -119,6 +157,7 @@ KEYS = {
     "density": _of_sections("density", "kg/m^3"),
     "chamber_width": _of_sections("chamber_width", "m"),
     "chamber_thickness": _of_sections("chamber_thickness", "m"),
+    "layer_shear_modulus": _of_sections("layer_shear_modulus", "Pa"),
     "relaxation_time": _of_finger("relaxation_time", "s"),
     "length": _of_finger("length", "m"),
     "shear_factor": _of_finger("shear_factor", "1"),
@@ -131,6 +170,10 @@ KEYS = {
     "load_z": _of_setup("load_z", "m", False, 1e-3),
     "fill_time": _of_setup("fill_time", "s", True, 0.1),
     "swelling": _of_setup("swelling", "1", True, 0.1),
+    "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
+    "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
+    "tendon.slack": _of_tendons("m", attrgetter("slack"), _slackened, positive=False, scale=3e-4),
+    "tendon.stiffness": _of_tendons("N/m", attrgetter("stiffness"), _stiffened, scale=0.3),
 }
 PRESSURE_LAW = "pressure_law"
 

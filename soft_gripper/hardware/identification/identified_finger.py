@@ -2,7 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,7 @@ from soft_gripper.hardware.identification.fit import (
     MotionScore,
     Report,
     confidence,
+    converged,
     fit,
     fit_events,
     score,
@@ -81,23 +82,11 @@ def identify(
     free = free_parameters(finger, names, pressures)
     jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
     jitter[0] = 0.0
-    best = _best(lambda away: fit(free, fitted, executor, report, free.start + away), list(jitter))
+    fits = converged(lambda away: fit(free, fitted, executor, report, free.start + away), list(jitter))
+    best = min(fits, key=lambda found: found.root_mean_square)
     calls = [(best.model, motion, "fit") for motion in best.motions] + [(best.model, m, "test") for m in tested]
     scored = [future.result() for future in [executor.submit(_score, *call) for call in calls]]
     return Identified(best, confidence(best), *(tuple(column) for column in zip(*scored, strict=True)))
-
-
-def _best(fit_from: Callable[[Array], Fit], starts: Sequence[Array]) -> Fit:
-    """The best of the fits that converge, from any of the starts."""
-    fits = []
-    for start in starts:
-        try:
-            fits.append(fit_from(start))
-        except InputError as error:
-            last = error
-    if not fits:
-        raise last
-    return min(fits, key=lambda found: found.root_mean_square)
 
 
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
@@ -149,7 +138,7 @@ def displacement(markers: Planar, motion: MeasuredMotion) -> Array:
 
 _PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # may precede the root element
 _OF_BODY = ("length", "relaxation_time", "shear_factor")
-_OF_SECTION = ("youngs_modulus", "density", "chamber_width", "chamber_thickness")
+_OF_SECTION = ("youngs_modulus", "density", "chamber_width", "chamber_thickness", "layer_shear_modulus")
 
 
 def read_finger(path: Path) -> Finger:
@@ -184,6 +173,12 @@ def with_finger(path: Path, finger: Finger) -> str:
             section.attrib.pop("material", None)  # it applied to both
         for name in _OF_SECTION:
             _set(section, name, getattr(part, name), None if is_other else getattr(part_before, name))
+    for child, tendon, given in zip(element.findall("tendon"), finger.tendons, before.tendons, strict=True):
+        if (tendon.x, tendon.y) != (given.x, given.y):
+            child.set("x", _text(*tendon.x))
+            child.set("y", _text(*tendon.y))
+        _set(child, "stiffness", tendon.stiffness, given.stiffness)
+        _set(child, "slack", tendon.slack, given.slack)
     if finger.creep != before.creep:
         for name in ("share", "time"):
             _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))

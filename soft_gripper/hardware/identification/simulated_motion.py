@@ -175,6 +175,7 @@ class Setup:
     load_z: float = 0.0  # m, likewise
     fill_time: float = 0.06  # s, in which a chamber that does not swell fills from a supply of 10 kPa
     swelling: float = 2.0  # growth of the chamber's compliance per growth of the bend per pressure
+    dry_friction: float = 0.0  # rad, by which the bend of the whole finger lags behind its balance at most
 
 
 @dataclass(frozen=True)

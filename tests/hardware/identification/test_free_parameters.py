@@ -8,6 +8,7 @@ from refusals import refused
 
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
+from soft_gripper.fingers.paths import Tendon
 from soft_gripper.hardware.identification.free_parameters import KEYS, Model, free_parameters, pressure_law_key
 from soft_gripper.hardware.identification.simulated_motion import Setup
 
@@ -26,10 +27,26 @@ def stiffer(section):
     return replace(section, youngs_modulus=2 * section.youngs_modulus)
 
 
-def test_every_key_begins_with_the_finger_as_it_is(guessed):
-    free = free_parameters(guessed, list(KEYS), [])
+@pytest.fixture(scope="module")
+def tendoned(hollow):
+    """A finger with tendons and a layer, which does not shear."""
+    layer = {"layer_thickness": 1e-3, "layer_modulus": 1e6, "layer_shear_modulus": 2e5}
+    slanted = Tendon("a", (4e-3, -3e-3), (1e-3, 5e-3), (0.0, 0.7), 2e3, slack=2e-4)
+    tendons = slanted, Tendon("b", (0.0,), (-4e-3,), (0.0, 1.0), 1e3)
+    return hollow.with_sections(lambda section: replace(section, **layer), tendons=tendons)
+
+
+OF_TENDONS = [name for name in KEYS if name.startswith("tendon.") or name.startswith("layer_")]
+OTHERS = [name for name in KEYS if name not in OF_TENDONS]
+
+
+def test_every_key_begins_with_the_finger_as_it_is(guessed, tendoned):
+    free = free_parameters(tendoned, OF_TENDONS, [])
+    again = free_parameters(free.at(free.start).finger, OF_TENDONS, [])
+    np.testing.assert_allclose(again.start, free.start, rtol=1e-12)
+    free = free_parameters(guessed, OTHERS, [])
     found = free.at(free.start)
-    again = free_parameters(found.finger, list(KEYS), [])
+    again = free_parameters(found.finger, OTHERS, [])
     assert (found.setup.fill_time, found.setup.swelling) == pytest.approx((Setup().fill_time, Setup().swelling))
     np.testing.assert_allclose(again.values(again.start)[:10], free.values(free.start)[:10], rtol=1e-12)
     assert found.finger.tip.youngs_modulus == pytest.approx(guessed.tip.youngs_modulus)
@@ -50,8 +67,9 @@ def test_sections_keep_their_ratios_to_the_first_that_is_not_0(hollow):
         assert part.thickness == before.thickness
 
 
-def test_every_number_changes_what_it_is_called_after(guessed):
-    free = free_parameters(guessed, list(KEYS), [])
+@pytest.mark.parametrize(("finger", "keys"), [("guessed", OTHERS), ("tendoned", OF_TENDONS)])
+def test_every_number_changes_what_it_is_called_after(finger, keys, request):
+    free = free_parameters(request.getfixturevalue(finger), keys, [])
     lower, upper = free.bounds
     for i, name in enumerate(free.names):
         x = free.start
@@ -61,6 +79,15 @@ def test_every_number_changes_what_it_is_called_after(guessed):
         differ = np.flatnonzero(~np.isclose(changed.start, free.start, rtol=1e-9, atol=1e-12))
         assert [free.names[k] for k in differ] == [name]
         assert changed.start[i] == pytest.approx(x[i])
+
+
+def test_a_path_is_turned_as_a_whole(tendoned):
+    free = free_parameters(tendoned, ["tendon.angle"], [])
+    turned, straight = free.at(free.start + np.array([0.3, 0.0])).finger.tendons
+    before = np.array([tendoned.tendons[0].x, tendoned.tendons[0].y])
+    c, s = np.cos(0.3), np.sin(0.3)
+    np.testing.assert_allclose([turned.x, turned.y], np.array([[c, -s], [s, c]]) @ before, atol=1e-15)
+    assert (turned.at, straight) == (tendoned.tendons[0].at, tendoned.tendons[1])
 
 
 def test_names_and_units_count_branches(guessed):

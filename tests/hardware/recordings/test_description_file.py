@@ -13,8 +13,9 @@ def test_shipped_descriptions_load(name):
     assert config.description
 
 
-def test_there_are_three():
-    assert description_names() == ["clamped_beam", "pneumatic_segment", "two_segment_arm"]
+def test_there_are_five():
+    robots = ["tendon_robot_v4", "tendon_robot_v6"]
+    assert description_names() == ["clamped_beam", "pneumatic_segment", *robots, "two_segment_arm"]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,82 @@
+"""A finger at rest between its springs, its weight and tendons of which lengths are pulled in.
+
+A tendon is a spring that cannot push (`path_drive`), so tensions T and the lengths that they leave slack exclude each
+other. With the joints' compliance C, the gradients G = dl/dq of the tendons' lengths and what else drives the joints,
+f, a shape in balance is  q = C (f - G' T) , and
+
+    T >= 0 ,   w = (G C G' + 1 / stiffness) T - b >= 0 ,   T w = 0 ,   b = pulled - slack - l(0) + l(q) at T = 0 :
+
+a linear complementarity problem with a positive definite matrix, which has one solution (Cottle, Pang and Stone, *The
+Linear Complementarity Problem*, section 3.1). Where tendons are not parallel to the axis, or there is weight, l and f
+are linearised and the problem is solved again until the shape is still.
+"""
+
+import numpy as np
+from scipy.optimize import nnls
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.path_drive import Tendons
+from soft_gripper.fingers.paths import length_gradients
+from soft_gripper.fingers.spatial_chain import posture, spatial_chain, torques, weights
+
+_GUESSES = 12  # of the set of taut tendons, after which a row is solved by itself
+_MOST_ITERATIONS = 200
+_STILL = 1e-10  # rad, and m
+
+
+def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None) -> Array:
+    """Joint positions of a finger at rest, rad, and m where joints slide, (R, J) in the order of `spatial_chain`.
+
+    Args:
+        finger: whose T tendons all have a stiffness.
+        pulled: lengths of its tendons that are pulled in, (R, T) m.
+        gravity: (3,) m/s^2 in B; None: none.
+
+    Raises:
+        SimulationDivergedError: if no balance is found: the finger buckles under its weight.
+    """
+    chain, tendons = spatial_chain(finger), Tendons(finger)
+    compliance = 1 / chain.spread(finger.stiffnesses)
+    weight = None if gravity is None or not gravity.any() else weights(finger, chain, gravity)
+    is_linear = weight is None and tendons.paths.are_parallel
+    q = np.zeros((1, len(chain.ways)))
+    for _ in range(_MOST_ITERATIONS):
+        joints = chain.gathered(q)
+        slopes = chain.spread(length_gradients(tendons.paths, joints))
+        free = 0 * q if weight is None else compliance * torques(posture(chain, q), weight)
+        wanted = tendons.stretches(joints, pulled) + ((free - q)[:, None] @ slopes.swapaxes(-1, -2))[:, 0]
+        matrix = (slopes * compliance) @ slopes.swapaxes(-1, -2) + np.diag(1 / tendons.stiffness)
+        before, q = q, free - compliance * (complementary(matrix, wanted)[:, None] @ slopes)[:, 0]
+        if is_linear or np.abs(q - before).max(initial=0.0) < _STILL:
+            return q
+    raise SimulationDivergedError("the finger found no shape in balance with its tendons")
+
+
+def complementary(matrix: Array, wanted: Array) -> Array:
+    """T >= 0 with  matrix T - wanted >= 0  and one of them 0 in every place, (R, T).
+
+    Which places are not 0 is guessed from the last guess's solution; a row for which this does not settle is solved as
+    the nonnegative least squares problem that it is,  | L' T - L^-1 wanted |  with  matrix = L L' .
+
+    Args:
+        matrix: symmetric and positive definite, (T, T) or (R, T, T).
+        wanted: (R, T).
+    """
+    matrix = np.broadcast_to(matrix, (*wanted.shape, wanted.shape[1]))
+    taut, found = wanted > 0, np.zeros(wanted.shape)
+    open_rows = np.arange(len(wanted))
+    for _ in range(_GUESSES):
+        on = taut[open_rows]
+        part = np.where(on[:, :, None] & on[:, None, :], matrix[open_rows], np.eye(wanted.shape[1]))
+        found[open_rows] = np.linalg.solve(part, np.where(on, wanted[open_rows], 0.0)[..., None])[..., 0]
+        left = (matrix[open_rows] @ found[open_rows, :, None])[..., 0] - wanted[open_rows]
+        taut[open_rows] = np.where(on, found[open_rows] > 0, left < 0)
+        open_rows = open_rows[(taut[open_rows] != on).any(axis=1)]
+        if not len(open_rows):
+            return found
+    for row in open_rows:
+        lower = np.linalg.cholesky(matrix[row])
+        found[row], _ = nnls(lower.T, np.linalg.solve(lower, wanted[row]))
+    return found

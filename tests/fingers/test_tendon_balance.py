@@ -1,0 +1,115 @@
+"""Fingers at rest between springs and tendons of which lengths are pulled in: closed forms, and the plant."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.paths import Tendon
+from soft_gripper.fingers.spatial_chain import spatial_chain
+from soft_gripper.fingers.tendon_balance import complementary, pulled_positions
+from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SECTION = CrossSection(0.012, 0.012, 2e6, 1100.0)
+LENGTH, LEVER, STIFFNESS = 0.18, 5e-3, 3e3
+IN_SPACE = ("bending", "sideways", "twist")
+
+
+def pulled_finger(*tendons, yields=IN_SPACE):
+    return Finger("robot", LENGTH, SECTION, SECTION, 0.01, yields=yields, tendons=tendons)
+
+
+def tendon(angle, end=1.0, slack=0.0, name="t"):
+    y = LEVER * np.sin(angle)
+    place = (LEVER * np.cos(angle),), (y if abs(y) > 1e-9 else 0.0,)
+    return Tendon(name, *place, (0.0, end), stiffness=STIFFNESS, slack=slack)
+
+
+def bends(finger, pulled, gravity=None):
+    """The joints' positions by the way in which they yield, of one row."""
+    return spatial_chain(finger).gathered(pulled_positions(finger, np.array([pulled]), gravity)[0])
+
+
+@pytest.mark.parametrize("angle", [0.0, 2.0, -1.1])
+def test_one_tendon_bends_an_arc_toward_itself(angle):
+    """q EI / l = r T and T = k (pulled - slack - r q)."""
+    found = bends(pulled_finger(tendon(angle, 0.5, slack=4e-4)), [3e-3])
+    compliance = LEVER * 0.5 * LENGTH / SECTION.bending_stiffness
+    bend = compliance * STIFFNESS * (3e-3 - 4e-4) / (1 + compliance * STIFFNESS * LEVER)
+    np.testing.assert_allclose(found["bending"][:6].sum(), bend * np.cos(angle), rtol=1e-12)
+    np.testing.assert_allclose(found["sideways"][:6].sum(), -bend * np.sin(angle), rtol=1e-12)
+    np.testing.assert_allclose(found["bending"][6:], 0.0, atol=1e-15)
+    np.testing.assert_allclose(found["twist"], 0.0, atol=1e-15)
+
+
+def test_slack_tendons_do_nothing():
+    finger = pulled_finger(tendon(0.0), tendon(np.pi, name="u"))
+    np.testing.assert_array_equal(pulled_positions(finger, np.array([[-1e-3, -2e-3], [0.0, 0.0]])), 0.0)
+    one = bends(pulled_finger(tendon(0.0)), [2e-3])["bending"]
+    np.testing.assert_allclose(bends(finger, [2e-3, -8e-3])["bending"], one, rtol=1e-12)
+
+
+def test_an_antagonist_under_tension_counts_as_a_second_spring():
+    """Both pretensioned by s, the finger bends by  q (EI / l + 2 k r^2) = k r pulled  until one is slack."""
+    finger = pulled_finger(tendon(0.0, slack=-2e-3), tendon(np.pi, slack=-2e-3, name="u"))
+    joint = SECTION.bending_stiffness / LENGTH
+    bend = STIFFNESS * LEVER * 1e-3 / (joint + 2 * STIFFNESS * LEVER**2)
+    np.testing.assert_allclose(bends(finger, [1e-3, 0.0])["bending"].sum(), bend, rtol=1e-12)
+    assert LEVER * bend < 2e-3  # what the other has to give
+    np.testing.assert_allclose(bends(finger, [5e-4, 5e-4])["bending"], 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("guesses", [12, 0], ids=["guessed", "least squares"])
+def test_tensions_and_slack_exclude_each_other(guesses, monkeypatch):
+    """Whichever way they are found; the conditions decide, and have one solution."""
+    monkeypatch.setattr("soft_gripper.fingers.tendon_balance._GUESSES", guesses)
+    random = np.random.default_rng(0)
+    levers, wanted = random.normal(size=(40, 7, 5)), random.normal(size=(40, 7))
+    matrix = levers @ levers.swapaxes(1, 2) + 0.1 * np.eye(7)
+    found = complementary(matrix, wanted)
+    slack = (matrix @ found[..., None])[..., 0] - wanted
+    assert (found >= 0).all()
+    assert (slack > -1e-10).all()
+    np.testing.assert_allclose(found * slack, 0.0, atol=1e-10)
+    assert 0.2 < (found > 0).mean() < 0.8
+
+
+def test_what_buckles_under_its_weight_is_refused():
+    heavy = replace(pulled_finger(tendon(0.0)), base=replace(SECTION, density=1e5), tip=replace(SECTION, density=1e5))
+    with pytest.raises(SimulationDivergedError, match="no shape in balance"):
+        bends(heavy, [2e-3], np.array([0.0, 0.0, -9.81]))
+
+
+@pytest.mark.slow
+def test_the_plant_rests_in_the_same_balance(tmp_path):
+    """A slanted tendon, pulled in length, bends and twists a finger that its weight bends sideways."""
+    text = model_path("package://soft_gripper/grippers/three_chambers.urdf").read_text()
+    head, rest = text.split("<!-- 120", 1)
+    path = '<tendon name="slanted" at="0 0.9" x="6e-3 -2e-3" y="-8e-3 8e-3" stiffness="2e3" slack="-4e-4"/>'
+    (tmp_path / "slanted.urdf").write_text(
+        f"{head}{path}</finger>{rest.split('</finger>', 1)[1]}".replace(" stretch", "")
+    )
+    scenario = load_scenario(
+        "three_chambers",
+        [
+            f"models.finger.file={tmp_path / 'slanted.urdf'}",
+            "pressure.steps={all: [0.0]}",
+            "tendons.command=pull",
+            "tendons.steps.all=[2e-3]",
+            "pressure.settle=9.9",
+            "pressure.hold_samples=10",
+            "gravity=[0.0, 4.0, 3.0]",
+        ],
+    )
+    recording, handle = simulate(scenario), make_station(scenario).fingers[0]
+    names = {"bending": "sampled_joint_angles", "sideways": "true_sideways_angles", "twist": "true_twist_angles"}
+    found = bends(handle.finger, [2e-3], np.array([0.0, -4.0, -3.0]))  # it hangs upside down
+    for way, name in names.items():
+        assert np.abs(found[way]).max() > 3e-3
+        np.testing.assert_allclose(recording[f"finger.{name}"].values[-1], found[way], atol=2e-5)
