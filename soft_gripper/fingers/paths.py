@@ -73,12 +73,11 @@ class Tendon(Path):
     """A tendon that is fixed at its last station and pulled at its first."""
 
     stiffness: float = quantity(0.0, "N/m", least=0, sizes=SIZES)  # if commanded in length; of the whole tendon
-    slack: float = quantity(
-        0.0, "m", sizes=SIZES
-    )  # likewise: what is pulled in before it tightens; negative: pretension
     friction: float = quantity(0.0, least=0, most=10)  # Coulomb, against its sheath (capstan)
     # m of travel by which friction reverses: what a tendon moves before it slides (Dahl)
     reversal: float = quantity(2e-4, "m", above=0, sizes=SIZES)
+    # If commanded in length: what is pulled in before it tightens; negative: pretension
+    slack: float = quantity(0.0, "m", sizes=SIZES)
 
 
 @dataclass(frozen=True, eq=False)

@@ -217,14 +217,13 @@ def test_a_tendon_needs_a_first_guess_of_its_stiffness(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("robot", "fitted", "left_out"), [("v4", 4.05, 4.5), ("v6", 7.95, 8.0)])
+@pytest.mark.parametrize(("robot", "fitted", "left_out"), [("v4", 4.0, 3.9), ("v6", 7.9, 7.5)])
 def test_published_robots(robot, fitted, left_out):
-    """Families of patterns that were left out of the fit are predicted nearly as well as those in it."""
+    """The errors that docs/identification.md states; families left out are predicted nearly as well as those fitted."""
     folder, name = published("tendon_robots"), f"tendon_robot_{robot}"
     config = load_description(name)
     (recording,) = find_recordings([str(folder / f"{robot}_train.csv")], name)
     finger = read_finger(model_path(config.finger))
     found = identify_states(finger, FREE, [settled_states(recording, finger)], [], HereExecutor())
     rms = {(score.role, score.family): score.rms_mm for score in found.scores}
-    assert rms["fit", "all"] < fitted
-    assert rms["left out", "all"] < left_out
+    assert (round(rms["fit", "all"], 1), round(rms["left out", "all"], 1)) == (fitted, left_out)
