@@ -1,4 +1,7 @@
-"""Fig. 4 of the paper: the shape of one finger, simulated and estimated, in its bending plane."""
+"""Fig. 4 of the paper: the shape of one finger, simulated and estimated, in its bending plane.
+
+A finger that leaves this plane is drawn from the side as well, where only the simulation knows it.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -33,6 +36,8 @@ _TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radi
 _EDGE = "0.35"
 _LENGTH = 0.025  # m/N
 _LEAST = 0.02  # N, smallest force drawn
+_IN_PLANE, _ASIDE = [0, 2], [1, 2]  # axes of B: as seen along y, and along x
+_OFF_PLANE = 1e-4  # m, beyond which a finger is drawn from the side as well
 
 
 def in_mm(planar: Planar) -> Array:
@@ -40,23 +45,29 @@ def in_mm(planar: Planar) -> Array:
     return 1e3 * as_points(planar)
 
 
-def draw_base(axes: Axes, finger: Finger) -> None:
-    """The mount of the finger, as a dark block."""
-    width, depth = 1.8e3 * finger.base.thickness, 0.6e3 * finger.base.thickness
-    middle = -1e3 * float(finger.base.neutral_axis)
+def draw_base(axes: Axes, finger: Finger, aside: bool = False) -> None:
+    """The mount of the finger, as a dark block; with `aside` seen along x."""
+    width = 1.8e3 * (finger.base.width if aside else finger.base.thickness)
+    depth, middle = 0.6e3 * finger.base.thickness, 0.0 if aside else -1e3 * float(finger.base.neutral_axis)
     axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
 
 
-def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array) -> None:
-    """The segments as rounded rectangles of `colors`, (N, 3), between base, joints and tip, (N + 2, 3) m in B."""
+def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array, aside: bool = False) -> None:
+    """The segments as rounded rectangles of `colors`, (N, 3), between base, joints and tip, (N + 2, 3) m in B.
+
+    Seen along y, or with `aside` along x, foreshortened.
+    """
     middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
-    ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, ::2]
-    section, length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
-    faces = 1e3 * np.array([section.outer_face, section.inner_face]).T
-    style = BoxStyle.Round(pad=0, rounding_size=0.2 * length)
+    ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, _ASIDE if aside else _IN_PLANE]
+    section, whole = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
+    half = np.asarray(section.width) / 2
+    faces = 1e3 * np.array([-half, half] if aside else [section.outer_face, section.inner_face]).T
+    style = BoxStyle.Round(pad=0, rounding_size=0.2 * whole)
     for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
-        corner, width = (outer, -length / 2), inner - outer
-        segment = FancyBboxPatch(corner, width, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6)
+        length = float(np.hypot(*(end - begin))) if aside else whole
+        segment = FancyBboxPatch(
+            (outer, -length / 2), inner - outer, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6
+        )
         place = Affine2D().rotate(-np.arctan2(*(end - begin))).translate(*(begin + end) / 2)
         segment.set_transform(place + axes.transData)
         axes.add_patch(segment)
@@ -178,6 +189,7 @@ class Snapshot(NamedTuple):
     true_torque: Array  # (N) N m
     pose_error: float  # m
     true_contact: Arrow | None
+    true_contact_aside: Arrow | None  # as seen along x: (y, z)
     contact: Arrow | None  # estimated, if available
     std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if available
 
@@ -187,6 +199,8 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     name, now = layout.finger.name, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
+    in_plane = _arrow(layout.finger, partial(across_links, layout.finger, true), signals, "true_contact")
+    in_plane, aside = _arrows_in_space(signals) if leaves_plane(true) else (in_plane, None)
     arcs = arcs_of_table(signals["arcs"])
     return Snapshot(
         true,
@@ -195,7 +209,8 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
         signals["external_torque"],
         signals["true_external_torque"],
         float(signals["pose_error"].item()),
-        _arrow(layout.finger, partial(across_links, layout.finger, true), signals, "true_contact"),
+        in_plane,
+        aside,
         _arrow(layout.finger, partial(across_arcs, arcs), signals, "contact"),
         signals.get("position_std"),
     )
@@ -209,11 +224,29 @@ def _arrow(finger: Finger, points_across: PointsAcross, signals: Mapping[str, Ar
     return arrow_of_force(finger, points_across, force, s)
 
 
+def leaves_plane(corners: Array) -> bool:
+    """Whether a finger with these corners, (..., 3) m in B, is bent sideways."""
+    return bool(np.abs(corners[..., 1]).max() > _OFF_PLANE)
+
+
+def _arrows_in_space(signals: Mapping[str, Array]) -> tuple[Arrow | None, Arrow | None]:
+    """The true contact force at the centre of pressure, as seen along y and along x; None where nothing presses."""
+    force = signals.get("true_contact_force_world")
+    if force is None or not np.linalg.norm(force) >= _LEAST:
+        return None, None
+    X_WB = signals["X_WB"]
+    begin, along = X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force
+    ends = np.array([begin, begin + _LENGTH * along])
+    in_plane, aside = (Arrow(*ends[:, axes]) for axes in (_IN_PLANE, _ASIDE))
+    return in_plane, aside
+
+
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
     """Three panels at a time, s: the simulation, the estimated arcs over the true joints, the estimate.
 
     The true contact force is drawn at the contact, 25 mm/N; so are the estimated force and the uncertainty of the
-    curve, if the estimator provides them.
+    curve, if the estimator provides them. A finger that leaves its plane has a fourth panel, the simulation seen along
+    x, and the true force is that in space.
 
     Drawn in frame B, mm, with the base at the top. Segments and arcs are coloured by the true and the
     estimated external torque, on one scale; the numbers at the arcs are their radii.
@@ -224,25 +257,46 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         layout = replace(layout, sections=arcs, borders=None)
     limit = torque_limit([snapshot.torque, snapshot.true_torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    widths = [float(np.ptp(limits)) for limits in x_limits]
+    aside = [_limits_aside(finger, snapshot)] if leaves_plane(snapshot.corners) else []
+    widths = [float(np.ptp(limits)) for limits in [*x_limits, *aside]]
     height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, min(max(height, 3.2), 4.2)), layout="compressed")
-        panels = figure.subplots(1, 3, sharey=True, width_ratios=widths)
+        panels = figure.subplots(1, len(widths), sharey=True, width_ratios=widths)
         draw_segments(panels[0], finger, snapshot.corners, color(snapshot.true_torque, limit))
         draw_segments(panels[1], finger, snapshot.corners, np.full((finger.segments, 3), 0.94))
         draw_arcs(panels[1], layout, snapshot.arcs)
         _draw_joints(panels[1], snapshot)
         draw_tube(panels[2], layout, snapshot.arcs, color(snapshot.torque, limit))
         _draw_contact(panels, finger, snapshot)
-        for axes, limits, title in zip(panels, x_limits, TITLES, strict=True):
+        for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
+        for axes, limits in zip(panels[3:], aside, strict=True):
+            _draw_aside(axes, finger, snapshot, color(snapshot.true_torque, limit))
+            axes.set(
+                title="(d) simulation,\nfrom the side", xlabel="y [mm]", aspect="equal", xlim=limits, ylim=z_limits
+            )
         panels[0].set_ylabel("z [mm]")
         bar = add_torque_bar(figure, limit, ax=panels, aspect=30)
         bar.ax.yaxis.label.set_fontsize("small")
         figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     return figure
+
+
+def _draw_aside(axes: Axes, finger: Finger, snapshot: Snapshot, colors: Array) -> None:
+    draw_segments(axes, finger, snapshot.corners, colors, aside=True)
+    draw_base(axes, finger, aside=True)
+    if snapshot.true_contact_aside is not None:
+        draw_force(axes, snapshot.true_contact_aside, TRUE_COLOR, "_true, in the first panel", _TRUE_WIDTH)
+
+
+def _limits_aside(finger: Finger, snapshot: Snapshot) -> Array:
+    """Limits of y, mm, in the panel from the side."""
+    aside, half = snapshot.true_contact_aside, 1e3 * finger.base.width
+    points = [snapshot.corners[:, 1], *([] if aside is None else [np.stack(aside)[:, 0]])]
+    y = 1e3 * np.concatenate(points)
+    return np.array([y.min() - half, y.max() + half])
 
 
 def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], Array]:

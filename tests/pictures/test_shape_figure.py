@@ -152,3 +152,26 @@ def test_an_estimated_force_is_drawn_beside_the_true_one() -> None:
     assert tube[:, 1].max() > band[:, 1].max() - 1, "the last piece of the finger is that of its tip"
     for patch in (estimated, beside):  # inside the panel
         assert patch.get_path().vertices[:-1, 0].min() > axes[2].get_xlim()[0]
+
+
+def test_a_finger_in_its_plane_has_no_panel_from_the_side(panels: list[Axes]) -> None:
+    assert [axes.get_xlabel() for axes in panels[:-1]] == ["x [mm]"] * 3
+
+
+@pytest.mark.slow
+def test_a_finger_that_leaves_its_plane_is_drawn_from_the_side() -> None:
+    """Its segments lie on the true joints, and the arrow is the true force, 25 mm/N, in the axes of the base."""
+    station = make_station(load_scenario("turned_box_grasp"))
+    recording = run_station(station)
+    finger, now = station.fingers[0].finger, recording.data.sel(time=9.0, method="nearest")
+    aside = shape_figure(sensor_layout(finger, station.scenario.sensor), recording, 9.0).axes[3]
+    assert aside.get_xlabel() == "y [mm]"
+    segments = [patch for patch in aside.patches if isinstance(patch, FancyBboxPatch)]
+    middles = [patch.get_transform().transform((0, 0)) for patch in segments]
+    joints = 1e3 * now["left_finger.true_joint_positions"].values[:, 1:]
+    assert np.ptp(joints[:, 0]) > 1
+    np.testing.assert_allclose(aside.transData.inverted().transform(middles), joints, atol=0.15)  # the sagitta of a segment
+    X_WB, force = now["left_finger.X_WB"].values, now["left_finger.true_contact_force_world"].values
+    (arrow,) = arrows(aside)
+    begin, end = arrow._posA_posB
+    np.testing.assert_allclose(np.subtract(end, begin), 25 * (X_WB[:, :3].T @ force)[1:])
