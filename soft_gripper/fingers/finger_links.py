@@ -83,13 +83,17 @@ SPRINGS = ("linear", "torsion", "implicit")
 
 
 def finger_to_urdf(
-    mounted: FingerElement, springs: str = "linear", visuals: bool = True, points: int | None = None
+    mounted: FingerElement,
+    springs: str = "linear",
+    visuals: bool = True,
+    points: int | None = None,
+    touches_itself: bool = False,
 ) -> list[ET.Element]:
     """The URDF elements of a finger, from base to tip.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
     `{finger}_tip` marks the end. Without `visuals`, nothing is seen. With `points`, so many spheres on either side of
-    every link touch other bodies, instead of its surface.
+    every link touch other bodies, instead of its surface. If it `touches_itself`, so do links more than two apart.
 
     Springs are "linear" force elements; or actuators that hold every joint where it is straight, which Drake's discrete
     plant solves together with its contacts, "implicit". With "torsion", joints that turn are limp, see
@@ -104,7 +108,7 @@ def finger_to_urdf(
     elastic = [spring for joint in sprung for spring in _springs(joint)]
     driven = [joint for joint in joints if is_implicit or joint.way in finger.driven_ways]
     actuators = [_actuator(joint, is_implicit) for joint in driven]
-    other = [_tip_frame(finger), _self_collision_filter(finger)]
+    other = [_tip_frame(finger), *_collision_filters(finger, _NEIGHBOURS if touches_itself else finger.segments)]
     hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
     return [*links, _mount(mounted), *between, *hinges, *elastic, *actuators, *other]
 
@@ -354,9 +358,17 @@ def _tip_frame(finger: Finger) -> ET.Element:
     )
 
 
-def _self_collision_filter(finger: Finger) -> ET.Element:
-    """Links of one finger overlap on the inner side of a bend, which is not contact."""
-    group = f"{finger.name}_links"
-    members = [_element(DRAKE + "member", link=link_name(finger.name, i)) for i in range(finger.segments + 1)]
-    ignored = _element(DRAKE + "ignored_collision_filter_group", name=group)
-    return _element(DRAKE + "collision_filter_group", *members, ignored, name=group)
+_NEIGHBOURS = 2  # links that lie no further apart never touch
+
+
+def _collision_filters(finger: Finger, apart: int) -> list[ET.Element]:
+    """Links up to so far apart do not touch: neighbours overlap on the inner side of a bend, which is not contact."""
+    names = [link_name(finger.name, i) for i in range(finger.segments + 1)]
+    groups = [names[i : i + apart + 1] for i in range(max(len(names) - apart, 1))]
+    return [_without_contact(f"{finger.name}_links_{i}", group) for i, group in enumerate(groups)]
+
+
+def _without_contact(name: str, links: Sequence[str]) -> ET.Element:
+    members = [_element(DRAKE + "member", link=link) for link in links]
+    ignored = _element(DRAKE + "ignored_collision_filter_group", name=name)
+    return _element(DRAKE + "collision_filter_group", *members, ignored, name=name)

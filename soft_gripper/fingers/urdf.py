@@ -95,6 +95,7 @@ def expand_urdf(
     springs: str = "linear",
     visuals: bool = True,
     points: int | None = None,
+    touches_itself: bool = False,
 ) -> ExpandedUrdf:
     """Replaces every <finger> of a URDF by links, joints and springs.
 
@@ -108,6 +109,7 @@ def expand_urdf(
         springs: "linear", "torsion" or "implicit", see `finger_to_urdf`.
         visuals: False leaves out what is seen of the fingers.
         points: spheres on either side of a link, which touch other bodies instead of its surface; None: the surface.
+        touches_itself: whether links of a finger that are more than two apart touch each other.
 
     Raises:
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
@@ -117,7 +119,7 @@ def expand_urdf(
     robot, read = _read(source)
     elements = tuple(replace(element, finger=change(element.finger)) for element in read)
     meshes = tuple(_absolute(path, mesh.get("filename", "")) for mesh in robot.iter("mesh"))  # links may have changed
-    manner = _Manner(springs, visuals, points)
+    manner = _Manner(springs, visuals, points, touches_itself)
     return ExpandedUrdf(_expanded(source, elements, meshes, manner), tuple(element.finger for element in elements))
 
 
@@ -138,6 +140,7 @@ class _Manner(NamedTuple):
     springs: str
     visuals: bool
     points: int | None
+    touches_itself: bool
 
 
 class _Unexpanded(NamedTuple):

@@ -14,6 +14,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.document import require
 from soft_gripper.files.text import name_of
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
@@ -126,6 +127,9 @@ def load_model(
     is_urdf = path.suffix.lower() in (".urdf", ".xacro")
     if config.without and not is_urdf:
         raise InputError(where, "without", config.without, "links can be left out of URDF files only")
+    if config.self_contact and points is not None:
+        expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
+        raise InputError(where, "self_contact", True, expected)
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     parser.package_map().AddMap(package_map())
@@ -141,6 +145,7 @@ def load_model(
                 change=partial(configured_finger, where=where, configs=config.fingers),
                 visuals=visuals,
                 points=points,
+                touches_itself=config.self_contact,
             )
             expanded = expand(springs=config.springs or "linear")
             if config.springs is None and _are_too_stiff(expanded.fingers, plant.time_step()):
@@ -153,6 +158,7 @@ def load_model(
         else:
             models = add_file(parser, path)
     check_names(where, config.fingers, [finger.name for finger in fingers])
+    require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
     if len(models) != 1:
         raise InputError(where, "file", config.file, f"holds {len(models)} models; give a file with one")
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:

@@ -90,6 +90,7 @@ class ModelConfig(ByValue):
     segments: int | None = quantity(None, least=1)  # of every finger in the file; None: as in the file
     springs: str | None = quantity(None, known=SPRINGS)  # see docs/finger.md; None: linear ones if they are stable
     fingers: dict[str, FingerConfig] = field(default_factory=dict)  # changes of its <finger>s, by name or for "all"
+    self_contact: bool = False  # whether links of a finger that are more than two apart touch each other
     half_space: bool = False  # its box, such as a table, is all that lies below its upper face, see docs/solver.md
     mesh: MeshConfig = field(default_factory=MeshConfig)  # for a file that is a bare mesh (.obj, .stl, .ply ...)
 

@@ -170,7 +170,9 @@ def test_a_finger_that_leaves_its_plane_is_drawn_from_the_side() -> None:
     middles = [patch.get_transform().transform((0, 0)) for patch in segments]
     joints = 1e3 * now["left_finger.true_joint_positions"].values[:, 1:]
     assert np.ptp(joints[:, 0]) > 1
-    np.testing.assert_allclose(aside.transData.inverted().transform(middles), joints, atol=0.15)  # the sagitta of a segment
+    np.testing.assert_allclose(
+        aside.transData.inverted().transform(middles), joints, atol=0.15
+    )  # the sagitta of a segment
     X_WB, force = now["left_finger.X_WB"].values, now["left_finger.true_contact_force_world"].values
     (arrow,) = arrows(aside)
     begin, end = arrow._posA_posB
