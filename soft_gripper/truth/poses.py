@@ -79,18 +79,19 @@ def _moved_by(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame
 
 def _points(chain: _ScrewChain, state: Array) -> Array:
     """Points of a finger in B, (..., nq + nv) -> (..., P, 3) m."""
-    angles = state[..., chain.positions, None, None]
+    angles = state[..., chain.positions, None]
     across = np.cross(chain.axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
-    twice = across @ across
     sines, versines = np.sin(angles), 1 - np.cos(angles)
-    rotations = np.eye(3) + sines * across + versines * twice
-    slides = angles * np.eye(3) + versines * across + (angles - sines) * twice
-    shifts = (slides @ chain.velocities[:, :, None])[..., 0]
+    twice = across @ across
+    sideways = np.cross(chain.axes, chain.velocities)
+    back = np.cross(chain.axes, sideways)
+    shifts = angles * chain.velocities + versines * sideways + (angles - sines) * back
     rotation, shift, points = np.eye(3), np.zeros(3), []
     for home, begin, end in zip(chain.homes, [0, *chain.joints_before], chain.joints_before, strict=False):
         for joint in range(begin, end):
             shift = shift + (rotation @ shifts[..., joint, :, None])[..., 0]
-            rotation = rotation @ rotations[..., joint, :, :]
+            turn = sines[..., joint, :, None] * across[joint] + versines[..., joint, :, None] * twice[joint]
+            rotation = rotation + rotation @ turn  # one joint at a time stays in the processor's cache
         points.append(rotation @ home + shift)
     return np.stack(points, axis=-2)
 
