@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -20,6 +20,7 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.finger_parts import ContactMaterial
+from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
@@ -31,6 +32,9 @@ from soft_gripper.scenario.schema import FingerChanges, FingerConfig, ModelConfi
 _LOGGER = logging.getLogger(__name__)
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
 OF_FINGER = ("length", "relaxation_time", "sensor_spacing")
+# Fields of the chambers and tendons of a finger, by the names of their changes.
+_OF_CHAMBER = {"chamber_width": "width", "chamber_thickness": "thickness"}
+_OF_TENDON = {f"tendon_{name}": name for name in ("stiffness", "friction", "slack")}
 _OF_CONTACT = tuple(field.name for field in fields(ContactMaterial))
 _LONGEST_STEP = 0.01  # s; a longer one may be an oversight, and is refused if explicit springs are unstable
 _ALL = "all"
@@ -62,23 +66,29 @@ def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerCo
             place = f"{where}.fingers.{name}"
             finger = changed_finger(finger, place, config, (*OF_FINGER, "shear_factor"))
             finger = replace(finger, contact=changed_part(finger.contact, place, config, _OF_CONTACT))
+            finger = _with(finger, place, tendons=_changed_paths(finger.tendons, place, config, _OF_TENDON))
             if config.yields is not None:
-                finger = _yielding(finger, place, config.yields)
+                finger = _with(finger, place, yields=tuple(config.yields.split()))
     return finger
 
 
-def _yielding(finger: Finger, where: str, ways: str) -> Finger:
+def _with(finger: Finger, where: str, **changes: Any) -> Finger:
     try:
-        return replace(finger, yields=tuple(ways.split()))
+        return replace(finger, **changes)
     except InputError as error:
         raise InputError(where, error.field, error.value, error.expected) from None
 
 
 def changed_finger(finger: Finger, where: str, changes: FingerChanges, of_finger: Sequence[str]) -> Finger:
-    """A finger with changes of all cross-sections and of the fields `of_finger`; raises as `configured_finger`."""
+    """A finger with changes of all sections, chambers and the fields `of_finger`; raises as `configured_finger`."""
+    if finger.chambers and changes.chamber_center is not None:
+        expected = "leave it out: its chambers lie where <chamber> has them"
+        raise InputError(where, "chamber_center", changes.chamber_center, expected)
+    of_section = [name for name in OF_SECTION if not (finger.chambers and name in _OF_CHAMBER)]
     try:
         alike = changed_part(finger, where, changes, of_finger)
-        return alike.with_sections(lambda section: changed_part(section, where, changes, OF_SECTION))
+        chambers = _changed_paths(finger.chambers, where, changes, _OF_CHAMBER)
+        return alike.with_sections(lambda section: changed_part(section, where, changes, of_section), chambers=chambers)
     except InputError as error:
         raise (error if error.where == where else error.inside(where)) from None
 
@@ -87,6 +97,31 @@ def changed_part(part: Any, where: str, changes: FingerChanges, names: Sequence[
     """A dataclass with changes of some of its fields."""
     texts = {name: getattr(changes, name) for name in names if getattr(changes, name) is not None}
     return replace(part, **{name: _value(where, name, text, getattr(part, name)) for name, text in texts.items()})
+
+
+_P = TypeVar("_P", Chamber, Tendon)
+
+
+def _changed_paths(paths: Sequence[_P], where: str, changes: FingerChanges, names: Mapping[str, str]) -> tuple[_P, ...]:
+    """Paths with changes of some of their fields, `names` by those of the changes."""
+    texts = {name: text for name in names if (text := getattr(changes, name)) is not None}
+    if texts and not paths and set(texts) <= set(_OF_TENDON):
+        name, text = next(iter(texts.items()))
+        raise InputError(where, name, text, "leave it out: the finger has no tendon")
+    return tuple(
+        replace(
+            path,
+            **{names[name]: _values(where, name, text, getattr(path, names[name])) for name, text in texts.items()},
+        )
+        for path in paths
+    )
+
+
+def _values(where: str, name: str, text: str, before: Any) -> Any:
+    """The value after a change, or the values at the stations of a path."""
+    if isinstance(before, tuple):
+        return tuple(_value(where, name, text, each) for each in before)
+    return _value(where, name, text, before)
 
 
 def _value(where: str, name: str, text: str, before: float) -> float:

@@ -40,7 +40,7 @@ class MeshConfig:
 
 @dataclass
 class FingerChanges:
-    """Values in the units of a <finger>, or changes, "+10 %"; those of a cross-section apply to every one."""
+    """Values in the units of a <finger>, or changes, "+10 %"; those of a section or chamber apply to every one."""
 
     length: str | None = quantity(None, "m")
     width: str | None = quantity(None, "m")
@@ -69,6 +69,9 @@ class FingerConfig(FingerChanges):
 
     shear_factor: str | None = None
     yields: str | None = None  # the ways in which it is not rigid, such as "bending sideways twist"
+    tendon_stiffness: str | None = quantity(None, "N/m")  # of every tendon, as the next two
+    tendon_friction: str | None = None
+    tendon_slack: str | None = quantity(None, "m")
     friction: str | None = None  # Coulomb, equal static and dynamic
     hydroelastic_modulus: str | None = quantity(None, "Pa")
     dissipation: str | None = quantity(None, "s/m")
