@@ -52,6 +52,7 @@ The edge of the tip may be pressed in any direction because a flat face that a b
 normal. Without this the force in a box grasp is off by 25 %.
 """
 
+import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -287,7 +288,9 @@ def _std_of_sum(covariance: Array, weights: Array) -> Array:
     return np.sqrt(((weights[:, None, :] @ covariance)[:, 0] * weights).sum(axis=-1))
 
 
-_POSTERIOR_PLACES = 60  # cells along the finger
+_FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for friction on a face jumps there
+# m, standard deviation of the lever at the joint next to a contact, which may lie on both of its links.
+_STRADDLED = 1.5e-3
 CONE = 0.45  # largest coefficient of friction reckoned with
 _SLIDING = 0.25  # probability of friction at either end of the cone; sliding contacts are there
 _RUBS = CONE * np.linspace(-1, 1, 5)  # friction per force
@@ -297,20 +300,23 @@ _ON_EDGE = 0.3  # probability of that, there
 
 
 @cache
-def _cell_table() -> tuple[NDArray[np.int_], NDArray[np.int_], Array, Array, Array]:
-    """Place, side, friction per force, its standard deviation and prior probability of every cell, (C) each."""
+def _cell_table(count: int) -> tuple[NDArray[np.int_], NDArray[np.int_], Array, Array, Array]:
+    """Place, side, friction per force, its standard deviation and prior probability of every cell, (C) each.
+
+    `count` is the number of places.
+    """
     rows: list[tuple[int, int, float, float]] = []
     inside = (1 - 2 * _SLIDING) / (len(_RUBS) - 2)
     on_face = np.array([_SLIDING, *[inside] * (len(_RUBS) - 2), _SLIDING])
     edges = np.concatenate([-_EDGE_RUBS, _EDGE_RUBS])
     for side in (-1, 1):
-        for place in range(_POSTERIOR_PLACES):
-            on_edge = _ON_EDGE * (place >= _POSTERIOR_PLACES - _EDGE_CELLS)
+        for place in range(count):
+            on_edge = _ON_EDGE * (place >= count - _EDGE_CELLS)
             rows += [(place, side, rub, share * (1 - on_edge)) for rub, share in zip(_RUBS, on_face, strict=True)]
             rows += [(place, side, rub, on_edge / len(edges)) for rub in edges if on_edge]
     places, sides, rubs, shares = (np.array(column) for column in zip(*rows, strict=True))
     widths = np.where(np.abs(rubs) > CONE + 1e-9, np.diff(_EDGE_RUBS)[0], np.diff(_RUBS)[0])
-    return places, sides, rubs, widths / np.sqrt(12), shares / (2 * _POSTERIOR_PLACES)
+    return places, sides, rubs, widths / np.sqrt(12), shares / (2 * count)
 
 
 def force_cells(layout: MeasurementModel, q: Array, compliance: Array) -> Cells:
@@ -321,18 +327,22 @@ def force_cells(layout: MeasurementModel, q: Array, compliance: Array) -> Cells:
         q: joint angles, rad, about as they are, (..., N).
         compliance: of the joints, rad/(N m), (..., N) or (N).
     """
-    finger, (place, side, rub, rub_std, prior) = layout.finger, _cell_table()
-    s = np.linspace(0, finger.length, 2 * _POSTERIOR_PLACES + 1)  # ends and middles
+    finger = layout.finger
+    count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
+    place, side, rub, rub_std, prior = _cell_table(count)
+    s = np.linspace(0, finger.length, 2 * count + 1)  # ends and middles
     torques = unit_torques(forward_kinematics(q, finger.segment_length), np.broadcast_to(s, (*q.shape[:-1], len(s))))
     to_bends = np.swapaxes(layout.matrix * np.asarray(compliance)[..., None, :], -1, -2)
     across, along = torques.across @ to_bends, torques.along @ to_bends
     middles = s[1::2]
     turned = (middles[:, None] > finger.joint_arc_lengths) @ to_bends  # by 1 N m on the face
     faces = [along[..., 1::2, :] - face_offset(finger, middles, one)[:, None] * turned for one in np.array([-1, 1])]
-    rubbing = np.concatenate(faces, axis=-2)[..., place + _POSTERIOR_PLACES * (side > 0), :]
-    moved = np.diff(across[..., ::2, :], axis=-2)[..., place, :] / np.sqrt(12)
+    rubbing = np.concatenate(faces, axis=-2)[..., place + count * (side > 0), :]
+    moved = np.diff(across[..., ::2, :], axis=-2)[..., place, :] / math.sqrt(12)
+    nearest = np.abs(middles[:, None] - finger.joint_arc_lengths).argmin(axis=-1)
+    straddled = _STRADDLED * to_bends[..., nearest, :][..., place, :]
     response = side[:, None] * across[..., 1::2, :][..., place, :] + rub[:, None] * rubbing
-    return Cells(response, np.stack([moved, rub_std[:, None] * rubbing], axis=-2), place, side, prior)
+    return Cells(response, np.stack([moved, rub_std[:, None] * rubbing, straddled], axis=-2), place, side, prior)
 
 
 _PASSES = 2  # under an elastic law, whose slope is first evaluated at the most probable shape

@@ -60,7 +60,7 @@ class Cells(NamedTuple):
     """Where and how a force may act: C cells, of which those of one side and place follow each other."""
 
     response: Array  # (..., C, S) rad/N, bends due to 1 N
-    spreads: Array  # (..., C, 2, S) rad/N, standard deviations of the response within the cell, independent
+    spreads: Array  # (..., C, D, S) rad/N, standard deviations of the response within the cell, independent
     place: NDArray[np.int_]  # (C) number of the place, from 0 at the base to P - 1
     side: NDArray[np.int_]  # (C) -1, then 1
     prior: Array  # (C) probability
@@ -139,30 +139,29 @@ def posterior(
 
 
 def _fits(r: Array, cells: Cells, largest: float) -> _Fits:
-    """The force in every cell, all whitened; the inverse of R_c, I plus two outer products, is written out."""
+    """The force in every cell, all whitened: each deviation u of the response turns the identity into I + u u^T.
+
+    Vectors are multiplied by the inverse square root of that, one u after the other.
+    """
     c, r = cells.response, r[..., None, :]
-    guess = np.clip((c * r).sum(axis=-1) / ((c * c).sum(axis=-1) + _TINY), 0, largest)
-    u = guess[..., None, None] * cells.spreads
-    first, second = u[..., 0, :], u[..., 1, :]
-    a, b, d = (_dot(x, y) for x, y in ((first, first), (first, second), (second, second)))
-    a, d = 1 + a, 1 + d
-    determinant = a * d - b**2
-
-    def product(x: tuple[Array, Array, Array], y: tuple[Array, Array, Array]) -> Array:
-        """x^T W y, of vectors with their products with u."""
-        common = d * x[1] * y[1] - b * (x[1] * y[2] + x[2] * y[1]) + a * x[2] * y[2]
-        return _dot(x[0], y[0]) - common / determinant
-
-    of_c, of_r = ((x, _dot(x, first), _dot(x, second)) for x in (c, r))
-    information = product(of_c, of_c) + (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
-    explained = product(of_c, of_r)
+    guess = np.clip(_dot(c, r) / (_dot(c, c) + _TINY), 0, largest)
+    vectors = np.stack(np.broadcast_arrays(c, r, *np.moveaxis(guess[..., None, None] * cells.spreads, -2, 0)))
+    log_determinant = np.zeros_like(guess)
+    while len(vectors) > 2:
+        vectors, u = vectors[:-1], vectors[-1]
+        square = _dot(u, u)
+        log_determinant += np.log1p(square)
+        shrunk = (1 - 1 / np.sqrt(1 + square)) / (square + _TINY)
+        vectors = vectors - (shrunk * _dot(vectors, u))[..., None] * u
+    c, r = vectors
+    information = _dot(c, c) + (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
+    explained = _dot(c, r)
     force = explained / information
-    misfit = np.maximum(product(of_r, of_r) - force * explained, 0)
-    return _Fits(force, information**-0.5, misfit, np.log(determinant))
+    return _Fits(force, information**-0.5, np.maximum(_dot(r, r) - force * explained, 0), log_determinant)
 
 
 def _dot(x: Array, y: Array) -> Array:
-    product: Array = (x * y).sum(axis=-1)
+    product: Array = np.einsum("...s,...s->...", x, y)
     return product
 
 
