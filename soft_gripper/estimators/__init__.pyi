@@ -17,6 +17,7 @@ from .estimate import ContactForce as ContactForce
 from .estimate import ShapeEstimate as ShapeEstimate
 from .estimate import ShapeFunction as ShapeFunction
 from .finger_shape import FingerShape as FingerShape
+from .force_posterior import ContactPosterior as ContactPosterior
 from .gaussian import GaussianShape as GaussianShape
 from .plane import bending_plane as bending_plane
 from .plane import pose_entries as pose_entries

@@ -44,12 +44,15 @@ Few of them are not zero: a contact only pushes, and that alone makes it sparse 
 10.1214/13-EJS868). How uncertain their sum and centre are follows from those that are not zero and the places beside
 them, with friction along the finger at each.
 
+The posterior of a single force (`force_posterior`) counts all places, sides and directions instead of the best.
+
 Leading axes are free; K samples, M places, S sections, N joints.
 
 The edge of the tip may be pressed in any direction because a flat face that a bent finger meets pushes along its own
 normal. Without this the force in a box grasp is off by 25 %.
 """
 
+import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -61,6 +64,7 @@ from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
+from soft_gripper.estimators.force_posterior import Cells, ContactPosterior, posterior
 from soft_gripper.estimators.gaussian import GaussianShape, condition
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
@@ -284,7 +288,65 @@ def _std_of_sum(covariance: Array, weights: Array) -> Array:
     return np.sqrt(((weights[:, None, :] @ covariance)[:, 0] * weights).sum(axis=-1))
 
 
+_FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for friction on a face jumps there
+# m, standard deviation of the lever at the joint next to a contact, which may lie on both of its links.
+_STRADDLED = 1.5e-3
+CONE = 0.45  # largest coefficient of friction reckoned with
+_SLIDING = 0.25  # probability of friction at either end of the cone; sliding contacts are there
+_RUBS = CONE * np.linspace(-1, 1, 5)  # friction per force
+_EDGE_RUBS = 0.6 + 0.3 * np.arange(4)  # the same on the tip's edge, toward the tip or the base
+_EDGE_CELLS = 2  # nearest the tip, where it may be the edge that is pressed
+_ON_EDGE = 0.3  # probability of that, there
+
+
+@cache
+def _cell_table(count: int) -> tuple[NDArray[np.int_], NDArray[np.int_], Array, Array, Array]:
+    """Place, side, friction per force, its standard deviation and prior probability of every cell, (C) each.
+
+    `count` is the number of places.
+    """
+    rows: list[tuple[int, int, float, float]] = []
+    inside = (1 - 2 * _SLIDING) / (len(_RUBS) - 2)
+    on_face = np.array([_SLIDING, *[inside] * (len(_RUBS) - 2), _SLIDING])
+    edges = np.concatenate([-_EDGE_RUBS, _EDGE_RUBS])
+    for side in (-1, 1):
+        for place in range(count):
+            on_edge = _ON_EDGE * (place >= count - _EDGE_CELLS)
+            rows += [(place, side, rub, share * (1 - on_edge)) for rub, share in zip(_RUBS, on_face, strict=True)]
+            rows += [(place, side, rub, on_edge / len(edges)) for rub in edges if on_edge]
+    places, sides, rubs, shares = (np.array(column) for column in zip(*rows, strict=True))
+    widths = np.where(np.abs(rubs) > CONE + 1e-9, np.diff(_EDGE_RUBS)[0], np.diff(_RUBS)[0])
+    return places, sides, rubs, widths / np.sqrt(12), shares / (2 * count)
+
+
+def force_cells(layout: MeasurementModel, q: Array, compliance: Array) -> Cells:
+    """The cells of the posterior: places of equal length on both sides, and friction.
+
+    Args:
+        layout: the nominal sensors and finger.
+        q: joint angles, rad, about as they are, (..., N).
+        compliance: of the joints, rad/(N m), (..., N) or (N).
+    """
+    finger = layout.finger
+    count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
+    place, side, rub, rub_std, prior = _cell_table(count)
+    s = np.linspace(0, finger.length, 2 * count + 1)  # ends and middles
+    torques = unit_torques(forward_kinematics(q, finger.segment_length), np.broadcast_to(s, (*q.shape[:-1], len(s))))
+    to_bends = np.swapaxes(layout.matrix * np.asarray(compliance)[..., None, :], -1, -2)
+    across, along = torques.across @ to_bends, torques.along @ to_bends
+    middles = s[1::2]
+    turned = (middles[:, None] > finger.joint_arc_lengths) @ to_bends  # by 1 N m on the face
+    faces = [along[..., 1::2, :] - face_offset(finger, middles, one)[:, None] * turned for one in np.array([-1, 1])]
+    rubbing = np.concatenate(faces, axis=-2)[..., place + count * (side > 0), :]
+    moved = np.diff(across[..., ::2, :], axis=-2)[..., place, :] / math.sqrt(12)
+    nearest = np.abs(middles[:, None] - finger.joint_arc_lengths).argmin(axis=-1)
+    straddled = _STRADDLED * to_bends[..., nearest, :][..., place, :]
+    response = side[:, None] * across[..., 1::2, :][..., place, :] + rub[:, None] * rubbing
+    return Cells(response, np.stack([moved, rub_std[:, None] * rubbing, straddled], axis=-2), place, side, prior)
+
+
 _PASSES = 2  # under an elastic law, whose slope is first evaluated at the most probable shape
+_AT_ONCE = 16  # samples of which the posterior is computed together
 _CHANCE = 1e-3  # probability that noise alone exceeds the noise level
 
 
@@ -308,6 +370,31 @@ class ContactShape:
         gain, _ = condition(layout.matrix, self._gaussian.prior(gaussian.q, driving), variance)
         q = q + (gain @ (z - q @ layout.matrix.T)[..., None])[..., 0]
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
+
+    def posterior(self, readings: Array, driving: Array, gravity: Planar | complex) -> ContactPosterior:
+        """What the readings say of one contact, with whatever trades off against it; see ShapeFunction.
+
+        The stiffness may be as wrong as the bend per driving torque: then a share of the measured bends is.
+        """
+        layout, assumed = self.layout, self.uncertainty
+        q = self._gaussian(readings, driving, gravity).q
+        shape = q.shape[:-1]
+        z, variance = layout.linear(readings, assumed.any_reading).uncertain_by(assumed.gain)
+        weight = gravity_torque(layout.finger, q, np.asarray(gravity)[..., None])
+        bends = self._unexplained(q, z, variance, driving, weight)
+        stiffness = assumed.bend_per_pressure * z
+        bends = bends._replace(covariance=bends.covariance + stiffness[..., :, None] * stiffness[..., None, :])
+        q, bends = _flat(q, bends)
+        read = (variance.reshape(len(q), -1) < UNKNOWN / 2).sum(axis=-1, dtype=float)
+        parts = [self._posterior(q[at], Bends(*(each[at] for each in bends)), read[at]) for at in _batches(len(q))]
+        joined = (np.concatenate(values) for values in zip(*parts, strict=True))
+        return ContactPosterior(*(values.reshape((*shape, *values.shape[1:])) for values in joined))
+
+    def _posterior(self, q: Array, bends: Bends, read: Array) -> ContactPosterior:
+        length, assumed = self.layout.finger.length, self.uncertainty
+        cells = force_cells(self.layout, q, bends.compliance)
+        beyond = assumed.nearest_contact * length
+        return posterior(bends.theta, bends.covariance, read, cells, length, assumed.largest_force, beyond)
 
     def _unexplained(self, q: Array, z: Array, variance: Array, driving: Array, weight: Array) -> Bends:
         """The part of the measured values not due to driving torque and weight, (..., N) N m, near the shape q."""
@@ -356,6 +443,11 @@ def _explain(layout: MeasurementModel, q: Array, bends: Bends, usual: float) -> 
         fit = put(several, fit_several_forces(layout, q[several], part, side, usual), fit)
     free = Fit(ContactForce(np.zeros(len(q)), nan, fit.contact.force_std, nan), np.zeros_like(q), remaining)
     return choose(sections < 2, unknown, choose(remaining < noise[sections], free, fit))
+
+
+def _batches(count: int) -> list[slice]:
+    """Samples of which the cells are small enough for a processor's cache."""
+    return [slice(begin, begin + _AT_ONCE) for begin in range(0, max(count, 1), _AT_ONCE)]
 
 
 def _flat(q: Array, bends: Bends) -> tuple[Array, Bends]:

@@ -1,6 +1,7 @@
 """ShapeEstimator: any ShapeFunction as a block."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +11,24 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES, put_out_arcs, put_out_pose
+from soft_gripper.estimators.force_posterior import ANSWERS, PROBABILITIES, ContactPosterior
 from soft_gripper.estimators.plane import bending_plane
 from soft_gripper.estimators.uncertainty import position_std
 from soft_gripper.sensors.measurement import MeasurementModel
 
 CONTACT_UNITS = {"force": "N", "arc_length": "m", "force_std": "N", "arc_length_std": "m"}
+_ENDS, _MODES = ("least", "most"), ("first", "second")
+POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactPosterior
+    "probability": ("1", {}),
+    "answer": ("1", {}),
+    "force_quantiles": ("N", {"quantile": tuple(f"{100 * p:g} %" for p in PROBABILITIES)}),
+    "force_set": ("N", {"end": _ENDS}),
+    "force_bounds": ("N", {"given": ("one", "one beyond", "several beyond")}),
+    "arc_length_set": ("m", {"end": _ENDS}),
+    "mode_forces": ("N", {"mode": _MODES}),
+    "mode_arc_lengths": ("m", {"mode": _MODES}),
+    "misfit": ("1", {}),
+}
 
 
 class ShapeEstimator(ArrayBlock):
@@ -30,13 +44,18 @@ class ShapeEstimator(ArrayBlock):
                                     |                | ---> contact_arc_length      (1) m, from the base
                                     |                | ---> contact_force_std       (1) N
                                     |                | ---> contact_arc_length_std  (1) m
+                                    |                | ---> contact_probability     (1) that something touches
+                                    |                | ---> contact_answer          (1) 0 nothing, 1 somewhere, 2 here
+                                    |                | ---> contact_force_quantiles (3) N
+                                    |                | ---> contact_force_set ...   as of ContactPosterior
                                     |                | ---> theta                   (S) rad, bend of each section
                                     |                | ---> kappa                   (S) 1/m, curvature of each section
                                     |                | ---> arcs ... tip_pose       as of FingerShape, an arc a section
                                     +----------------+ ---> external_torque         (N) N m
 
     `strain` holds the readings, and is called after what the sensors measure; `X_WB` is the known pose of the finger's
-    base. Covariance, contact, arcs and torque are there if the function gives them. Arcs are given by where and in
+    base. Covariance, contact, arcs and torque are there if the function gives them, and the contact's posterior if it
+    has a method `posterior` of the same inputs. Arcs are given by where and in
     which direction they begin, in B, with their centres (NaN for a straight arc, which has none). Matrices leave their
     ports row after row. Stateless: a reading that is not finite matters as long as it lasts.
     """
@@ -56,11 +75,23 @@ class ShapeEstimator(ArrayBlock):
         self.take("X_WB", 12)
         self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
         self._put_out_shape(layout, self._derive_shape(function, layout))
+        self._put_out_posterior(function, layout.quantity)
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         """Declares the step "shape", a ShapeEstimate; returns one, of a straight finger."""
         self.derive("shape", function, layout.quantity, DRIVING_TORQUE, "gravity")
         return straight_shape(function, layout)
+
+    def _put_out_posterior(self, function: ShapeFunction, readings: str) -> None:
+        estimate_posterior = getattr(function, "posterior", None)
+        if estimate_posterior is None:
+            return
+        self.derive("posterior", estimate_posterior, readings, DRIVING_TORQUE, "gravity")
+        for field, (unit, axes) in POSTERIOR.items():
+            meanings = ANSWERS if field == "answer" else ()
+            self.put_out(
+                *(f"contact_{field}", _posterior_field(field), "posterior"), unit=unit, meanings=meanings, **axes
+            )
 
     def _put_out_shape(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
         finger, joints = layout.finger, range(layout.finger.segments)
@@ -119,3 +150,7 @@ def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...])
 
 def _contact_field(field: str) -> Callable[[ShapeEstimate], Array]:
     return lambda shape: getattr(shape.contact, field)
+
+
+def _posterior_field(field: str) -> Callable[[ContactPosterior], Array]:
+    return lambda posterior: getattr(posterior, field)

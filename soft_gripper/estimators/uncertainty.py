@@ -34,7 +34,7 @@ from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
 
 @dataclass
 class Uncertainty:
-    """Standard deviations, as an estimator assumes them.
+    """Standard deviations and limits, as an estimator assumes them.
 
     Raises:
         InputError: unless all are finite, `reading` and `load_pressure` are above 0 and the others are not below.
@@ -50,6 +50,9 @@ class Uncertainty:
     drift: float = quantity(0.0, "1/sqrt(s)", least=0)  # random walk of the offsets; followed by `recursive`
     # Whose largest torque at a joint is that of a usual load at the base.
     load_pressure: float = quantity(1.5e5, "Pa", above=0)
+    largest_force: float = quantity(10.0, "N", above=0)  # that the scene can exert on a finger
+    # Fraction of the length before which nothing can touch; two of the bounds of `contact` rely on it.
+    nearest_contact: float = quantity(0.3, least=0, below=1)
 
     def __post_init__(self) -> None:
         check_config("uncertainty", self)

@@ -30,9 +30,18 @@ UNITS = {
     "contact_arc_length": "m",
     "contact_force_std": "N",
     "contact_arc_length_std": "m",
+    "contact_probability": "1",
+    "contact_answer": "1",
+    "contact_force_quantiles": "N",
+    "contact_force_set": "N",
+    "contact_force_bounds": "N",
+    "contact_arc_length_set": "m",
+    "contact_mode_forces": "N",
+    "contact_mode_arc_lengths": "m",
+    "contact_misfit": "1",
 }
-SIZES = dict(zip(UNITS, (12, 144, 13, 1, 1, 1, 1), strict=True))
-PORTS = {"arcs": 1, "spline": 1, "gaussian": 3, "contact": 7}  # how many of these
+SIZES = dict(zip(UNITS, (12, 144, 13, 1, 1, 1, 1, 1, 1, 3, 2, 3, 2, 2, 2, 1), strict=True))
+PORTS = {"arcs": 1, "spline": 1, "gaussian": 3, "contact": 16}  # how many of these
 
 
 @pytest.fixture(params=PORTS)
@@ -84,14 +93,18 @@ def test_ports_have_what_the_function_gives(kind, layout, strain, driving):
     block = block_of(kind, layout)
     context = fixed(block, strain, driving)
     found = {name: port.Eval(context) for name, port in of_no_curve(block).items()}
-    shape = SHAPE_FUNCTIONS[kind](layout, Uncertainty())(strain, driving, IN_PLANE)
+    function = SHAPE_FUNCTIONS[kind](layout, Uncertainty())
+    shape = function(strain, driving, IN_PLANE)
     expected = {"estimated_joint_angles": shape.q}
     if shape.covariance is not None:
         expected["joint_angle_covariance"] = shape.covariance.ravel()
         expected["position_std"] = position_std(layout.finger, shape.q, shape.covariance)
     if shape.contact is not None:
         expected |= {f"contact_{name}": [value] for name, value in shape.contact._asdict().items()}
+        posterior = function.posterior(strain, driving, IN_PLANE)
+        expected |= {f"contact_{name}": np.atleast_1d(value) for name, value in posterior._asdict().items()}
         assert found["contact_force"] == pytest.approx(0.8, rel=0.01)
+        assert found["contact_force_set"][0] < 0.8 < found["contact_force_bounds"][0]
     assert found.keys() == expected.keys()
     for name, value in expected.items():
         np.testing.assert_allclose(found[name], value, rtol=1e-12, atol=1e-15)

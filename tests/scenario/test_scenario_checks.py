@@ -84,6 +84,8 @@ OUT_OF_RANGE = {
     "estimator.uncertainty.bend_per_pressure": ["-0.01", NAN],
     "estimator.uncertainty.pressure": ["-1", INFINITE],
     "estimator.uncertainty.load_pressure": ["-1", "0", NAN],
+    "estimator.uncertainty.largest_force": ["-1", "0", NAN],
+    "estimator.uncertainty.nearest_contact": ["-0.1", "1", NAN],
     "estimator.contact_threshold": ["0", "-0.01", NAN, INFINITE],
     "sensor.period": ["0", "-0.01", NAN, INFINITE],
     "sensor.response": ["[[1, 0]]", "[[1, 0], [2]]", "[[1, 0], [1, 1]]", f"[[1, 0], [2, {NAN}]]"],

@@ -6,9 +6,11 @@ A finger that is pressed on a peg until it rests mobilises only a part of the fr
 Here contacts are computed by statics instead: a force on a face of the finger, with any share of the friction.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.contacts.dataset import (
@@ -36,15 +38,18 @@ MOST_BEND = 2.6  # rad of the whole finger
 _REPETITIONS, _STEP, _BALANCED = 400, 0.3, 1e-9  # rad
 
 
-def rubbing_contacts(number: int, friction: float, share: float, seed: int) -> Contacts:
+def rubbing_contacts(
+    number: int, friction: float, share: Array | float, seed: int, places: tuple[float, float] = PLACES
+) -> Contacts:
     """Random contacts in balance, with a share of the friction along the face, one way or the other.
 
-    Those that bend the finger by more than MOST_BEND, or for which no balance is found, are left out.
+    `share` is one for all or (number). Those that bend the finger by more than MOST_BEND, or for which no balance is
+    found, are left out.
     """
     rng, finger = np.random.default_rng(seed), read_finger()
     side = rng.choice(list(SIDES), number)
     sign = np.array([SIDES[one] for one in side])
-    place = finger.length * rng.uniform(*PLACES, number)
+    place = finger.length * rng.uniform(*places, number)
     force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
     rub = share * friction * rng.choice([-1, 1], number)
     strength = G * rng.uniform(size=number)
@@ -52,17 +57,26 @@ def rubbing_contacts(number: int, friction: float, share: float, seed: int) -> C
     gravity = strength * direction
     section = finger.section(place)
     offset = np.where(side == "inner", section.inner_face, section.outer_face)
-    driven, angle = finger.pressure_torque(pressure), relaxed_law(finger).inverse()
-    q = angle(driven)
-    torque, moved = np.zeros_like(q), q
-    for _ in range(_REPETITIONS):
-        torque = rubbing_torque(finger, q, place, offset, sign * force, rub)
-        moved = angle(driven + gravity_torque(finger, q, gravity[:, None]) + torque) - q
-        q = q + _STEP * moved
-    kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q.sum(axis=-1)) < MOST_BEND)
+    q, kept = balanced(finger, pressure, gravity, lambda q: rubbing_torque(finger, q, place, offset, sign * force, rub))
+    torque = rubbing_torque(finger, q, place, offset, sign * force, rub)
     rest = np.zeros(number), np.full(number, friction)  # a peg's radius, which has no meaning here, and the coefficient
     values: tuple[Any, ...] = q, pressure, gravity, sign * force, force * np.hypot(1, rub), place, torque, side, *rest
     return Contacts(*(value[kept] for value in values))
+
+
+def balanced(
+    finger: Finger, pressure: Array, gravity: Planar, torque_at: Callable[[Array], Array]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Joint angles in balance with pressure, weight and the torques of forces, (M, N) rad, and which are found, (M).
+
+    `torque_at` gives the torques at joint angles, (M, N) N m. A finger bent by more than MOST_BEND counts as not found.
+    """
+    driven, angle = finger.pressure_torque(pressure), relaxed_law(finger).inverse()
+    q = moved = angle(driven)
+    for _ in range(_REPETITIONS):
+        moved = angle(driven + gravity_torque(finger, q, gravity[:, None]) + torque_at(q)) - q
+        q = q + _STEP * moved
+    return q, (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q.sum(axis=-1)) < MOST_BEND)
 
 
 def rubbing_torque(finger: Finger, q: Array, place: Array, offset: Array, force: Array, rub: Array) -> Array:

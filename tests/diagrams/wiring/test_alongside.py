@@ -7,6 +7,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import fingertip_error, pose_error
@@ -14,7 +15,8 @@ from soft_gripper.truth.poses import fingertip_error, pose_error
 SHORT = ["pressure.steps.all=[90e3]", "pressure.settle=0.2", "pressure.hold_samples=1", "sensor.sections=2"]
 SHORT += ["sensor.borders=[0.4]", "estimator.uncertainty.reading=3e-4", "nominal.youngs_modulus='+5 %'"]
 KINDS = ["gaussian", "spline", "contact", "own_blocks:mean_bend"]
-OF_CONTACT = ("contact_force", "contact_arc_length", "contact_force_std", "contact_arc_length_std")
+OF_FIT = ("contact_force", "contact_arc_length", "contact_force_std", "contact_arc_length_std")
+OF_CONTACT = {*OF_FIT, *(f"contact_{name}" for name in ContactPosterior._fields)}
 
 
 def run_of(*overrides):
@@ -44,7 +46,7 @@ def test_each_has_its_shape_and_its_errors_and_no_truth(recording):
         found = signals_of(recording, "left_finger", kind)
         shape = {"estimated_joint_angles", "joint_positions", "joint_positions_world", "tip_pose", "arcs"}
         weighed = {"joint_angle_covariance", "position_std"} if kind in ("gaussian", "contact") else set()
-        contact = set(OF_CONTACT) if kind == "contact" else set()
+        contact = OF_CONTACT if kind == "contact" else set()
         assert found.keys() == shape | weighed | contact | {"pose_error", "fingertip_error"}
     assert recording["left_finger.contact.contact_force"].attrs["units"] == "N"
 

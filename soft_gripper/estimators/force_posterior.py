@@ -1,0 +1,279 @@
+"""What readings say of one force whose place and direction are unknown: intervals, bounds and modes.
+
+Force and place trade off: where only one section is bent, a large force near the base and a small one further out
+explain the same bends. To linearise at the best of them would claim far too much, so the places and directions are
+divided into cells, and all of them count. In a cell a force F bends the sections by  F c ; the bends r, whose
+covariance is R, then have
+
+    R_c = R + F_0^2 sum d d^T ,   W = R_c^-1 ,
+    I = c^T W c ,   F^ = c^T W r / I ,   sigma = I^-1/2 ,   X = r^T W r - F^2 I ,
+
+with F_0 the best force under R and d the standard deviations of c within the cell. Two answers follow.
+
+The likelihood set needs no prior: every cell and force, at most the largest F_max that the scene exerts, with
+
+    X + ((F - F^) / sigma)^2  <=  m + 3.84 ,   m its minimum .
+
+Its pieces, places that adjoin on one side, are the modes. With 2.71 instead, its largest force is an upper bound.
+
+The posterior has the weights of the cells before, and the density 1 / F from F_max / 1000 to F_max. Along a ridge of
+equal likelihood the marginal weight of a place is about  p(F^) sigma ~ p(F^) F^ : only this prior is indifferent
+there; one that is flat near zero favours places near the base. With even odds before, the probability of a contact is
+
+    evidence / (evidence + exp(-r^T R^-1 r / 2) |R|^-1/2) ,   evidence = sum over cells of the integral over F .
+
+Several forces f_j >= 0 on one side, of any friction and spread over any places beyond `nearest`, have as the bound of
+their sum the largest with  |r - sum f_j c_j|^2  within 2.71 of its least, in the metric of R: non-negative least
+squares with a row that draws the sum to F_max, ever more strongly (Lawson and Hanson 1974, ch. 23). It needs no count
+of contacts. If no single force explains the bends (`misfit` above 1: several contacts, or a finger unlike the nominal
+one), nothing but these bounds is stated, and the probability is found with all variances scaled by this misfit (Birge
+1932, doi 10.1103/PhysRev.40.207).
+
+Profile likelihood: Cox and Hinkley (1974), Theoretical Statistics, section 9.3. Leading axes are free; C cells, ordered
+by side and place, S sections.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.special import chdtri, ndtr
+
+from soft_gripper.arrays import Array
+
+DETECTED = 0.95  # probability of contact from which a place is stated
+LOCATED = 0.25  # of the length: a place known to lie within so much of it is stated as known
+ANSWERS = "nothing touches", "touched, place unknown", "touched here"
+NOTHING, SOMEWHERE, HERE = 0.0, 1.0, 2.0
+PROBABILITIES = 0.025, 0.5, 0.975  # of the quantiles
+_SET, _BOUND = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two sides and on one
+_CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
+_DECADES = 3  # of forces, below the largest
+_HALVINGS = 10  # of the logarithm of a weight
+_EDGES, _FINER = 49, 13  # of the bins of force, and of each that holds a quantile
+_NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
+_TINY = 1e-30
+
+
+class Cells(NamedTuple):
+    """Where and how a force may act: C cells, of which those of one side and place follow each other."""
+
+    response: Array  # (..., C, S) rad/N, bends due to 1 N
+    spreads: Array  # (..., C, D, S) rad/N, standard deviations of the response within the cell, independent
+    place: NDArray[np.int_]  # (C) number of the place, from 0 at the base to P - 1
+    side: NDArray[np.int_]  # (C) -1, then 1
+    prior: Array  # (C) probability
+
+    def whitened(self, whitening: Array) -> "Cells":
+        """The same for bends multiplied by a matrix, (..., S, S)."""
+        turn = np.swapaxes(whitening, -1, -2)
+        return self._replace(response=self.response @ turn, spreads=self.spreads @ turn[..., None, :, :])
+
+
+class ContactPosterior(NamedTuple):
+    """What is known of one contact; forces are absolute values unless they are of a mode."""
+
+    probability: Array  # (...) that something touches
+    answer: Array  # (...) NOTHING, SOMEWHERE or HERE
+    force_quantiles: Array  # (..., 3) N, given contact; see PROBABILITIES; NaN where no single force explains the bends
+    force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN likewise
+    # (..., 3) N, upper 95 % bounds: of one force anywhere, of one beyond `nearest`, and of the sum of several there.
+    force_bounds: Array
+    arc_length_set: Array  # (..., 2) m, ends of the likelihood set; NaN likewise, and where nothing is detected
+    mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
+    mode_arc_lengths: Array  # (..., 2) m
+    misfit: Array  # (...) normalised, of the best single force, 1 where noise leaves more in 1 of 1000 samples
+
+
+class _Fits(NamedTuple):
+    """The force in every cell, each (..., C)."""
+
+    force: Array  # N, most likely, of either sign
+    std: Array  # N
+    misfit: Array  # X, of that force
+    spread: Array  # log det R_c - log det R
+
+
+def posterior(
+    bends: Array, covariance: Array, read: Array, cells: Cells, length: float, largest: float, nearest: float
+) -> ContactPosterior:
+    """The posterior of one force.
+
+    Args:
+        bends: of the sections, not explained by what is known, rad, (..., S).
+        covariance: of these, rad^2, (..., S, S).
+        read: number of sections that are read, (...).
+        cells: where the force may act.
+        length: of the finger, m.
+        largest: force that the scene can exert on the finger, N.
+        nearest: place from which the second bound holds, m.
+    """
+    whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+    r, cells = (whitening @ bends[..., None])[..., 0], cells.whitened(whitening)
+    fits, most_of_noise = _fits(r, cells, largest), chdtri(np.maximum(read - 2, 1), _CHANCE)
+    chi_squared = _chi_squared(fits, largest)
+    misfit = chi_squared.min(axis=-1) / most_of_noise
+    quantiles, probability = _integrated(fits, (r**2).sum(axis=-1), cells.prior, largest, np.maximum(misfit, 1.0))
+    ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
+    anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
+    one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
+    several = _several(r, cells, beyond, most_of_noise, largest)
+    places, (forces, chosen) = _places(chi_squared, ends), _modes(fits, cells, chi_squared, largest)
+    explained, detected = misfit <= 1, probability > DETECTED
+    located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
+    stated, placed = explained[..., None], (explained & detected)[..., None]
+    several = np.maximum(several, np.where(explained, one_beyond, 0.0))
+    bounds = np.where(explained, one, largest), np.where(explained, one_beyond, several), several
+    return ContactPosterior(
+        probability,
+        np.where(detected, np.where(located, HERE, SOMEWHERE), NOTHING),
+        np.where(stated, quantiles, np.nan),
+        np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
+        np.stack(bounds, axis=-1),
+        np.where(placed, places, np.nan),
+        np.where(placed, forces, np.nan),
+        np.where(placed & np.isfinite(forces), ends.mean(axis=-1)[chosen], np.nan),
+        misfit,
+    )
+
+
+def _fits(r: Array, cells: Cells, largest: float) -> _Fits:
+    """The force in every cell, all whitened: each deviation u of the response turns the identity into I + u u^T.
+
+    Vectors are multiplied by the inverse square root of that, one u after the other.
+    """
+    c, r = cells.response, r[..., None, :]
+    guess = np.clip(_dot(c, r) / (_dot(c, c) + _TINY), 0, largest)
+    vectors = np.stack(np.broadcast_arrays(c, r, *np.moveaxis(guess[..., None, None] * cells.spreads, -2, 0)))
+    log_determinant = np.zeros_like(guess)
+    while len(vectors) > 2:
+        vectors, u = vectors[:-1], vectors[-1]
+        square = _dot(u, u)
+        log_determinant += np.log1p(square)
+        shrunk = (1 - 1 / np.sqrt(1 + square)) / (square + _TINY)
+        vectors = vectors - (shrunk * _dot(vectors, u))[..., None] * u
+    c, r = vectors
+    information = _dot(c, c) + (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
+    explained = _dot(c, r)
+    force = explained / information
+    return _Fits(force, information**-0.5, np.maximum(_dot(r, r) - force * explained, 0), log_determinant)
+
+
+def _dot(x: Array, y: Array) -> Array:
+    product: Array = np.einsum("...s,...s->...", x, y)
+    return product
+
+
+def _chi_squared(fits: _Fits, largest: float) -> Array:
+    """The misfit of the best possible force of every cell, (..., C)."""
+    chi_squared: Array = fits.misfit + ((np.clip(fits.force, 0, largest) - fits.force) / fits.std) ** 2
+    return chi_squared
+
+
+def _range(fits: _Fits, chi_squared: Array, possible: NDArray[np.bool_], level: float, largest: float) -> Array:
+    """Least and largest force within `level` of the best of the possible cells, (..., 2) N."""
+    level = np.where(possible, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
+    inside = possible & (chi_squared <= level)
+    reach = fits.std * np.sqrt(np.maximum(level - fits.misfit, 0))
+    least = np.where(inside, np.clip(fits.force - reach, 0, largest), np.inf).min(axis=-1)
+    most = np.where(inside, np.clip(fits.force + reach, 0, largest), -np.inf).max(axis=-1)
+    return np.stack([least, most], axis=-1)
+
+
+def _places(chi_squared: Array, ends: Array) -> Array:
+    """Ends of the likelihood set along the finger, (..., 2) m, from those of the cells, (C, 2)."""
+    likely = chi_squared <= chi_squared.min(axis=-1, keepdims=True) + _SET
+    least, most = np.where(likely, ends[:, 0], np.inf).min(axis=-1), np.where(likely, ends[:, 1], 0.0).max(axis=-1)
+    return np.stack([least, most], axis=-1)
+
+
+def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: Array, largest: float) -> Array:
+    """The bound of the sum of several forces on one side, in the cells `beyond`, (...) N."""
+    response = np.broadcast_to(cells.response, (*r.shape[:-1], *cells.response.shape[-2:]))
+    sides = [response[..., beyond & (cells.side == side), :] for side in np.unique(cells.side)]
+    bound = np.zeros(r.shape[:-1])
+    for sample in np.ndindex(bound.shape):
+        columns = [side[sample].T for side in sides]
+        least = [_sum_and_misfit(side, r[sample], 0.0, largest)[1] for side in columns]
+        level = min(least) + _BOUND * max(1.0, min(least) / float(most_of_noise[sample]))
+        possible = (side for side, misfit in zip(columns, least, strict=True) if misfit <= level)
+        bound[sample] = max(_largest_sum(side, r[sample], level, largest) for side in possible)
+    return bound
+
+
+def _largest_sum(columns: Array, r: Array, level: float, largest: float) -> float:
+    """The largest sum of forces with a misfit of up to `level`, N, not more than `largest`, within a percent above."""
+    size = float(np.abs(columns).max()) + _TINY
+    low, high, total = -3.0, 3.0, largest
+    if _sum_and_misfit(columns, r, size * 10**high, largest)[1] <= level:
+        return largest
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        reached, misfit = _sum_and_misfit(columns, r, size * 10**middle, largest)
+        if misfit <= level:
+            low = middle
+        else:
+            high, total = middle, reached
+    return min(total, largest)
+
+
+def _sum_and_misfit(columns: Array, r: Array, weight: float, largest: float) -> tuple[float, float]:
+    """Sum and misfit of the forces in columns, (S, J), drawn to the sum `largest` with a weight."""
+    rows = np.empty((len(r) + 1, columns.shape[1]))
+    rows[:-1], rows[-1] = columns, weight
+    forces, _ = nnls(rows, np.append(r, weight * largest))
+    left = r - columns @ forces
+    return float(forces.sum()), float(left @ left)
+
+
+def _modes(fits: _Fits, cells: Cells, chi_squared: Array, largest: float) -> tuple[Array, NDArray[np.int_]]:
+    """Forces, (..., 2) N, NaN where there is none, and cells, (..., 2), of the two likeliest pieces of the set."""
+    begins = np.flatnonzero(np.diff(cells.place, prepend=-1))
+    groups = np.cumsum(np.diff(cells.place, prepend=-1) != 0) - 1
+    by_place = np.minimum.reduceat(chi_squared, begins, axis=-1)
+    likely = by_place <= by_place.min(axis=-1, keepdims=True) + _SET
+    apart = ~likely | (cells.place[begins] == 0)  # what is on the other side is another piece
+    piece = np.cumsum(apart, axis=-1)
+    of_best = np.take_along_axis(piece, by_place.argmin(axis=-1)[..., None], axis=-1)
+    others = np.where((likely & (piece != of_best))[..., groups], chi_squared, np.inf)
+    chosen = np.stack([chi_squared.argmin(axis=-1), others.argmin(axis=-1)], axis=-1)
+    forces = cells.side[chosen] * np.take_along_axis(np.clip(fits.force, 0, largest), chosen, axis=-1)
+    forces[..., 1] = np.where(np.isfinite(others).any(axis=-1), forces[..., 1], np.nan)
+    return forces, chosen
+
+
+def _integrated(fits: _Fits, nothing: Array, prior: Array, largest: float, scale: Array) -> tuple[Array, Array]:
+    """Quantiles of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
+    std, by = fits.std * np.sqrt(scale)[..., None], scale[..., None]
+    logs = np.log(prior) - fits.misfit / by / 2 - fits.spread / 2 + np.log(std)
+    best = logs.max(axis=-1, keepdims=True)
+    weights, shape = np.exp(logs - best), logs.shape[:-1]
+    flat = (values.reshape(-1, len(prior)) for values in (weights, fits.force, std))
+    found = [_quantiles(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
+    quantiles, evidence = (np.array(part) for part in zip(*found, strict=True))
+    log_odds = best[..., 0] + np.log(np.maximum(evidence.reshape(shape), _TINY)) + nothing / scale / 2
+    return quantiles.reshape(*shape, len(PROBABILITIES)), 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
+
+
+def _quantiles(weights: Array, forces: Array, stds: Array, largest: float) -> tuple[Array, float]:
+    """Quantiles of one sample, N, and its evidence, from the weights, forces and deviations of its cells, (C)."""
+    kept = weights > _NEGLIGIBLE
+    weights, forces, stds = weights[kept], forces[kept], stds[kept]
+    edges = largest * np.logspace(-_DECADES, 0, _EDGES)
+    upto = np.concatenate([[0.0], _masses(weights, forces, stds, edges).cumsum()])
+    total, sought = upto[-1], upto[-1] * np.array(PROBABILITIES)
+    bins = np.clip(np.searchsorted(upto, sought) - 1, 0, _EDGES - 2)
+    within = edges[bins, None] * (edges[1] / edges[0]) ** np.linspace(0, 1, _FINER)  # (3, edges)
+    parts = _masses(weights, forces, stds, within)
+    shares = np.concatenate([np.zeros((len(bins), 1)), parts.cumsum(axis=-1)], axis=-1)
+    shares *= (upto[bins + 1] - upto[bins])[:, None] / np.maximum(shares[:, -1:], _TINY)
+    left = sought - upto[bins]
+    found = [np.interp(*each) for each in zip(left, shares, within, strict=True)]
+    return np.array(found), np.sqrt(2 * np.pi) * total / (_DECADES * np.log(10))
+
+
+def _masses(weights: Array, forces: Array, stds: Array, edges: Array) -> Array:
+    """Integrals of the cells' densities over F, between edges, (..., E) -> (..., E - 1)."""
+    below = ndtr((edges[..., None] - forces) / stds) @ weights
+    return np.maximum(np.diff(below), 0) / np.sqrt(edges[..., 1:] * edges[..., :-1])

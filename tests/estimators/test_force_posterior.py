@@ -1,0 +1,188 @@
+"""The posterior of one force, compared with dense sums over forces and with random draws from the prior."""
+
+import numpy as np
+import pytest
+from loaded_fingers import Push, in_balance, torque_of
+from scipy.optimize import linprog
+
+from soft_gripper.estimators.contact import ContactShape, force_cells
+from soft_gripper.estimators.force_posterior import HERE, NOTHING, SOMEWHERE, Cells, posterior
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+
+LENGTH, LARGEST, NEAREST = 0.12, 10.0, 0.036  # m, N, m
+COVARIANCE = np.array([[4.0, 1.0], [1.0, 2.0]]) * 1e-6  # rad^2
+FORCES = np.geomspace(LARGEST / 1000, LARGEST, 40_001)
+
+
+def few_cells(count=12, width=0.0):
+    """Those of a cantilever of two sections, on both sides; with a width, they overlap."""
+    place, side = np.tile(np.arange(count), 2), np.repeat([-1, 1], count)
+    lever = (place + 0.5) / count
+    across = 0.05 * np.stack([lever**2, np.maximum(lever - 0.5, 0) ** 2], axis=-1)
+    spreads = width * np.stack([np.gradient(lever)[:, None] * across, across[:, ::-1]], axis=-2)
+    return Cells(side[:, None] * across, spreads, place, side, np.full(2 * count, 0.5 / count))
+
+
+def dense(r, cells):
+    """Chi-squared, (C, K), and likelihood relative to that of nothing, by full matrices for every cell and force."""
+    precision, chi_squared, likelihood = np.linalg.inv(COVARIANCE), [], []
+    for c, spreads in zip(cells.response, cells.spreads, strict=True):
+        best = np.clip(c @ precision @ r / (c @ precision @ c), 0, LARGEST)
+        R = COVARIANCE + best**2 * spreads.T @ spreads
+        left = r - FORCES[:, None] * c
+        misfit = np.einsum("ks,st,kt->k", left, np.linalg.inv(R), left)
+        chi_squared.append(misfit)
+        density = np.exp(-misfit / 2 + r @ precision @ r / 2) / np.sqrt(np.linalg.det(R) / np.linalg.det(COVARIANCE))
+        likelihood.append(density)
+    return np.array(chi_squared), np.array(likelihood)
+
+
+@pytest.mark.parametrize("width", [0.0, 0.3])
+@pytest.mark.parametrize("r", [(0.03, 0.004), (0.008, 0.0), (-0.02, -0.006), (0.002, 0.001)])
+def test_the_posterior_is_the_dense_sum(r, width):
+    """Quantiles within a finest bin, 1.2 %; the probability of a contact within 1e-3; set and bounds within a step."""
+    cells = few_cells(width=width)
+    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, LARGEST, NEAREST)
+    chi_squared, likelihood = dense(np.array(r), cells)
+    assert found.misfit < 1
+    by_force = cells.prior @ likelihood  # each force, equally spaced in its logarithm, has the same weight
+    upto = by_force.cumsum() / by_force.sum()
+    np.testing.assert_allclose(found.force_quantiles, np.interp([0.025, 0.5, 0.975], upto, FORCES), rtol=0.012)
+    assert found.probability == pytest.approx(1 / (1 + 1 / by_force.mean()), abs=1e-3)
+    inside = FORCES[(chi_squared <= chi_squared.min() + 3.84).any(axis=0)]
+    np.testing.assert_allclose(found.force_set, [inside[0], inside[-1]], rtol=2e-3, atol=LARGEST / 1000)
+    ends = (cells.place + 1) / 12 * LENGTH
+    for bound, possible in zip(found.force_bounds[:2], (ends > 0, ends > NEAREST), strict=True):
+        these = chi_squared[possible]
+        assert bound == pytest.approx(FORCES[(these <= these.min() + 2.71).any(axis=0)][-1], rel=2e-3)
+
+
+def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
+    """Errors as believed, half of the samples without contact: coverage, and as many contacts as is believed."""
+    rng, cells, count = np.random.default_rng(2), few_cells(), 2000
+    cell = rng.choice(len(cells.prior), count, p=cells.prior)
+    force = np.exp(rng.uniform(np.log(LARGEST / 1000), np.log(LARGEST), count)) * (rng.uniform(size=count) < 0.5)
+    r = force[:, None] * cells.response[cell] + rng.multivariate_normal(np.zeros(2), COVARIANCE, count)
+    found = posterior(r, COVARIANCE, np.full(count, 2), cells, LENGTH, LARGEST, NEAREST)
+    pressed, low, high = force > 0, found.force_quantiles[:, 0], found.force_quantiles[:, 2]
+    assert 0.935 < ((low <= force) & (force <= high))[pressed].mean() < 0.965
+    assert ((found.force_set[:, 0] <= force) & (force <= found.force_set[:, 1])).mean() > 0.935
+    assert (force <= found.force_bounds[:, 0]).mean() > 0.935
+    for least, most in ((0.0, 0.4), (0.4, 0.95), (0.95, 1.0)):
+        chosen = (least <= found.probability) & (found.probability <= most)
+        spread = 3 * np.sqrt(0.25 / chosen.sum())
+        assert found.probability[chosen].mean() == pytest.approx(pressed[chosen].mean(), abs=spread)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_cell_bends_as_the_torque_of_its_force(shipped_finger, bent, side):
+    layout, q = SensorLayout(shipped_finger, 4), bent(12) / 2
+    compliance = 1 / shipped_finger.stiffness
+    cells = force_cells(layout, q, compliance)
+    for place in (0, 7, 31, 47):
+        s = (place + 0.5) / 48 * shipped_finger.length
+        section = shipped_finger.section(s)
+        offset = float(section.inner_face if side > 0 else section.outer_face)
+        for rub, number in zip((-0.45, 0.0, 0.45), (0, 2, 4), strict=True):
+            torque = torque_of(shipped_finger, q, Push(s, side, rub, offset))
+            chosen = np.flatnonzero((cells.place == place) & (cells.side == side))[number]
+            np.testing.assert_allclose(cells.response[chosen], layout.sums(torque * compliance), atol=1e-12)
+    assert cells.prior.sum() == pytest.approx(1)
+
+
+def read(layout, pushes, pressure=60e3):
+    q = in_balance(layout.finger, pressure, 9.81, pushes)
+    driving = layout.finger.pressure_torque(pressure)
+    return layout.response.reading(extension_ratios(layout, q)), driving, 9.81 + 0j
+
+
+@pytest.mark.parametrize("sections", [2, 4])
+def test_three_answers(shipped_finger, sections):
+    """Nothing; somewhere on the first section; at the tip."""
+    layout, length = SensorLayout(shipped_finger, sections), shipped_finger.length
+    cases = ([], [Push(0.2 * length, 1.0)], [Push(0.95 * length, 0.5)])
+    found = [ContactShape(layout).posterior(*read(layout, pushes)) for pushes in cases]
+    assert [float(each.answer) for each in found] == [NOTHING, SOMEWHERE, HERE]
+    assert [each.probability > 0.95 for each in found] == [False, True, True]
+    assert np.isnan([*found[0].arc_length_set, *found[0].mode_forces, *found[0].mode_arc_lengths]).all()
+    for each, force, place in ((found[1], 1.0, 0.2), (found[2], 0.5, 0.95)):
+        assert each.force_quantiles[0] < force < each.force_quantiles[2]
+        assert each.force_set[0] < force < each.force_bounds[0] <= each.force_set[1]
+        assert each.arc_length_set[0] < place * length < each.arc_length_set[1]
+    assert found[1].force_bounds[0] > 5  # close to the base, almost any force bends as little
+    assert found[2].force_bounds[0] < 0.8
+
+
+def test_nearer_contacts_excluded_leave_a_smaller_bound(shipped_finger):
+    layout = SensorLayout(shipped_finger, 2)
+    given = read(layout, [Push(0.4 * shipped_finger.length, 0.5)])
+    bounds = [
+        ContactShape(layout, Uncertainty(nearest_contact=near)).posterior(*given).force_bounds for near in (0.2, 0.3)
+    ]
+    assert bounds[0][0] == bounds[1][0]
+    assert 0.5 < bounds[1][1] < bounds[0][1] < bounds[0][0]
+
+
+def test_the_largest_force_of_the_scene_bounds_what_is_not_seen(shipped_finger):
+    layout = SensorLayout(shipped_finger, 2)
+    for largest in (2.0, 8.0):
+        found = ContactShape(layout, Uncertainty(largest_force=largest)).posterior(*read(layout, []))
+        assert found.force_bounds[0] == pytest.approx(largest)
+
+
+def test_two_contacts_that_no_single_force_explains_show_in_the_misfit(shipped_finger):
+    layout, s = SensorLayout(shipped_finger, 4), np.array([0.45, 0.9]) * shipped_finger.length
+    found = ContactShape(layout).posterior(*read(layout, [Push(s[0], 0.8), Push(s[1], 0.5)]))
+    alone = ContactShape(layout).posterior(*read(layout, [Push(s[1], 0.5)]))
+    assert found.misfit > 1 > alone.misfit
+    assert np.isnan([*found.force_quantiles, *found.force_set, *found.arc_length_set]).all()
+    assert found.answer == SOMEWHERE
+    assert found.force_bounds[0] == LARGEST
+    assert 1.3 < found.force_bounds[1] == found.force_bounds[2] < 2.6
+
+
+@pytest.mark.parametrize("r", [(0.03, 0.004), (0.01, 0.002), (0.02, 0.001)])
+def test_the_bound_of_several_forces_is_that_of_a_linear_program(r):
+    """Forces along the edge of what is possible: the largest sum that bends by r + e, over all e on an ellipse."""
+    cells = few_cells()
+    columns = cells.response[(cells.side == 1) & ((cells.place + 1) / 12 * LENGTH > NEAREST)].T
+    around = np.linspace(0, 2 * np.pi, 721)
+    errors = np.sqrt(2.71) * np.linalg.cholesky(COVARIANCE) @ np.array([np.cos(around), np.sin(around)])
+    cost = -np.ones(columns.shape[1])
+    best = max(-done.fun for e in errors.T if (done := linprog(cost, A_eq=columns, b_eq=np.array(r) + e)).success)
+    found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, LARGEST, NEAREST)
+    assert found.force_bounds[2] == pytest.approx(best, rel=0.01)
+
+
+@pytest.mark.parametrize("lost", [[], [0, 4], list(range(8))])
+def test_a_batch_is_its_samples(shipped_finger, lost):
+    """Of 34 samples, more than are computed together; without a reading any force is possible."""
+    layout, rng = SensorLayout(shipped_finger, 4), np.random.default_rng(4)
+    strain, driving, gravity = read(layout, [Push(0.09, 0.5)])
+    strain = strain + 1e-3 * rng.standard_normal((2, 17, 8))
+    strain[..., lost] = np.nan
+    contact = ContactShape(layout)
+    whole = contact.posterior(strain, np.broadcast_to(driving, (2, 17, 12)), np.full((2, 17), gravity))
+    for index in ((0, 0), (1, 16)):
+        for together, alone in zip(whole, contact.posterior(strain[index], driving, gravity), strict=True):
+            np.testing.assert_allclose(together[index], alone, rtol=1e-6, atol=1e-9)
+    if len(lost) == 8:
+        assert (whole.answer == NOTHING).all()
+        np.testing.assert_allclose(whole.force_set, np.broadcast_to([0.0, 10.0], (2, 17, 2)))
+
+
+@pytest.mark.parametrize("sections", [2, 4])
+def test_creep_that_is_not_modelled_is_a_misfit_and_rarely_a_contact(shipped_finger, sections):
+    """A free finger that bends up to a fifth further: detected in under a tenth, or never if that is assumed."""
+    layout, rng = SensorLayout(shipped_finger, sections), np.random.default_rng(0)
+    pressure, share = rng.uniform(20e3, 150e3, 100), rng.uniform(0, 0.2, (100, 1))
+    driving = shipped_finger.pressure_torque(pressure)
+    readings = layout.response.reading(extension_ratios(layout, (1 + share) * driving / shipped_finger.stiffness))
+    found = ContactShape(layout).posterior(readings, driving, np.zeros(100))
+    assert np.mean(found.answer != NOTHING) < 0.1
+    assert np.mean(found.misfit > 1) > 0.8
+    assert np.mean(ContactShape(layout)(readings, driving, np.zeros(100)).contact.force != 0) > 0.8
+    reckoned = ContactShape(layout, Uncertainty(bend_per_pressure=0.1)).posterior(readings, driving, np.zeros(100))
+    assert (reckoned.answer == NOTHING).all()
+    assert (reckoned.misfit < 1).all()
