@@ -83,8 +83,7 @@ def _points(chain: _ScrewChain, state: Array) -> Array:
     across = np.cross(chain.axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
     sines, versines = np.sin(angles), 1 - np.cos(angles)
     twice = across @ across
-    sideways = np.cross(chain.axes, chain.velocities)
-    back = np.cross(chain.axes, sideways)
+    sideways, back = ((matrix @ chain.velocities[:, :, None])[..., 0] for matrix in (across, twice))
     shifts = angles * chain.velocities + versines * sideways + (angles - sines) * back
     rotation, shift, points = np.eye(3), np.zeros(3), []
     for home, begin, end in zip(chain.homes, [0, *chain.joints_before], chain.joints_before, strict=False):
