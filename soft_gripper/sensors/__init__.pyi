@@ -6,6 +6,10 @@ from .error_block import ErrorBlock as ErrorBlock
 from .error_block import ErrorModel as ErrorModel
 from .measurement import LinearReadings as LinearReadings
 from .measurement import MeasurementModel as MeasurementModel
+from .observability import Observed as Observed
+from .observability import observability as observability
+from .path_sensors import PathSensors as PathSensors
+from .path_sensors import SensorPath as SensorPath
 from .pressure_errors import PressureErrors as PressureErrors
 from .pressure_errors import disturb_pressure as disturb_pressure
 from .response_curve import CalibratedResponse as CalibratedResponse

@@ -13,7 +13,8 @@ straight finger y = c z, with the sensitivities c, so that the Jacobian of h is 
 over those that read anything.
 
 Everything is pure and takes arrays whose leading axes are free, so that a block calls it for one sample and an
-evaluation once for a whole recording; q is flat, (..., D). R readings, S values.
+evaluation once for a whole recording. The positions q of the joints are flat, (..., D): way after way in which the
+sensors see them yield, bending first, and N from the base to the tip in each. R readings, S values.
 """
 
 from abc import ABC, abstractmethod
@@ -76,8 +77,9 @@ class MeasurementModel(ABC):
             )
             raise InputError("sensor", "borders", self.borders, expected)
         shape = np.shape(self.matrix)
-        if len(shape) != 2 or shape[0] < 1 or shape[1] != segments or not np.isfinite(self.matrix).all():
-            expected = f"give finite numbers, a row for each value and {segments} columns"
+        columns = segments * len(self.ways)
+        if len(shape) != 2 or shape[0] < 1 or shape[1] != columns or not np.isfinite(self.matrix).all():
+            expected = f"give finite numbers, a row for each value and {columns} columns"
             raise InputError("sensor", f"matrix of {type(self).__name__}", shape, expected)
         if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
             expected = f"the layout has {self.readings} readings"
@@ -87,6 +89,11 @@ class MeasurementModel(ABC):
     @abstractmethod
     def matrix(self) -> Array:
         """A, from joint angles to the measured values, (S, D)."""
+
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """In which ways of the joints the readings depend, see `finger_parts.AXES`; bending comes first."""
+        return ("bending",)
 
     @cached_property
     def sensitivity(self) -> Array:
@@ -116,6 +123,10 @@ class MeasurementModel(ABC):
     def predict(self, q: Array) -> Array:
         """The measured quantity, h(q): (..., D) -> (..., R)."""
         return q @ self.jacobian.T
+
+    def slopes(self, q: Array) -> Array:
+        """Jacobian of h at q, (..., D) -> (R, D), or (..., R, D) where it changes."""
+        return self.jacobian
 
     def inverse(self, measured: Array) -> Array:
         """The value implied by each reading alone, (..., R / S, S), from its quantity y, of the same shape."""

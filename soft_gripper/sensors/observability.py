@@ -1,0 +1,65 @@
+"""What sensors observe of a finger: before anything is read, how well they fix each of its ways to yield.
+
+A section is described by how far it bends, turns sideways, twists and stretches as a whole, each shared equally by its
+joints. With a weak prior of variances P and readings of independent noise sigma, which change by A with these numbers
+about the straight finger,
+
+    covariance = (P^-1 + A^T A / sigma^2)^-1 .
+
+A way counts as observed where that makes its standard deviation much smaller than that of the prior.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import SLIDES
+from soft_gripper.sensors.measurement import MeasurementModel
+
+_PRIOR = {"bending": 1.0, "sideways": 0.5, "twist": 0.5, "stretch": 0.1}  # rad, and m over the length of a section
+_SEEN = 0.15  # of the prior's standard deviation
+
+
+@dataclass(frozen=True)
+class Observed:
+    """How well one way to yield is observed."""
+
+    way: str
+    std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
+
+    @property
+    def is_seen(self) -> bool:
+        """In every section."""
+        return bool(np.isfinite(self.std).all())
+
+    def __str__(self) -> str:
+        worst = float(self.std.max())
+        size = f"{1e3 * worst:.2g} mm" if self.way in SLIDES else f"{np.degrees(worst):.2g} degrees"
+        return f"{self.way} to {size}" if self.is_seen else f"{self.way} not at all"
+
+
+def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
+    """How well sensors on a straight finger fix every way in which it yields.
+
+    Args:
+        layout: sensors and finger.
+        noise: standard deviation of every reading, in the unit of what is measured.
+    """
+    finger, ways, S = layout.finger, layout.ways, layout.sections
+    shared = (layout.joint_sections == np.arange(S)[:, None]) / layout.joints_per_section[:, None]  # (S, N)
+    seen = layout.slopes(layout.straight) @ np.kron(np.eye(len(ways)), shared.T)
+    prior = np.concatenate([_prior(layout, way) for way in ways])
+    std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
+    found = dict(zip(ways, np.where(std < _SEEN * prior, std, np.inf).reshape(-1, S), strict=True))
+    return [Observed(way, found.get(way, np.full(S, np.inf))) for way in _ways(finger)]
+
+
+def _prior(layout: MeasurementModel, way: str) -> Array:
+    """Standard deviations of a way in all sections, (S,)."""
+    return _PRIOR[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections))
+
+
+def _ways(finger: Finger) -> list[str]:
+    return [way for way in _PRIOR if way in finger.yields]
