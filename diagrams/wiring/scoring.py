@@ -10,7 +10,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
 from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
-from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
+from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.spatial_estimator import TIP
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -145,8 +145,8 @@ class AlongsideEstimation(Diagram):
         """
         super().__init__()
         wires = shape_wires(estimator, finger, period)
-        for name in [name for name in wires.outputs if name.endswith(DRIVING_TORQUE)]:
-            del wires.outputs[name]
+        for way in ("bending", *finger.driven_ways):  # as the driving torque of the estimate that the run uses
+            wires.outputs.pop(driving_port(way), None)
         wires.build_into(self)
 
 

@@ -7,7 +7,8 @@ in its plane.
 """
 
 from collections.abc import Sequence
-from functools import cache
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,8 @@ _MOST_ITERATIONS = 100
 _STILL = 1e-11  # rad, and m: the last change of a shape in balance
 
 
-class SpatialChain(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class SpatialChain:
     """N equal segments with joints in their middles, J in all; a finger, or any rod."""
 
     ways: tuple[str, ...]  # (J) in which the joints yield, see `finger_parts.AXES`, from the base to the tip
@@ -40,12 +42,27 @@ class SpatialChain(NamedTuple):
             segment_length,
         )
 
-    @property
+    @cached_property
+    def axes(self) -> Array:
+        """(J, 3), each in the frame of the link before."""
+        return np.array([AXES[way] for way in self.ways])
+
+    @cached_property
+    def across(self) -> Array:
+        """Matrices of the products  axis x  , (J, 3, 3)."""
+        return np.cross(self.axes[:, None], -np.eye(3))
+
+    @cached_property
+    def twice_across(self) -> Array:
+        """Their squares."""
+        return self.across @ self.across
+
+    @cached_property
     def turns(self) -> NDArray[np.bool_]:
         """Which joints turn, (J,); the others slide."""
         return np.array([way not in SLIDES for way in self.ways])
 
-    @property
+    @cached_property
     def heights(self) -> Array:
         """Of the joints along the links before them, (J,) m."""
         is_first = np.diff(self.segments, prepend=-1) > 0
@@ -87,9 +104,9 @@ class Posture(NamedTuple):
 
 def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
-    axes, turning, across, twice = _constants(chain.ways)
+    axes, turning = chain.axes, chain.turns.astype(float)
     angle = (q * turning)[..., None, None]
-    turns = np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * twice
+    turns = np.eye(3) + np.sin(angle) * chain.across + (1 - np.cos(angle)) * chain.twice_across
     rotations = np.empty((*q.shape[:-1], len(axes) + 1, 3, 3))
     rotations[..., 0, :, :] = R = np.eye(3)
     for j in range(len(axes)):
@@ -102,14 +119,6 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
     turn = turning[:, None] * along
     moving = vector_product(origins[..., 1:, :] - slid, turn) + (1 - turning)[:, None] * along
     return Posture(rotations, origins, np.concatenate([turn, moving], axis=-1))
-
-
-@cache
-def _constants(ways: tuple[str, ...]) -> tuple[Array, Array, Array, Array]:
-    """Axes of joints in the link before, (J, 3); 1 if they turn, (J,); (axis x) and its square, (J, 3, 3)."""
-    axes = np.array([AXES[way] for way in ways])
-    across = np.cross(axes[:, None], -np.eye(3))
-    return axes, np.array([float(way not in SLIDES) for way in ways]), across, across @ across
 
 
 def vector_product(a: Array, b: Array) -> Array:

@@ -328,7 +328,9 @@ class StrainErrorsConfig:
 class SensorConfig:
     """The sensors of every finger."""
 
-    type: str = "strain"  # or "module:function", "module:Class" of your own, see diagrams/wiring/named_blocks.py
+    # "strain", "curvature", "orientation", or "module:function", "module:Class" of your own, see
+    # diagrams/wiring/named_blocks.py.
+    type: str = "strain"
     sections: int = quantity(4, least=1)  # sensors in series along each path
     borders: list[float] | None = None  # section boundaries, as fractions of the length; None: equal sections
     period: float = quantity(0.01, "s", above=0)  # between samples, of the sensors and of every log

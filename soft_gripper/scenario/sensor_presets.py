@@ -12,6 +12,7 @@ from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.own_functions import find_named, made
 from soft_gripper.scenario.schema import DeadSensorConfig, EstimatorConfig, SensorConfig, SensorPathConfig, presets
+from soft_gripper.sensors.link_sensors import CurvatureSensors, OrientationSensors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.path_sensors import LAYOUTS, PathSensors, SensorPath, named_paths
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
@@ -19,7 +20,11 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, path_names
 from soft_gripper.sensors.strain_errors import StrainErrors
 
 MakeSensor = Callable[[SensorLayout, float], System]
-SENSORS: dict[str, type[MeasurementModel]] = {"strain": SensorLayout}
+SENSORS: dict[str, type[MeasurementModel]] = {
+    "strain": SensorLayout,
+    "curvature": CurvatureSensors,
+    "orientation": OrientationSensors,
+}
 
 
 def find_sensor(name: str) -> type[MeasurementModel] | MakeSensor:

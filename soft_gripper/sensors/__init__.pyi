@@ -4,6 +4,8 @@ from .base_pose import BasePoseSensor as BasePoseSensor
 from .base_pose import FixedBasePose as FixedBasePose
 from .error_block import ErrorBlock as ErrorBlock
 from .error_block import ErrorModel as ErrorModel
+from .link_sensors import CurvatureSensors as CurvatureSensors
+from .link_sensors import OrientationSensors as OrientationSensors
 from .measurement import LinearReadings as LinearReadings
 from .measurement import MeasurementModel as MeasurementModel
 from .observability import Observed as Observed

@@ -30,6 +30,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_document
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import AXES
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
 UNKNOWN = 1e6  # variance of a value that is not measured, in the square of its unit
@@ -102,8 +103,8 @@ class MeasurementModel(ABC):
 
     @cached_property
     def straight(self) -> Array:
-        """Joint angles of the straight finger, (D,) rad."""
-        return np.zeros(self.matrix.shape[-1])
+        """Joint positions of the straight finger, (D,)."""
+        return np.zeros(len(self.ways) * self.finger.segments)
 
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
@@ -192,3 +193,8 @@ class MeasurementModel(ABC):
         """Relative position of each joint within its section, 0 to 1, (N,)."""
         begin = self.section_ends[self.joint_sections] * self.finger.segment_length
         return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
+
+
+def ways_in_space(finger: Finger) -> tuple[str, ...]:
+    """All ways in which a finger yields, bending first."""
+    return ("bending", *(way for way in AXES if way in finger.yields and way != "bending"))

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
 
@@ -47,19 +46,21 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
         layout: sensors and finger.
         noise: standard deviation of every reading, in the unit of what is measured.
     """
-    finger, ways, S = layout.finger, layout.ways, layout.sections
-    shared = (layout.joint_sections == np.arange(S)[:, None]) / layout.joints_per_section[:, None]  # (S, N)
-    seen = layout.slopes(layout.straight) @ np.kron(np.eye(len(ways)), shared.T)
-    prior = np.concatenate([_prior(layout, way) for way in ways])
+    prior, S = weak_prior(layout), layout.sections
+    seen = layout.slopes(layout.straight) @ shared_equally(layout)
     std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
-    found = dict(zip(ways, np.where(std < _SEEN * prior, std, np.inf).reshape(-1, S), strict=True))
-    return [Observed(way, found.get(way, np.full(S, np.inf))) for way in _ways(finger)]
+    found = dict(zip(layout.ways, np.where(std < _SEEN * prior, std, np.inf).reshape(-1, S), strict=True))
+    ways = [way for way in _PRIOR if way in layout.finger.yields]
+    return [Observed(way, found.get(way, np.full(S, np.inf))) for way in ways]
 
 
-def _prior(layout: MeasurementModel, way: str) -> Array:
-    """Standard deviations of a way in all sections, (S,)."""
-    return _PRIOR[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections))
+def shared_equally(layout: MeasurementModel) -> Array:
+    """From what sections do as a whole, way after way, to the joints that share it, (D, W S)."""
+    of_section = layout.joint_sections[:, None] == np.arange(layout.sections)
+    return np.kron(np.eye(len(layout.ways)), of_section / layout.joints_per_section)
 
 
-def _ways(finger: Finger) -> list[str]:
-    return [way for way in _PRIOR if way in finger.yields]
+def weak_prior(layout: MeasurementModel) -> Array:
+    """Standard deviations of what sections do as a whole, way after way, before anything is read, (W S,)."""
+    each = [_PRIOR[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections)) for way in layout.ways]
+    return np.concatenate(each)

@@ -22,10 +22,9 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_parts import AXES
 from soft_gripper.fingers.paths import Path, PathsOnChain, length_gradients, lengths_on_segments
 from soft_gripper.quantity import quantity
-from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.measurement import MeasurementModel, ways_in_space
 
 STEEPEST = 1e3  # slope of strands; 1 is 45 degrees
 
@@ -107,10 +106,9 @@ class PathSensors(MeasurementModel):
     def axes(self) -> Mapping[str, Sequence[Any]]:
         return {"path": self.path_names, "section": range(self.sections)}
 
-    @property
+    @cached_property
     def ways(self) -> tuple[str, ...]:
-        others = [way for way in AXES if way in self.finger.yields and way != "bending"]
-        return ("bending", *others)
+        return ways_in_space(self.finger)
 
     @cached_property
     def matrix(self) -> Array:
@@ -120,10 +118,6 @@ class PathSensors(MeasurementModel):
     @cached_property
     def sensitivity(self) -> Array:
         return 1 / (1 + self._slant)[None, :]
-
-    @cached_property
-    def straight(self) -> Array:
-        return np.zeros(len(self.ways) * self.finger.segments)
 
     def predict(self, q: Array) -> Array:
         """Strains at joint positions, (..., D) -> (..., R)."""
@@ -145,7 +139,8 @@ class PathSensors(MeasurementModel):
 
     def by_way(self, q: Array) -> dict[str, Array]:
         """Joint positions, (..., D), by the way in which they yield, (..., N) each."""
-        return dict(zip(self.ways, np.split(q, len(self.ways), axis=-1), strict=True))
+        N = self.finger.segments
+        return {way: q[..., i * N : (i + 1) * N] for i, way in enumerate(self.ways)}
 
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""

@@ -8,7 +8,7 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.gaussian import TIP_SHARE, GaussianShape, torque_covariance
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, spatial_function
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, SPATIAL_FUNCTIONS, spatial_function
 from soft_gripper.estimators.spatial_estimator import Places
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
@@ -201,7 +201,7 @@ def test_a_reading_that_is_lost_is_left_out(spatial):
     assert (tip < 0.7, twist < 0.7) == (True, True)
 
 
-@pytest.mark.parametrize("name", [name for name in SHAPE_FUNCTIONS if name != "gaussian"])
+@pytest.mark.parametrize("name", [name for name in SHAPE_FUNCTIONS if name not in SPATIAL_FUNCTIONS])
 def test_estimators_of_the_plane_say_so(spatial, name):
     with pytest.raises(InputError) as error:
         spatial_function(name, sensors(spatial), Uncertainty())

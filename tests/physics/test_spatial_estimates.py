@@ -25,7 +25,8 @@ FORCE = 0.3  # N
 
 
 def in_space(layout):
-    return ["record.live=true", "estimator.type=gaussian", f"sensor.layout={layout}", "sensor.sections=2"]
+    return ["record.live=true", "estimator.type=gaussian", "estimator.alongside=[constant_curvature]",
+            f"sensor.layout={layout}", "sensor.sections=2"]  # fmt: skip
 
 
 def pushed_sideways(pressure, overrides):
@@ -83,7 +84,9 @@ def test_tip_errors_of_fingers_in_space_are_those_that_are_printed():
     planar = np.array([found[kind] for kind in SHAPE_FUNCTIONS])
     assert np.all(planar >= np.array(found["of this, out of the plane"]) - 1e-6)
     for layout in LAYOUTS:
-        found[f"gaussian` with `{layout}"] = [run(in_space(layout))["gaussian"] for run in runs]
+        columns = [run(in_space(layout)) for run in runs]
+        found[f"gaussian` with `{layout}"] = [column["gaussian"] for column in columns]
+    found[f"constant_curvature` with `{LAYOUTS[-1]}"] = [column["constant_curvature"] for column in columns]
     for row, values in found.items():
         print(f"| {row} | " + " | ".join(f"{value:.2f}" for value in values) + " |")
     table = printed()
