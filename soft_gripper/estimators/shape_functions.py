@@ -53,6 +53,6 @@ def spatial_function(name: str, layout: MeasurementModel, uncertainty: Uncertain
     """
     if name not in SPATIAL_FUNCTIONS:
         known = ", ".join(SPATIAL_FUNCTIONS)
-        expected = f"knows the bending plane alone: choose {known} for a finger in space, or sensor.layout: sides"
+        expected = f"knows the bending plane alone: choose {known} for sensors that see a finger in space"
         raise InputError("estimator", "type", name, expected)
     return SPATIAL_FUNCTIONS[name](layout, uncertainty)

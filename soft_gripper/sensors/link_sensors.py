@@ -20,20 +20,16 @@ from scipy.spatial.transform import Rotation
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.spatial_chain import Posture, posture, spatial_chain
-from soft_gripper.sensors.measurement import MeasurementModel, ways_in_space
+from soft_gripper.sensors.measurement import SpatialSensors
 from soft_gripper.signals import XYZ
 
 _STRAIGHT = 1e-4  # rad, below which a series stands for the factor of [r]^2
 
 
-class CurvatureSensors(MeasurementModel):
+class CurvatureSensors(SpatialSensors):
     """Curvatures and twist in the middles of the sections; readings run way after way, then from base to tip."""
 
     quantity, unit = "curvature", "rad/m"
-
-    @cached_property
-    def ways(self) -> tuple[str, ...]:
-        return ways_in_space(self.finger)
 
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
@@ -49,14 +45,10 @@ class CurvatureSensors(MeasurementModel):
         return np.kron(np.eye(len(self.ways))[turning], at_middles)
 
 
-class OrientationSensors(MeasurementModel):
+class OrientationSensors(SpatialSensors):
     """Orientations of the ends of the sections; readings run from base to tip, in space x, y and z of each."""
 
     quantity, unit = "orientation", "rad"
-
-    @cached_property
-    def ways(self) -> tuple[str, ...]:
-        return ways_in_space(self.finger)
 
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:

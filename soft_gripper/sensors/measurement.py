@@ -195,6 +195,10 @@ class MeasurementModel(ABC):
         return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
 
 
-def ways_in_space(finger: Finger) -> tuple[str, ...]:
-    """All ways in which a finger yields, bending first."""
-    return ("bending", *(way for way in AXES if way in finger.yields and way != "bending"))
+@dataclass(frozen=True)
+class SpatialSensors(MeasurementModel):
+    """Sensors that see every way in which their finger yields."""
+
+    @cached_property
+    def ways(self) -> tuple[str, ...]:
+        return ("bending", *(way for way in AXES if way in self.finger.yields and way != "bending"))

@@ -24,7 +24,7 @@ from soft_gripper.files.document import check_config
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.paths import Path, PathsOnChain, length_gradients, lengths_on_segments
 from soft_gripper.quantity import quantity
-from soft_gripper.sensors.measurement import MeasurementModel, ways_in_space
+from soft_gripper.sensors.measurement import SpatialSensors
 
 STEEPEST = 1e3  # slope of strands; 1 is 45 degrees
 
@@ -73,7 +73,7 @@ def named_paths(layout: str, finger: Finger) -> tuple[SensorPath, ...]:
 
 
 @dataclass(frozen=True)
-class PathSensors(MeasurementModel):
+class PathSensors(SpatialSensors):
     """Strain sensors in series along any paths, one on each path and section; a value is the strain of a reading.
 
     Readings run path after path and from the base to the tip. They depend on all ways in which the finger yields.
@@ -105,10 +105,6 @@ class PathSensors(MeasurementModel):
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
         return {"path": self.path_names, "section": range(self.sections)}
-
-    @cached_property
-    def ways(self) -> tuple[str, ...]:
-        return ways_in_space(self.finger)
 
     @cached_property
     def matrix(self) -> Array:

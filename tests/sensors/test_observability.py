@@ -1,10 +1,13 @@
-"""Which ways of a finger sensors fix, and how well: against a published kind of table, and dense least squares."""
+"""Which ways of a finger sensors fix, and how well: a table of layouts, and least squares."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from soft_gripper.commands.run import observed
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.observability import observability
@@ -42,6 +45,17 @@ def test_standard_deviations_are_those_of_what_least_squares_finds(shipped_finge
     fitted = noise @ np.linalg.pinv(layout.slopes(layout.straight) @ equally).T
     found = observability(layout, 1e-4)
     np.testing.assert_allclose(fitted.std(axis=0), [each.std[0] for each in found], rtol=0.05)
+
+
+def test_a_run_says_what_is_seen_of_fingers_in_space_and_nothing_of_others():
+    in_space = [f"models.{side}_finger.fingers.all.yields=bending sideways twist" for side in ("left", "right")]
+    assert observed(make_station(load_scenario("free_bending", []))) == []
+    (line,) = observed(make_station(load_scenario("free_bending", in_space)))
+    assert line.startswith("note: sensors of left_finger, right_finger fix, of a section, bending to 0.0")
+    assert line.endswith(" degrees, sideways not at all, twist not at all")
+    faces = ["sensor.layout=four_faces_and_diagonal", "sensor.errors.preset=realistic", "estimator.type=gaussian"]
+    (line,) = observed(make_station(load_scenario("free_bending", [*in_space, *faces])))
+    assert "not at all" not in line
 
 
 def test_two_readings_on_one_face_do_not_tell_a_bend_from_a_stretch(shipped_finger):
