@@ -446,15 +446,17 @@ def phase_spans(recording: Recording, phases: Sequence[Phase]) -> list[Span]:
 
 FRAMES = (
     "SI units. W: the world. B: base of a finger, +z along the straight finger, +x toward the object; positive joint"
-    " angles close it. joint_positions and tip_pose are in B, joint_positions_world, contact_center and the rows of"
-    " X_WB in W. A {object}.pose is its first link in W, a quaternion w x y z and a position; a contact_wrench acts on"
-    " it about its origin, in W. An external torque is positive if it closes the finger and belongs to two samples"
-    " before, or to the current sample if the estimator itself gives it (constant_curvature); external_torque_error is"
-    " the difference from the true torque two samples before. true_external_torque belongs to the current sample."
-    " A true_contact_force acts across the finger, positive on the inner side; true_contact_arc_length is its location,"
-    " from the base, and true_contact_side the direction from which it presses, around the finger: 0 on the inner side,"
-    " pi/2 on the side toward +y. true_contact_force_world is the sum of all contact forces on the finger, friction"
-    " included, in W. true_sideways_torque and true_twist_torque are external torques about x and z at the joints."
+    " angles close it. joint_positions and tip_pose are in B, of an estimate in space as seen in the bending plane;"
+    " estimated_joint_positions and estimated_tip_position are in B, joint_positions_world, contact_center and the"
+    " rows of X_WB in W. A {object}.pose is its first link in W, a quaternion w x y z and a position; a contact_wrench"
+    " acts on it about its origin, in W. An external torque is positive if it closes the finger and belongs to two"
+    " samples before, or to the current sample if the estimator itself gives it (constant_curvature);"
+    " external_torque_error is the difference from the true torque two samples before. true_external_torque belongs to"
+    " the current sample. A true_contact_force acts across the finger, positive on the inner side;"
+    " true_contact_arc_length is its location, from the base, and true_contact_side the direction from which it"
+    " presses, around the finger: 0 on the inner side, pi/2 on the side toward +y. true_contact_force_world is the sum"
+    " of all contact forces on the finger, friction included, in W. true_sideways_torque and true_twist_torque are"
+    " external torques about x and z at the joints."
 )
 
 

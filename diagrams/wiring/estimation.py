@@ -7,10 +7,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, find_estimator, make_block, name_of
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque
+from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque, driving_port
 from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
 from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
 from soft_gripper.fingers.finger import Finger
@@ -86,7 +86,8 @@ def shape_wires(estimator: System, finger: Finger, period: float) -> NamedWires:
     """
     shape, wires = FingerShape(finger), NamedWires()
     _check(estimator, finger.segments, shape)
-    wires.add(DRIVING_TORQUE, DrivingTorque(finger, period), later={ANGLES})
+    others = [way for way in finger.driven_ways if way != "bending" and driving_port(way) in inputs(estimator)]
+    wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, others), later={ANGLES})
     wires.add("estimator", estimator)
     if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
         wires.add("shape", shape)

@@ -30,7 +30,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.recursive import RecursiveEstimator, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
-from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
+from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, spatial_function
+from soft_gripper.estimators.spatial_estimator import SpatialEstimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.own_functions import find_named, made
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -60,6 +61,8 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
     """A block around an estimator that is a function of arrays."""
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System:
+        if layout.ways != ("bending",):
+            return SpatialEstimator(spatial_function(kind, layout, uncertainty), layout, gravity)
         function = SHAPE_FUNCTIONS[kind](layout, uncertainty, period)
         if isinstance(function, RecursiveShape):
             return RecursiveEstimator(function, gravity)

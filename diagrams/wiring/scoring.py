@@ -10,7 +10,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
 from soft_gripper.diagrams.wiring.named_blocks import find_estimator, make_block
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, inputs, vector_outputs
-from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
+from soft_gripper.estimators.driving_torque import driving_port
+from soft_gripper.estimators.spatial_estimator import TIP
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import DELAY
@@ -42,8 +43,8 @@ class FingerScoring(Diagram):
     The true torque is delayed, because the estimated one belongs to earlier samples, see `ForceEstimator`.
     """
 
-    def __init__(self, finger: Finger, period: float):
-        """`finger` is the simulated finger; `period` is the sampling period, s."""
+    def __init__(self, finger: Finger, period: float, in_space: bool = False):
+        """`finger` is the simulated finger; `period` of samples, s; `in_space`: whether it is estimated there."""
         super().__init__()
         joints = finger.segments
         wires = NamedWires()
@@ -52,7 +53,7 @@ class FingerScoring(Diagram):
         for name, source, unit in sampled:
             hold = Hold(period, joints, unit=unit, joint=range(joints))
             wires.add(name, hold, {"u": source, "y": name})
-        wires.add("pose_error", PoseError(joints))
+        wires.add("pose_error", PoseError(joints, in_space))
         delay = Hold(period, joints, DELAY, unit="N m", joint=range(joints))
         wires.add("delay", delay, {"u": "contact_torque", "y": _DELAYED})
         names = {"estimate": "external_torque", "truth": _DELAYED, "difference": "external_torque_error"}
@@ -79,7 +80,7 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
         contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(way)))
         builder.Connect(forces, contact.get_input_port())
         sources[name] = contact.get_output_port()
-    scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period))
+    scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period, TIP in known))
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
     signals = vector_outputs(scoring)
@@ -144,7 +145,8 @@ class AlongsideEstimation(Diagram):
         """
         super().__init__()
         wires = shape_wires(estimator, finger, period)
-        del wires.outputs[DRIVING_TORQUE]
+        for way in ("bending", *finger.driven_ways):  # as the driving torque of the estimate that the run uses
+            wires.outputs.pop(driving_port(way), None)
         wires.build_into(self)
 
 
@@ -183,7 +185,8 @@ def add_alongside(
             connect_known(builder, estimation, estimation_inputs(known), "estimator")
         found = vector_outputs(estimation)
         if TRUE_JOINTS in known:
-            scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", PoseError(finger.finger.segments))
+            errors = PoseError(finger.finger.segments, TIP in found)
+            scoring = builder.AddNamedSystem(f"{finger.name}.{kind}.scoring", errors)
             connect_known(builder, scoring, {**known, **found}, "score")
             found |= vector_outputs(scoring)
         signals |= {f"{kind}.{name}": port for name, port in found.items()}

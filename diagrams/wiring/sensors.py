@@ -7,6 +7,7 @@ from pydrake.systems.primitives import MatrixGain, RandomSource
 from soft_gripper.diagrams.wiring.named_blocks import make_block, name_of
 from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_known, vector_outputs
 from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.own_functions import seen_from
 from soft_gripper.scenario.schema import SensorConfig
@@ -14,7 +15,7 @@ from soft_gripper.scenario.sensor_presets import MakeSensor, find_sensor, is_kin
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.sensors.sensor_block import Hold, SensorBlock
+from soft_gripper.sensors.sensor_block import Hold, SensorBlock, joints_port
 from soft_gripper.sensors.strain_errors import ReadingErrorBlock
 from soft_gripper.signals import describe
 
@@ -83,11 +84,11 @@ def _add_errors(wires: NamedWires, name: str, block: ErrorBlock, period: float) 
     wires.add(name, block, {"standard_normal": random})
 
 
-def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
-    """Adds `{finger}.joint_angles`; returns the joint angles of a finger, (N) rad."""
-    selector = builder.AddNamedSystem(f"{finger.name}.joint_angles", MatrixGain(finger.position_selector()))
+def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger, way: str = "bending") -> OutputPort:
+    """Adds `{finger}.joint_angles`, or what else `joints_port` names; returns it, (N) rad, or m where joints slide."""
+    selector = builder.AddNamedSystem(f"{finger.name}.{joints_port(way)}", MatrixGain(finger.position_selector(way)))
     builder.Connect(finger.plant.get_state_output_port(), selector.get_input_port())
-    return describe(selector.get_output_port(), "rad", joint=range(finger.finger.segments))
+    return describe(selector.get_output_port(), "m" if way in SLIDES else "rad", joint=range(finger.finger.segments))
 
 
 def add_base_pose(builder: DiagramBuilder, finger: PlantFinger, period: float) -> OutputPort:
@@ -134,7 +135,7 @@ def add_sensors(
         _check(sensor, layout, config)
         X_WB = add_base_pose(builder, finger, config.period)
         possible = {
-            "joint_angles": add_joint_angles(builder, finger),
+            **{joints_port(way): add_joint_angles(builder, finger, way) for way in layout.ways},
             "pressure": pressure,
             "tension": tension,
             "X_WB": X_WB,

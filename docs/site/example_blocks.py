@@ -21,6 +21,7 @@ _SCENARIOS = {
     "tip_distance_steps": [],
     "three_chambers": [],
     "tendon_grasp": [],
+    "turned_box_grasp": ["estimator.type=gaussian", "sensor.layout=four_faces_and_diagonal"],
 }
 _CREEPING = "package://soft_gripper/recordings/pneumatic_segment.urdf"
 

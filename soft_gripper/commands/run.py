@@ -28,8 +28,11 @@ from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.runs.trials.trial import judged
+from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
+from soft_gripper.scenario.sensor_presets import SENSORS, uncertainty
+from soft_gripper.sensors.observability import observability
 
 
 def run(options: argparse.Namespace) -> int:
@@ -54,6 +57,8 @@ def _simulated(
 ) -> Recording:
     """Runs a station and writes everything requested."""
     console, scenario = options.console, station.scenario
+    for line in observed(station):
+        print(line, file=sys.stderr)
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
     written = [out / file for file in _write(out, name, station, recording, console)]
@@ -66,6 +71,20 @@ def _simulated(
         written.append(options.video)
     console.wrote(*written)
     return recording
+
+
+def observed(station: Station) -> list[str]:
+    """What the sensors of fingers that leave their plane observe of a section of them, and what they do not."""
+    scenario = station.scenario
+    found: dict[tuple[str, ...], list[str]] = {}
+    for finger in station.fingers:
+        if len(finger.finger.yields) > 1 and station.parts.sensor in SENSORS:
+            noise = uncertainty(scenario.estimator, scenario.sensor).any_reading
+            layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
+            found.setdefault(tuple(map(str, observability(layout, noise))), []).append(finger.name)
+    return [
+        f"note: sensors of {', '.join(names)} fix, of a section, {', '.join(seen)}" for seen, names in found.items()
+    ]
 
 
 def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:

@@ -25,6 +25,10 @@ from .recursive import RecursiveEstimator as RecursiveEstimator
 from .recursive import RecursiveShape as RecursiveShape
 from .shape_estimator import ShapeEstimator as ShapeEstimator
 from .shape_functions import SHAPE_FUNCTIONS as SHAPE_FUNCTIONS
+from .shape_functions import SPATIAL_FUNCTIONS as SPATIAL_FUNCTIONS
+from .spatial_curvature import SpatialCurvatureShape as SpatialCurvatureShape
+from .spatial_estimator import SpatialEstimator as SpatialEstimator
+from .spatial_gaussian import SpatialGaussianShape as SpatialGaussianShape
 from .uncertainty import Uncertainty as Uncertainty
 from .uncertainty import position_std as position_std
 from .uncertainty import uncertainty_of as uncertainty_of

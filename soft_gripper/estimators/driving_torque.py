@@ -10,6 +10,8 @@ that fails for a few samples leaves no trace, and a finger that is not seen is t
 Leading axes are free; T samples, B branches of creep, N joints.
 """
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
@@ -18,8 +20,16 @@ from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import SLIDES
 
 DRIVING_TORQUE = "driving_torque"
+
+
+def driving_port(way: str) -> str:
+    """Name of the port with the driving torque of the joints that yield in one way."""
+    return DRIVING_TORQUE if way == "bending" else f"{way}_{DRIVING_TORQUE}"
+
+
 _SETTLED = 1e-7  # N m, convergence tolerance of a driving torque
 
 
@@ -93,13 +103,14 @@ class DrivingTorque(ArrayBlock):
         tension (T) N --------------------> | DrivingTorque | ---> driving_torque  (N) N m, positive closes
         estimated_joint_angles (N) rad ---> +---------------+
 
+    and the torques of `others`, such as `sideways_driving_torque` (N) N m, where an estimator in space takes them.
     C chambers and T tendons, if there are any; of tendons without friction. Only a finger that creeps has its estimated
     joint angles for an input, and state. They act from the next sample on, so they may be estimated from this very
     torque. Give it inputs that are sampled together every `period` s, from time 0, in discrete state.
     """
 
-    def __init__(self, finger: Finger, period: float):
-        """The nominal finger; it begins straight."""
+    def __init__(self, finger: Finger, period: float, others: Sequence[str] = ()):
+        """The nominal finger; it begins straight. `others` are further ways in which it is driven, beside bending."""
         super().__init__(period if finger.creep else None)
         joints, sizes = finger.segments, {"pressure": finger.pressures, "tension": len(finger.tendons)}
         driving = [kind for kind, size in sizes.items() if size]
@@ -114,6 +125,13 @@ class DrivingTorque(ArrayBlock):
                 return by_effort
             return by_effort + memory_torque(finger, found[-1], _softening_pressure(finger, pressure))
 
+        def of(way: str) -> Callable[..., Array]:
+            def torque(*found: Array) -> Array:
+                efforts = dict(zip(driving, found, strict=True))
+                return finger.torque_of_drive(way, efforts.get("pressure", np.zeros(0)), efforts.get("tension"))
+
+            return torque
+
         if finger.creep:
             self.take(ANGLES, joints)
             softens = driving[:1] if finger.pressure_law is not None else []
@@ -127,6 +145,10 @@ class DrivingTorque(ArrayBlock):
             )
         sources = [*driving, "internal angles"] if finger.creep else driving
         self.put_out(DRIVING_TORQUE, torque, *sources, unit="N m", joint=range(joints))
+        for way in others:
+            self.put_out(
+                driving_port(way), of(way), *driving, unit="N" if way in SLIDES else "N m", joint=range(joints)
+            )
 
 
 def _softening_pressure(finger: Finger, *pressure: Array) -> Array | float:

@@ -47,6 +47,13 @@ class ShapeEstimate(NamedTuple):
         return curve.points
 
 
+class SpatialShape(NamedTuple):
+    """The estimated shape of a finger in space: its joints way after way (`MeasurementModel.ways`), D in all."""
+
+    q: Array  # (..., D) rad, and m where joints slide
+    covariance: Array  # (..., D, D)
+
+
 class ShapeFunction(Protocol):
     """An estimator: from readings, driving torque and gravity to the shape."""
 

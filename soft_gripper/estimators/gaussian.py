@@ -129,11 +129,11 @@ def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Arra
     """The gain G, (..., N, S), and the posterior covariance, (..., N, N), after measuring  z = A q + noise .
 
     Args:
-        A: (S, N).
+        A: (..., S, N).
         covariance: P, of the joint angles before, (..., N, N).
         variance: of the noise, (..., S).
     """
     seen = A @ covariance
-    read = seen @ A.T + variance[..., None] * np.eye(len(A))
+    read = seen @ np.swapaxes(A, -1, -2) + variance[..., None] * np.eye(A.shape[-2])
     gain = np.swapaxes(np.linalg.solve(read, seen), -1, -2)
     return gain, covariance - gain @ seen

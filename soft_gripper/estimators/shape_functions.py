@@ -4,13 +4,18 @@ One block holds any of these functions; `arcs` and `recursive`, which have more 
 their own. Evaluation, contact trials and placement call the functions on recordings.
 """
 
+from collections.abc import Callable
 from typing import Protocol
 
+from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_shapes import ArcShape, ConstantCurvatureShape
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
+from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
+from soft_gripper.estimators.spatial_estimator import SpatialFunction
+from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
 from soft_gripper.estimators.spline import SplineShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -33,3 +38,21 @@ SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
         strain_sensors(layout, "estimator constant_curvature")
     ),
 }
+
+SPATIAL_FUNCTIONS: dict[str, Callable[[MeasurementModel, Uncertainty], SpatialFunction]] = {
+    "gaussian": SpatialGaussianShape,
+    "constant_curvature": SpatialCurvatureShape,
+}
+
+
+def spatial_function(name: str, layout: MeasurementModel, uncertainty: Uncertainty) -> SpatialFunction:
+    """An estimator of the shape in space, of the nominal sensors and of a finger that leaves its plane.
+
+    Raises:
+        InputError: if the estimator knows the bending plane alone.
+    """
+    if name not in SPATIAL_FUNCTIONS:
+        known = ", ".join(SPATIAL_FUNCTIONS)
+        expected = f"knows the bending plane alone: choose {known} for sensors that see a finger in space"
+        raise InputError("estimator", "type", name, expected)
+    return SPATIAL_FUNCTIONS[name](layout, uncertainty)

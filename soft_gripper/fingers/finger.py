@@ -123,7 +123,7 @@ class Finger:
             kind = "chamber" if isinstance(path, Chamber) else "tendon"
             if names.count(path.name) > 1:
                 yield f"{kind}.name", path.name, "appears more than once"
-            yield from ((f"{kind}.{field}", value, expected) for field, value, expected in self._beyond(path))
+            yield from ((f"{kind}.{field}", value, expected) for field, value, expected in self.beyond(path))
         if self.chambers and max(float(section.chamber_area) for section in self.cross_sections) > 0:
             yield "chamber", names[0], "leave out chamber_width and chamber_thickness of the sections, or <chamber>"
         if len(self.chambers) > 1 and self.pressure_law is not None and self.creep:
@@ -138,8 +138,8 @@ class Finger:
             if any(_meet(one, other) for i, one in enumerate(holes) for other in holes[:i]):
                 yield "chamber.x", [float(hole.x) for hole in holes], f"chambers overlap at {1e3 * s:.3g} mm"
 
-    def _beyond(self, path: Path) -> Iterator[Misfit]:
-        """Where a path, or the chamber along it, leaves the section."""
+    def beyond(self, path: Path) -> Iterator[Misfit]:
+        """Where a path, or the chamber along it, leaves the section: the first misfit, of the path's own fields."""
         for s in self._stations(path):
             section, (x, y) = self.section(s), (float(path.along(name, s, self.length)) for name in "xy")
             w, t = (float(path.along(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0 for n in _WIDTHS)
@@ -204,7 +204,8 @@ class Finger:
             found.append(Hole(there * numbers["width"], there * numbers["thickness"], numbers["x"], numbers["y"]))
         return tuple(found)
 
-    def _on_chain(self, paths: Sequence[Path]) -> PathsOnChain:
+    def on_chain(self, paths: Sequence[Path]) -> PathsOnChain:
+        """Paths of this finger, at the segments of its chain."""
         ends = np.arange(self.segments + 1) * self.segment_length
         return paths_on_chain(paths, np.asarray(self.section(ends).neutral_axis), self.segment_length)
 
@@ -337,12 +338,12 @@ class Finger:
     @cached_property
     def chamber_paths(self) -> PathsOnChain:
         """Of the chambers that are listed."""
-        return self._on_chain(self.chambers)
+        return self.on_chain(self.chambers)
 
     @cached_property
     def tendon_paths(self) -> PathsOnChain:
         """Of the tendons."""
-        return self._on_chain(self.tendons)
+        return self.on_chain(self.tendons)
 
     @cached_property
     def pressure_gain(self) -> Array:
@@ -368,15 +369,20 @@ class Finger:
         return self.bending_torque(np.asarray(pressure)[..., None])
 
     def bending_torque(self, pressures: Array, tensions: Array | None = None) -> Array:
-        """Bending torque of all that drives the straight finger, (..., N) N m, positive closes.
+        """Bending torque of all that drives the straight finger, (..., N) N m, positive closes."""
+        return self.torque_of_drive("bending", pressures, tensions)
+
+    def torque_of_drive(self, way: str, pressures: Array, tensions: Array | None = None) -> Array:
+        """Torque of all that drives the straight finger, at the joints that yield in one way, (..., N) N m, or N.
 
         Args:
+            way: one of those of the finger.
             pressures: in the chambers, (..., C) Pa.
             tensions: of the tendons, (..., T) N; None: there are none.
         """
         effective = self.effective_pressure(pressures)
-        torque: Array = (effective[..., None] * self.pressure_gains["bending"]).sum(axis=-2)
-        return torque if tensions is None else torque + tensions @ self.tension_gains["bending"]
+        torque: Array = (effective[..., None] * self.pressure_gains[way]).sum(axis=-2)
+        return torque if tensions is None else torque + tensions @ self.tension_gains[way]
 
     def effective_pressure(self, pressure: Array | float) -> Array:
         """With which the chamber law gives the bend, (...) Pa -> (...) Pa."""

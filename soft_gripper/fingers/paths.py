@@ -155,10 +155,15 @@ def _changes(paths: PathsOnChain, q: Joints) -> tuple[Array, Array, Array]:
     return a, b, c
 
 
+def lengths_on_segments(paths: PathsOnChain, q: Joints) -> Array:
+    """Lengths of paths on every segment, (..., P, N) m, where joints stand at `q`."""
+    a, b, c = _changes(paths, q)
+    return np.asarray(paths.covered * np.sqrt(a**2 + b**2 + c**2))
+
+
 def path_lengths(paths: PathsOnChain, q: Joints) -> Array:
     """Lengths of paths, (..., P) m, where joints stand at `q`."""
-    a, b, c = _changes(paths, q)
-    return np.asarray((paths.covered * np.sqrt(a**2 + b**2 + c**2)).sum(axis=-1))
+    return np.asarray(lengths_on_segments(paths, q).sum(axis=-1))
 
 
 def length_gradients(paths: PathsOnChain, q: Joints) -> dict[str, Array]:

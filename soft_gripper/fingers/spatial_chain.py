@@ -7,6 +7,8 @@ in its plane.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +24,8 @@ _MOST_ITERATIONS = 100
 _STILL = 1e-11  # rad, and m: the last change of a shape in balance
 
 
-class SpatialChain(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class SpatialChain:
     """N equal segments with joints in their middles, J in all; a finger, or any rod."""
 
     ways: tuple[str, ...]  # (J) in which the joints yield, see `finger_parts.AXES`, from the base to the tip
@@ -39,17 +42,27 @@ class SpatialChain(NamedTuple):
             segment_length,
         )
 
-    @property
+    @cached_property
     def axes(self) -> Array:
         """(J, 3), each in the frame of the link before."""
         return np.array([AXES[way] for way in self.ways])
 
-    @property
+    @cached_property
+    def across(self) -> Array:
+        """Matrices of the products  axis x  , (J, 3, 3)."""
+        return np.cross(self.axes[:, None], -np.eye(3))
+
+    @cached_property
+    def twice_across(self) -> Array:
+        """Their squares."""
+        return self.across @ self.across
+
+    @cached_property
     def turns(self) -> NDArray[np.bool_]:
         """Which joints turn, (J,); the others slide."""
         return np.array([way not in SLIDES for way in self.ways])
 
-    @property
+    @cached_property
     def heights(self) -> Array:
         """Of the joints along the links before them, (J,) m."""
         is_first = np.diff(self.segments, prepend=-1) > 0
@@ -65,6 +78,11 @@ class SpatialChain(NamedTuple):
         """Joint positions (..., J) by the way in which the joints yield, (..., N) each."""
         ways = np.array(self.ways)
         return {way: q[..., ways == way] for way in dict.fromkeys(self.ways)}
+
+    def places(self, ways: Sequence[str]) -> NDArray[np.int_]:
+        """Of its joints among those that are counted way after way, (J,)."""
+        of_ways = np.array([ways.index(way) for way in self.ways])
+        return of_ways * (len(self.ways) // len(ways)) + self.segments
 
     def beyond(self, link: NDArray[np.int_]) -> NDArray[np.int_]:
         """How many joints lie before links, (...) numbers from 0 at the base to N."""
@@ -86,21 +104,27 @@ class Posture(NamedTuple):
 
 def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
-    across = np.cross(chain.axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
-    angle = np.where(chain.turns, q, 0.0)[..., None, None]
-    turns = np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
-    slides = np.where(chain.turns, 0.0, q)[..., None] * chain.axes
-    R, p = np.broadcast_to(np.eye(3), (*q.shape[:-1], 3, 3)), np.zeros((*q.shape[:-1], 3))
-    rotations, origins, screws = [R], [p], []
-    for j, (axis, height, turning) in enumerate(zip(chain.axes, chain.heights, chain.turns, strict=True)):
-        p = p + height * R[..., 2]
-        along = R @ axis
-        screws.append(np.concatenate([along, np.cross(p, along)] if turning else [0 * along, along], axis=-1))
-        p = p + (R @ slides[..., j, :, None])[..., 0]
-        R = R @ turns[..., j, :, :]
-        rotations.append(R)
-        origins.append(p)
-    return Posture(np.stack(rotations, axis=-3), np.stack(origins, axis=-2), np.stack(screws, axis=-2))
+    axes, turning = chain.axes, chain.turns.astype(float)
+    angle = (q * turning)[..., None, None]
+    turns = np.eye(3) + np.sin(angle) * chain.across + (1 - np.cos(angle)) * chain.twice_across
+    rotations = np.empty((*q.shape[:-1], len(axes) + 1, 3, 3))
+    rotations[..., 0, :, :] = R = np.eye(3)
+    for j in range(len(axes)):
+        rotations[..., j + 1, :, :] = R = R @ turns[..., j, :, :]
+    before = rotations[..., :-1, :, :]
+    along = (before @ axes[:, :, None])[..., 0]
+    origins, slid = np.zeros((*q.shape[:-1], len(axes) + 1, 3)), (q * (1 - turning))[..., None] * along
+    links = chain.heights[:, None] * before[..., 2]
+    np.cumsum(links + slid, axis=-2, out=origins[..., 1:, :])
+    turn = turning[:, None] * along
+    moving = vector_product(origins[..., 1:, :] - slid, turn) + (1 - turning)[:, None] * along
+    return Posture(rotations, origins, np.concatenate([turn, moving], axis=-1))
+
+
+def vector_product(a: Array, b: Array) -> Array:
+    """a x b, (..., 3); a few times as fast as numpy's."""
+    after, before = [1, 2, 0], [2, 0, 1]
+    return np.asarray(a[..., after] * b[..., before] - a[..., before] * b[..., after])
 
 
 class Loads(NamedTuple):

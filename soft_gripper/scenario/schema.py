@@ -22,6 +22,7 @@ from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
 from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.shipped import PRESETS
+from soft_gripper.sensors.path_sensors import LAYOUTS, STEEPEST
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import StrainErrors
 
@@ -268,10 +269,23 @@ class TaskConfig(ByValue):
 
 
 @dataclass
+class SensorPathConfig:
+    """A strain sensor along a path of the finger; what is given once holds for the whole path."""
+
+    name: str = quantity("", is_name=True)
+    x: list[float] = quantity([0.0], "m", filled=True)  # from the middle of the section, toward the inner side
+    y: list[float] = quantity([0.0], "m", filled=True)  # across the finger
+    at: list[float] = quantity([0.0, 1.0], least=0, most=1, filled=True)  # stations, as shares of the length
+    # Slopes of short strands side by side along the path, dx/ds and dy/ds against it; 1 is 45 degrees.
+    x_slope: float = quantity(0.0, least=-STEEPEST, most=STEEPEST)
+    y_slope: float = quantity(0.0, least=-STEEPEST, most=STEEPEST)
+
+
+@dataclass
 class DeadSensorConfig:
     """A dead strain sensor."""
 
-    path: str = quantity("outer", known=("inner", "outer"))
+    path: str = "outer"  # one of the names of the paths
     section: int = quantity(0, least=0)  # from the base
 
 
@@ -314,15 +328,26 @@ class StrainErrorsConfig:
 class SensorConfig:
     """The sensors of every finger."""
 
-    type: str = "strain"  # or "module:function", "module:Class" of your own, see diagrams/wiring/named_blocks.py
+    # "strain", "curvature", "orientation", or "module:function", "module:Class" of your own, see
+    # diagrams/wiring/named_blocks.py.
+    type: str = "strain"
     sections: int = quantity(4, least=1)  # sensors in series along each path
     borders: list[float] | None = None  # section boundaries, as fractions of the length; None: equal sections
     period: float = quantity(0.01, "s", above=0)  # between samples, of the sensors and of every log
-    one_sided: bool = False  # only the outer path is measured; the inner side is inextensible
+    # Where strain is measured: on the two "sides" in the bending plane, or on more, see docs/sensors.md.
+    layout: str = quantity("sides", known=("sides", *LAYOUTS))
+    paths: list[SensorPathConfig] = field(default_factory=list)  # any paths, instead of a layout
+    one_sided: bool = False  # of the sides, only the outer path is measured; the inner side is inextensible
     response: list[list[float]] | None = None  # [extension ratio, reading] points; None: the reading is the strain
     errors: StrainErrorsConfig | None = None  # of the strain sensors; None: ideal sensors
     pressure_errors: PressureErrors | None = None  # of the pressure sensor; None: an ideal sensor
     seed: int = quantity(0, least=0)  # of all random numbers of the sensors
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.paths and self.layout != "sides":
+            yield "layout", self.layout, "leave it out: the paths are listed"
+        if self.one_sided and (self.paths or self.layout != "sides"):
+            yield "one_sided", True, "leave it out: only the layout of two sides has one"
 
 
 @dataclass

@@ -11,14 +11,20 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.own_functions import find_named, made
-from soft_gripper.scenario.schema import DeadSensorConfig, EstimatorConfig, SensorConfig, presets
+from soft_gripper.scenario.schema import DeadSensorConfig, EstimatorConfig, SensorConfig, SensorPathConfig, presets
+from soft_gripper.sensors.link_sensors import CurvatureSensors, OrientationSensors
 from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.path_sensors import LAYOUTS, PathSensors, SensorPath, named_paths
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, path_names
 from soft_gripper.sensors.strain_errors import StrainErrors
 
 MakeSensor = Callable[[SensorLayout, float], System]
-SENSORS: dict[str, type[MeasurementModel]] = {"strain": SensorLayout}
+SENSORS: dict[str, type[MeasurementModel]] = {
+    "strain": SensorLayout,
+    "curvature": CurvatureSensors,
+    "orientation": OrientationSensors,
+}
 
 
 def find_sensor(name: str) -> type[MeasurementModel] | MakeSensor:
@@ -47,13 +53,31 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
     borders = None if config.borders is None else tuple(config.borders)
     found = find_sensor(config.type)
     kind = found if is_kind(found) else SensorLayout
-    has_sides = issubclass(kind, SensorLayout)
-    if config.one_sided and not has_sides:
-        raise InputError("sensor", "one_sided", config.one_sided, f"{config.type} has no sides; leave it out")
     options: dict[str, Any] = {"response": ResponseCurve(points), "borders": borders}
-    options |= {"one_sided": config.one_sided} if has_sides else {}
+    if not issubclass(kind, SensorLayout):
+        for name, default in (("one_sided", False), ("layout", "sides"), ("paths", [])):
+            if (value := getattr(config, name)) != default:
+                raise InputError("sensor", name, value, f"{config.type} has no paths; leave it out")
+    elif config.paths:
+        kind, options["paths"] = PathSensors, tuple(map(_path, config.paths))
+    elif config.layout != "sides":
+        kind, options["paths"] = PathSensors, named_paths(config.layout, finger)
+    else:
+        options["one_sided"] = config.one_sided
     layout: MeasurementModel = made("sensor.type", config.type, partial(kind, **options), finger, config.sections)
     return layout
+
+
+def _path(config: SensorPathConfig) -> SensorPath:
+    stations = {name: tuple(getattr(config, name)) for name in ("x", "y", "at")}
+    return SensorPath(config.name, **stations, x_slope=config.x_slope, y_slope=config.y_slope)
+
+
+def _path_names(config: SensorConfig) -> tuple[str, ...]:
+    """Names of the paths that a scenario puts on a finger, in the order of the readings."""
+    if config.paths:
+        return tuple(path.name for path in config.paths)
+    return path_names(config.one_sided) if config.layout == "sides" else LAYOUTS[config.layout]
 
 
 def strain_errors(sensor: SensorConfig) -> StrainErrors | None:
@@ -87,7 +111,7 @@ def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty
 
 def _reading(sensor: SensorConfig, i: int, dead: DeadSensorConfig) -> int:
     """The index of the reading of a dead sensor."""
-    paths = path_names(sensor.one_sided)
+    paths = _path_names(sensor)
     if dead.path not in paths:
         raise InputError("sensor.errors", f"dead[{i}].path", dead.path, f"must be one of {', '.join(paths)}")
     if not 0 <= dead.section < sensor.sections:

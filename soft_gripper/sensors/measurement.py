@@ -13,7 +13,8 @@ straight finger y = c z, with the sensitivities c, so that the Jacobian of h is 
 over those that read anything.
 
 Everything is pure and takes arrays whose leading axes are free, so that a block calls it for one sample and an
-evaluation once for a whole recording; q is flat, (..., D). R readings, S values.
+evaluation once for a whole recording. The positions q of the joints are flat, (..., D): way after way in which the
+sensors see them yield, bending first, and N from the base to the tip in each. R readings, S values.
 """
 
 from abc import ABC, abstractmethod
@@ -29,6 +30,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_document
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import AXES
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 
 UNKNOWN = 1e6  # variance of a value that is not measured, in the square of its unit
@@ -76,8 +78,9 @@ class MeasurementModel(ABC):
             )
             raise InputError("sensor", "borders", self.borders, expected)
         shape = np.shape(self.matrix)
-        if len(shape) != 2 or shape[0] < 1 or shape[1] != segments or not np.isfinite(self.matrix).all():
-            expected = f"give finite numbers, a row for each value and {segments} columns"
+        columns = segments * len(self.ways)
+        if len(shape) != 2 or shape[0] < 1 or shape[1] != columns or not np.isfinite(self.matrix).all():
+            expected = f"give finite numbers, a row for each value and {columns} columns"
             raise InputError("sensor", f"matrix of {type(self).__name__}", shape, expected)
         if isinstance(self.response, CalibratedResponse) and len(self.response.gains) != self.readings:
             expected = f"the layout has {self.readings} readings"
@@ -88,6 +91,11 @@ class MeasurementModel(ABC):
     def matrix(self) -> Array:
         """A, from joint angles to the measured values, (S, D)."""
 
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """In which ways of the joints the readings depend, see `finger_parts.AXES`; bending comes first."""
+        return ("bending",)
+
     @cached_property
     def sensitivity(self) -> Array:
         """Derivative of each measured quantity with respect to its value, at the straight finger, (R / S, S)."""
@@ -95,8 +103,8 @@ class MeasurementModel(ABC):
 
     @cached_property
     def straight(self) -> Array:
-        """Joint angles of the straight finger, (D,) rad."""
-        return np.zeros(self.matrix.shape[-1])
+        """Joint positions of the straight finger, (D,)."""
+        return np.zeros(len(self.ways) * self.finger.segments)
 
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
@@ -116,6 +124,10 @@ class MeasurementModel(ABC):
     def predict(self, q: Array) -> Array:
         """The measured quantity, h(q): (..., D) -> (..., R)."""
         return q @ self.jacobian.T
+
+    def slopes(self, q: Array) -> Array:
+        """Jacobian of h at q, (..., D) -> (R, D), or (..., R, D) where it changes."""
+        return self.jacobian
 
     def inverse(self, measured: Array) -> Array:
         """The value implied by each reading alone, (..., R / S, S), from its quantity y, of the same shape."""
@@ -181,3 +193,12 @@ class MeasurementModel(ABC):
         """Relative position of each joint within its section, 0 to 1, (N,)."""
         begin = self.section_ends[self.joint_sections] * self.finger.segment_length
         return (self.finger.joint_arc_lengths - begin) / self.rest_lengths[self.joint_sections]
+
+
+@dataclass(frozen=True)
+class SpatialSensors(MeasurementModel):
+    """Sensors that see every way in which their finger yields."""
+
+    @cached_property
+    def ways(self) -> tuple[str, ...]:
+        return ("bending", *(way for way in AXES if way in self.finger.yields and way != "bending"))

@@ -7,7 +7,13 @@ import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
+
+
+def joints_port(way: str) -> str:
+    """Name of the port with the positions of the joints that yield in one way."""
+    return "joint_angles" if way == "bending" else f"{way}_lengths" if way in SLIDES else f"{way}_angles"
 
 
 class SensorBlock(ArrayBlock):
@@ -20,15 +26,20 @@ class SensorBlock(ArrayBlock):
                                   +-------------+                           or whatever they measure
 
     Readings of strain sensors run path after path (inner, outer; only outer when one-sided), from the base to the tip.
+    Of a finger that leaves its plane, sensors on paths also take `sideways_angles` and `twist_angles` (N) rad and
+    `stretch_lengths` (N) m, as far as it yields so.
     The outputs hold their values between samples.
     """
 
     def __init__(self, layout: MeasurementModel, period: float):
         """Samples the sensors every `period` s, beginning at initialization."""
         super().__init__(period)
-        self.take("joint_angles", layout.finger.segments)
-        self.sample("sampled", "joint_angles")
-        self.derive("signals", layout.signals, "sampled")
+        ports = [joints_port(way) for way in layout.ways]
+        for port in ports:
+            self.take(port, layout.finger.segments)
+            self.sample(f"sampled_{port}", port)
+        sampled = [f"sampled_{port}" for port in ports]
+        self.derive("signals", lambda *ways: layout.signals(np.concatenate(ways, axis=-1)), *sampled)
         for name in layout.signals(layout.straight):
             self.put_out(name, _entry(name), "signals", unit=layout.unit, **layout.axes)
 

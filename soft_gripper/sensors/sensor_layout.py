@@ -99,7 +99,7 @@ def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
     """
     if isinstance(layout, SensorLayout):
         return layout
-    raise InputError(where, "sensor.type", layout.quantity, "works with strain sensors along the sections only")
+    raise InputError(where, "sensor.type", layout.quantity, "works with strain sensors on the two sides only")
 
 
 def path_names(one_sided: bool) -> tuple[str, ...]:

@@ -183,17 +183,29 @@ class PoseError(ArrayBlock):
         true_tip_position (3) m in B --------> | PoseError | ---> pose_error       (1) m
         joint_positions (N x 2) m in B ------> |           | ---> fingertip_error  (1) m
         tip_pose (3) x, z, heading in B -----> +-----------+
+
+    Of an estimate in space it takes `estimated_joint_positions` (N x 3) and `estimated_tip_position` (3) instead.
     """
 
-    def __init__(self, segments: int):
-        """`joints` is the number of joints, N."""
+    def __init__(self, segments: int, in_space: bool = False):
+        """`segments` is the number of joints, N; `in_space`: whether the shape is estimated there."""
         super().__init__()
         self.take(TRUE_JOINTS, segments * 3)
         self.take(TRUE_TIP, 3)
+        if in_space:
+            self.take("estimated_joint_positions", segments * 3)
+            self.take("estimated_tip_position", 3)
+            self.put_out("pose_error", _error_in_space, TRUE_JOINTS, "estimated_joint_positions", unit="m")
+            self.put_out("fingertip_error", fingertip_error, TRUE_TIP, "estimated_tip_position", unit="m")
+            return
         self.take("joint_positions", segments * 2)
         self.take("tip_pose", 3)
         self.put_out("pose_error", _pose_error, TRUE_JOINTS, "joint_positions", unit="m")
         self.put_out("fingertip_error", _tip_error, TRUE_TIP, "tip_pose", unit="m")
+
+
+def _error_in_space(true: Array, joints: Array) -> Array:
+    return pose_error(*(each.reshape(*each.shape[:-1], -1, 3) for each in (true, joints)))
 
 
 def _pose_error(true: Array, joints: Array) -> Array:

@@ -23,7 +23,7 @@ def test_the_classes_are_those_of_a_scenario():
 def test_a_row_has_type_default_values_and_meaning():
     row = "| `period` | `float` | `0.01` | s, above 0 | between samples, of the sensors and of every log |"
     assert row in SECTIONS["SensorConfig"]
-    assert "| `path` | `str` | `'outer'` | inner or outer |" in SECTIONS["DeadSensorConfig"]
+    assert "| `command` | `str` | `'tension'` | tension or pull |" in SECTIONS["TendonConfig"]
     assert "[`list[PhaseConfig]`](#phaseconfig)" in SECTIONS["TaskConfig"]
     assert "changes of its &lt;finger>s, by name" in SECTIONS["ModelConfig"]
     assert "| `time_step` | `0.01` | s, at least 0 |" in SECTIONS["MultibodyPlantConfig"]

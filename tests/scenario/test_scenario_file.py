@@ -188,8 +188,8 @@ def test_one_of_everything_sets_every_field():
     default = Scenario(arm=ArmConfig(), task=TaskConfig(), sensor=sensor, estimator=estimator)
     scenario = load_scenario(EVERYTHING)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
-    beside_torque = {"control.force_limit"}
-    expected = set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact - beside_torque
+    beside_torque, beside_one_side = {"control.force_limit"}, {"sensor.layout", "sensor.paths"}
+    expected = set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact - beside_torque - beside_one_side
     assert changed(scenario, default) == expected
     of_surfaces = {"self_contact"}  # which this scenario, with contact at points, does not have
     for parts, default in ((scenario.models, ModelConfig()), (scenario.task.phases, PhaseConfig())):

@@ -87,6 +87,11 @@ def test_arcs_may_stand_beside_too(alone):
         np.testing.assert_array_equal(found, expected)
 
 
+def test_what_it_learns_of_the_drive_is_kept_and_what_it_is_given_is_not():
+    found = signals_of(run_of("estimator.alongside=[recursive]"), "left_finger", "recursive")
+    assert [name for name in found if name.endswith("driving_torque")] == ["effective_driving_torque"]
+
+
 def test_a_recording_with_them_is_kept_and_read(recording, tmp_path):
     """Whatever characters the name of a user's function has."""
     recording.save(tmp_path / "run.nc")

@@ -15,7 +15,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 
 def test_names_of_the_project(shipped_finger):
     layout = SensorLayout(shipped_finger, 3)
-    assert list(SENSORS) == ["strain"]
+    assert list(SENSORS) == ["strain", "curvature", "orientation"]
     assert find_sensor("strain") is SensorLayout
     assert isinstance(find_estimator("gaussian")(layout, [0, 0, -9.81], 0.01), ShapeEstimator)
 
@@ -39,7 +39,7 @@ def test_what_is_installed_comes_before_the_current_folder(monkeypatch, tmp_path
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
-        ("strane", 'known: strain; or give "module:function" of your own'),
+        ("strane", 'known: strain, curvature, orientation; or give "module:function" of your own'),
         ("", "known: strain"),
         (":make", "known: strain"),
         ("own_blocks:", "known: strain"),

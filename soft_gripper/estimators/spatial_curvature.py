@@ -1,0 +1,52 @@
+"""Piecewise constant curvature in space: the estimator `constant_curvature` of a finger that leaves its plane.
+
+Every section bends in both planes, twists and stretches equally along itself: one rotation vector, shared by its
+joints. Nothing else is assumed than that it is weakly known before anything is read (`sensors.observability`), which
+matters only for what the readings leave open: they say little of twist, unless a path is slanted.
+
+Leading axes are free; S sections, D joints.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.estimate import SpatialShape
+from soft_gripper.estimators.gaussian import condition
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
+from soft_gripper.sensors.observability import shared_equally, weak_prior
+
+_PASSES = 3  # of Newton's method
+
+
+@dataclass(frozen=True)
+class SpatialCurvatureShape:
+    """The estimator `constant_curvature` of one finger whose sensors see it leave its plane."""
+
+    layout: MeasurementModel
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
+        """The joint positions, and their covariance within what is assumed; driving torque and gravity are ignored."""
+        layout, shared = self.layout, self._shared
+        measured = layout.measured(readings)
+        read, sections = np.isfinite(measured), np.zeros((*readings.shape[:-1], shared.shape[-1]))
+        variance = np.where(read, self.uncertainty.any_reading**2, UNKNOWN)
+        for _ in range(_PASSES):
+            q = sections @ shared.T
+            seen = layout.slopes(q) @ shared
+            gain, covariance = condition(seen, self._prior, variance)
+            left = np.where(read, measured - layout.predict(q), 0.0) + (seen @ sections[..., None])[..., 0]
+            sections = (gain @ left[..., None])[..., 0]
+        return SpatialShape(sections @ shared.T, shared @ covariance @ shared.T)
+
+    @cached_property
+    def _shared(self) -> Array:
+        return shared_equally(self.layout)
+
+    @cached_property
+    def _prior(self) -> Array:
+        return np.diag(weak_prior(self.layout) ** 2)

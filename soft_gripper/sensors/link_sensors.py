@@ -1,0 +1,99 @@
+"""Sensors of curvature, such as gratings in a fibre, and of orientation, such as inertial ones, one of them a section.
+
+A sensor of curvature lies on the neutral axis in the middle of a section, and reads how much the finger turns there per
+length, in every way in which it turns. One of orientation lies at the end of a section, and reads the rotation vector
+from the base: in the plane its angle, in space about x, y and z of B. With the angle theta of the vector r, a turn w
+about axes of B changes it by (Barfoot, *State Estimation for Robotics*, 7.1)
+
+    (I - [r] / 2 + (1 / theta^2 - (1 + cos(theta)) / (2 theta sin(theta))) [r]^2) w .
+
+Orientations are told apart up to half a turn.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger_parts import SLIDES
+from soft_gripper.fingers.spatial_chain import Posture, posture, spatial_chain
+from soft_gripper.sensors.measurement import SpatialSensors
+from soft_gripper.signals import XYZ
+
+_STRAIGHT = 1e-4  # rad, below which a series stands for the factor of [r]^2
+
+
+class CurvatureSensors(SpatialSensors):
+    """Curvatures and twist in the middles of the sections; readings run way after way, then from base to tip."""
+
+    quantity, unit = "curvature", "rad/m"
+
+    @property
+    def axes(self) -> Mapping[str, Sequence[Any]]:
+        sections = {"section": range(self.sections)}
+        turning = [way for way in self.ways if way not in SLIDES]
+        return sections if len(turning) == 1 else {"way": turning, **sections}
+
+    @cached_property
+    def matrix(self) -> Array:
+        middles = (self.section_ends[:-1] + self.section_ends[1:]) // 2
+        at_middles = np.eye(self.finger.segments)[middles] / self.finger.segment_length
+        turning = [way not in SLIDES for way in self.ways]
+        return np.kron(np.eye(len(self.ways))[turning], at_middles)
+
+
+class OrientationSensors(SpatialSensors):
+    """Orientations of the ends of the sections; readings run from base to tip, in space x, y and z of each."""
+
+    quantity, unit = "orientation", "rad"
+
+    @property
+    def axes(self) -> Mapping[str, Sequence[Any]]:
+        sections = {"section": range(self.sections)}
+        return sections if len(self.ways) == 1 else {**sections, "xyz": XYZ}
+
+    @cached_property
+    def matrix(self) -> Array:
+        return self.slopes(self.straight)
+
+    def predict(self, q: Array) -> Array:
+        """Rotation vectors of the ends of the sections, (..., D) -> (..., R) rad."""
+        vectors = self._vectors(posture(self._chain, q[..., self._in_chain]))
+        return vectors[..., 1] if len(self.ways) == 1 else vectors.reshape(*q.shape[:-1], -1)
+
+    def slopes(self, q: Array) -> Array:
+        at = posture(self._chain, q[..., self._in_chain])
+        r = self._vectors(at)[..., None, :]  # (..., S, 1, 3)
+        axes = np.where(self._turns[..., None], at.screws[..., None, :, :3], 0.0)
+        by_axis = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
+        moved = by_axis[..., np.argsort(self._in_chain), :]
+        if len(self.ways) == 1:
+            return np.asarray(moved[..., 1])
+        return np.asarray(np.swapaxes(moved, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
+
+    def _vectors(self, at: Posture) -> Array:
+        R = at.rotations[..., self._chain.beyond(self.section_ends[1:]), :, :]
+        return np.asarray(Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec().reshape(R.shape[:-1]))
+
+    @cached_property
+    def _chain(self) -> Any:
+        return spatial_chain(self.finger)
+
+    @cached_property
+    def _in_chain(self) -> Any:
+        return self._chain.places(self.ways)
+
+    @cached_property
+    def _turns(self) -> Any:
+        """Which joints of the chain lie before the end of a section, (S, J)."""
+        return self._chain.segments < self.section_ends[1:, None]
+
+
+def _factor(r: Array) -> Array:
+    """Of [r]^2, (..., 1)."""
+    theta = np.linalg.norm(r, axis=-1, keepdims=True)
+    safe = np.maximum(theta, _STRAIGHT)
+    return np.asarray(np.where(theta < _STRAIGHT, 1 / 12, 1 / safe**2 - (1 + np.cos(safe)) / (2 * safe * np.sin(safe))))

@@ -1,0 +1,66 @@
+"""What sensors observe of a finger: before anything is read, how well they fix each of its ways to yield.
+
+A section is described by how far it bends, turns sideways, twists and stretches as a whole, each shared equally by its
+joints. With a weak prior of variances P and readings of independent noise sigma, which change by A with these numbers
+about the straight finger,
+
+    covariance = (P^-1 + A^T A / sigma^2)^-1 .
+
+A way counts as observed where that makes its standard deviation much smaller than that of the prior.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger_parts import SLIDES
+from soft_gripper.sensors.measurement import MeasurementModel
+
+_PRIOR = {"bending": 1.0, "sideways": 0.5, "twist": 0.5, "stretch": 0.1}  # rad, and m over the length of a section
+_SEEN = 0.15  # of the prior's standard deviation
+
+
+@dataclass(frozen=True)
+class Observed:
+    """How well one way to yield is observed."""
+
+    way: str
+    std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
+
+    @property
+    def is_seen(self) -> bool:
+        """In every section."""
+        return bool(np.isfinite(self.std).all())
+
+    def __str__(self) -> str:
+        worst = float(self.std.max())
+        size = f"{1e3 * worst:.2g} mm" if self.way in SLIDES else f"{np.degrees(worst):.2g} degrees"
+        return f"{self.way} to {size}" if self.is_seen else f"{self.way} not at all"
+
+
+def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
+    """How well sensors on a straight finger fix every way in which it yields.
+
+    Args:
+        layout: sensors and finger.
+        noise: standard deviation of every reading, in the unit of what is measured.
+    """
+    prior, S = weak_prior(layout), layout.sections
+    seen = layout.slopes(layout.straight) @ shared_equally(layout)
+    std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
+    found = dict(zip(layout.ways, np.where(std < _SEEN * prior, std, np.inf).reshape(-1, S), strict=True))
+    ways = [way for way in _PRIOR if way in layout.finger.yields]
+    return [Observed(way, found.get(way, np.full(S, np.inf))) for way in ways]
+
+
+def shared_equally(layout: MeasurementModel) -> Array:
+    """From what sections do as a whole, way after way, to the joints that share it, (D, W S)."""
+    of_section = layout.joint_sections[:, None] == np.arange(layout.sections)
+    return np.kron(np.eye(len(layout.ways)), of_section / layout.joints_per_section)
+
+
+def weak_prior(layout: MeasurementModel) -> Array:
+    """Standard deviations of what sections do as a whole, way after way, before anything is read, (W S,)."""
+    each = [_PRIOR[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections)) for way in layout.ways]
+    return np.concatenate(each)

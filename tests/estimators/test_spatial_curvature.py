@@ -1,0 +1,65 @@
+"""Piecewise constant curvature in space: exact where sections are such, with the uncertainty of what is not seen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
+from soft_gripper.estimators.spatial_estimator import Places
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.scenario.schema import SensorConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout
+from soft_gripper.sensors.observability import observability, shared_equally
+
+WAYS = ("bending", "sideways", "twist")
+SECTIONS = np.array([0.6, 0.4, 0.2, -0.1, 0.15, 0.05])  # rad: bends, sideways, twist; two sections
+
+
+@pytest.fixture
+def spatial(shipped_finger):
+    return replace(shipped_finger, yields=WAYS)
+
+
+def estimate(layout, readings, **assumed):
+    return SpatialCurvatureShape(layout, Uncertainty(**assumed))(readings, np.zeros(36), np.zeros(3))
+
+
+@pytest.mark.parametrize("name", ["four_faces_and_diagonal", "outer_pair_and_diagonals"])
+def test_sections_that_bend_equally_are_found(spatial, name):
+    layout = sensor_layout(spatial, SensorConfig(layout=name, sections=2))
+    q = shared_equally(layout) @ SECTIONS
+    found = estimate(layout, layout.read(np.stack([q, 0.5 * q, 0 * q])))
+    np.testing.assert_allclose(found.q, [q, 0.5 * q, 0 * q], atol=2e-6)
+
+
+def test_the_tip_converges_to_that_of_the_exponential_of_a_rotation_vector(spatial):
+    """p = l (I + (1 - cos w) / w^2 [w] + (w - sin w) / w^3 [w]^2) e_z , with the square of the segment length."""
+    turn, length = np.array([0.2, 0.9, 0.5]), spatial.length
+    w, across = np.linalg.norm(turn), np.cross(turn, np.eye(3)).T
+    series = np.eye(3) + (1 - np.cos(w)) / w**2 * across + (w - np.sin(w)) / w**3 * across @ across
+    errors = []
+    for segments in (12, 24):
+        finger = replace(spatial, segments=segments)
+        q = np.repeat([turn[1], turn[0], turn[2]], segments) / segments
+        errors.append(np.linalg.norm(Places(finger, WAYS)(q)[0][-1] - length * series[:, 2]))
+    assert errors[1] < 3e-5
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)
+
+
+def test_standard_deviations_are_those_that_were_promised(spatial):
+    layout = sensor_layout(spatial, SensorConfig(layout="four_faces_and_diagonal", sections=2))
+    found = estimate(layout, layout.read(np.zeros(36)), reading=1e-3)
+    promised = np.concatenate([each.std for each in observability(layout, 1e-3)])
+    sums = 6 * shared_equally(layout).T
+    np.testing.assert_allclose(np.sqrt(np.diag(sums @ found.covariance @ sums.T)), promised, rtol=1e-6)
+
+
+def test_what_is_not_seen_is_uncertain(spatial):
+    layout = sensor_layout(spatial, SensorConfig(layout="four_faces", sections=1))
+    found = estimate(layout, layout.read(np.zeros(36)))
+    twist = np.sqrt(found.covariance[24:, 24:].sum())
+    assert twist == pytest.approx(0.5, rel=0.01)
+    lost = layout.read(np.zeros(36))
+    lost[:] = np.nan
+    assert np.isfinite(estimate(layout, lost).q).all()

@@ -1,0 +1,153 @@
+"""Strain sensors along paths: what they read of a rod in space, layouts by name, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import refused
+from scipy.linalg import expm
+
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
+from soft_gripper.fingers.finger_parts import YIELDS
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import DeadSensorConfig, SensorConfig, SensorPathConfig, StrainErrorsConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout, strain_errors
+from soft_gripper.sensors.measurement import UNKNOWN
+from soft_gripper.sensors.path_sensors import LAYOUTS, PathSensors, SensorPath
+from soft_gripper.sensors.sensor_layout import SensorLayout
+
+WAYS = ("bending", "sideways", "twist")
+
+
+@pytest.fixture
+def spatial(shipped_finger):
+    return replace(shipped_finger, yields=WAYS)
+
+
+def sensors(finger, *paths, sections=2, **fields):
+    return PathSensors(finger, sections, paths=paths, **fields)
+
+
+def positions(layout, **strains):
+    """Joint positions of equal strains along the finger, by way."""
+    finger = layout.finger
+    return np.repeat([strains.get(way, 0.0) for way in layout.ways], finger.segments) * finger.segment_length
+
+
+def test_a_band_reads_how_much_a_strand_of_a_rod_is_stretched(spatial):
+    """Ends of a strand of 0.1 mm on a rod of constant strains, whose sections are where the matrix exponential says."""
+    uniform = replace(spatial, tip=spatial.base, yields=tuple(YIELDS))
+    at, slope, strains = (-7e-3, 4e-3), 0.8, {"bending": 9.0, "sideways": 4.0, "twist": 3.0, "stretch": 0.02}
+    layout = sensors(uniform, SensorPath("band", (at[0],), (at[1],), y_slope=slope))
+    x = at[0] - float(uniform.base.neutral_axis)
+
+    def place(s, y):
+        turn = np.array([strains["sideways"], strains["bending"], strains["twist"]])
+        rate = np.zeros((4, 4))
+        rate[:3, :3], rate[2, 3] = np.cross(turn, np.eye(3)).T, 1 + strains["stretch"]
+        return (expm(s * rate) @ [x, y, 0, 1])[:3]
+
+    half = 5e-5
+    ends = [place(0.05 + side * half, at[1] + side * half * slope) for side in (-1, 1)]
+    expected = np.linalg.norm(ends[1] - ends[0]) / (2 * half * np.hypot(1, slope))
+    found = layout.ratios(positions(layout, **strains))
+    np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("sections", [1, 3])
+def test_slopes_are_the_derivatives_of_what_is_read(spatial, bent, name, sections):
+    layout = sensor_layout(spatial, SensorConfig(layout=name, sections=sections))
+    q, step = 0.1 * bent(2, 36), 1e-6
+    differences = [(layout.predict(q + dq) - layout.predict(q - dq)) / (2 * step) for dq in step * np.eye(36)]
+    np.testing.assert_allclose(layout.slopes(q), np.stack(differences, axis=-1), atol=1e-8)
+    np.testing.assert_allclose(layout.jacobian, layout.slopes(layout.straight), atol=1e-15)
+
+
+def test_a_straight_path_sees_twist_to_second_order_and_a_slanted_one_to_first(spatial):
+    layout = sensor_layout(spatial, SensorConfig(layout="four_faces_and_diagonal", sections=1))
+    inner, outer, left, right, rising = layout.predict(positions(layout, twist=np.radians(10) / 0.12))
+    assert max(inner, left, right) < outer < 5e-4
+    assert rising == pytest.approx(-0.0127, rel=0.05)  # 17.7 mm off the axis
+
+
+def test_a_helix_sees_twist_of_either_sign(spatial):
+    """Round the finger, up every face in turn at 45 degrees."""
+    corners = np.array([[8.5, 8.5], [-8.5, 8.5], [-8.5, -8.5], [8.5, -8.5]]).repeat(2, axis=0)[1:-1] / 1e3
+    ends = np.cumsum([0, 17e-3, 17e-3, 17e-3]) / 0.12
+    helix = SensorPath("helix", *(tuple(corners[[0, 2, 4, 5], i]) for i in (0, 1)), tuple(ends))
+    layout = sensors(spatial, helix, sections=1)
+    one, other = (layout.predict(positions(layout, twist=side))[0] for side in (1.0, -1.0))
+    assert other < -1e-3 < 1e-3 < one
+
+
+def test_a_finger_that_stays_in_its_plane_is_read_as_by_its_two_sides(shipped_finger, bent):
+    """Both measure the same bends; the chord of a segment differs from its arc to second order."""
+    sides = SensorLayout(shipped_finger, 2)
+    layout = sensors(shipped_finger, *(SensorPath(name, (x,), (0.0,)) for name, x in (("a", 8.5e-3), ("b", -8.5e-3))))
+    assert layout.ways == ("bending",)
+    q = 0.1 * bent(4, 12)
+    np.testing.assert_allclose(layout.read(q), sides.read(q), atol=5e-4)
+
+
+def test_values_are_exact_where_a_section_bends_equally(shipped_finger):
+    """Slanted strands are not linear in the bend, but what is taken from their readings is."""
+    finger = replace(shipped_finger, tip=shipped_finger.base)
+    layout = sensors(finger, SensorPath("band", (-8e-3,), (0.0,), y_slope=1.0))
+    q = positions(layout, bending=15.0)
+    found = layout.linear(layout.read(q), 1e-3)
+    np.testing.assert_allclose(found.values, layout.matrix @ q, rtol=1e-12)
+    np.testing.assert_allclose(found.variance, (2 * 1e-3) ** 2)
+    lost = layout.linear(np.array([np.nan, 0.0]), 1e-3)
+    assert (lost.values[0], lost.variance[0]) == (0, UNKNOWN)
+
+
+def test_a_scenario_lists_paths(spatial):
+    config = SensorConfig(sections=2, paths=[SensorPathConfig("edge", [-8e-3], [5e-3, -5e-3], [0.1, 0.9], y_slope=0.5)])
+    layout = sensor_layout(spatial, config)
+    assert layout.paths == (SensorPath("edge", (-8e-3,), (5e-3, -5e-3), (0.1, 0.9), y_slope=0.5),)
+    assert layout.axes == {"path": ("edge",), "section": range(2)}
+
+
+@pytest.mark.parametrize(
+    ("path", "field"),
+    [
+        (SensorPath("p", (0.011,), (0.0,)), "paths.p.x"),
+        (SensorPath("p", (0.0,), (0.0, -0.011)), "paths.p.y"),
+        (SensorPath("p", (0.0,), (0.0,), (0.0, 0.4)), "paths.p.at"),
+    ],
+)
+def test_paths_that_cannot_be_read_are_refused(spatial, path, field):
+    with pytest.raises(InputError) as error:
+        sensors(spatial, path)
+    assert error.value.field == field
+
+
+def test_names_are_different(spatial):
+    path = SensorPath("p", (0.0,), (0.0,))
+    for paths in ((), (path, path)):
+        with pytest.raises(InputError) as error:
+            sensors(spatial, *paths)
+        assert error.value.field == "paths"
+
+
+@pytest.mark.parametrize(
+    ("override", "field"),
+    [
+        (["sensor.layout=five_faces"], "sensor.layout"),
+        (["sensor.layout=four_faces", "sensor.one_sided=true"], "sensor.one_sided"),
+        (["sensor.layout=four_faces", "sensor.paths=[{name: p}]"], "sensor.layout"),
+        (["sensor.layout=four_faces", "sensor.errors.dead=[{path: above}]"], "sensor.errors.dead[0].path"),
+        (["sensor.paths=[{name: p, at: [0.5, 0.2]}]"], "at"),
+        (["sensor.paths=[{name: p, y_slope: 1e4}]"], "sensor.paths[0].y_slope"),
+    ],
+)
+def test_scenarios_that_contradict_themselves_are_refused(override, field):
+    with refused(field):
+        make_station(load_scenario("free_bending", override))
+
+
+def test_a_dead_sensor_is_named_by_its_path():
+    errors = StrainErrorsConfig(dead=[DeadSensorConfig("rising", 1)])
+    assert strain_errors(SensorConfig(layout="four_faces_and_diagonal", sections=2, errors=errors)).dead == (9,)
