@@ -49,9 +49,17 @@ def print_poses(rows: Sequence[PoseRow]) -> None:
     """Prints a line for each steady state, with its pressure or, unless all fingers have one chamber, its number."""
     has_pressures = all(map(math.isfinite, (row.pressure_kpa for row in rows)))
     columns = {"finger": ""} | ({"pressure [kPa]": ".1f"} if has_pressures else {"step": "d"})
-    columns |= {"bend [degrees]": ".2f", "pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
+    turns = {"bend [degrees]": attrgetter("bend_angle_deg")}
+    if any(row.sideways_angle_deg or row.twist_angle_deg for row in rows):
+        turns["sideways [degrees]"] = attrgetter("sideways_angle_deg")
+        turns["twist [degrees]"] = attrgetter("twist_angle_deg")
+    columns |= dict.fromkeys(turns, ".2f") | {"pose error [mm]": ".3f", "fingertip error [mm]": ".3f"}
     cells = [
-        (r.finger, r.pressure_kpa if has_pressures else step, r.bend_angle_deg, r.pose_error_mm, r.tip_error_mm)
+        (
+            *(r.finger, r.pressure_kpa if has_pressures else step),
+            *(turn(r) for turn in turns.values()),
+            *(r.pose_error_mm, r.tip_error_mm),
+        )
         for _, of_finger in groupby(rows, attrgetter("finger"))
         for step, r in enumerate(of_finger, 1)
     ]

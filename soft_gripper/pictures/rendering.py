@@ -198,12 +198,16 @@ SUN_INTENSITY = 0.25
 SUN_DISTANCE = 8.0  # in radii of the lit region
 _CONE = 12.0  # degrees, half angle of its light cone
 _WHITE = [1.0, 1.0, 1.0]
+_UNTURNED, _TO_THE_RIGHT = RotationMatrix(), RotationMatrix.MakeZRotation(np.pi / 2)
 
 
-def make_renderer() -> RenderEngine:
-    """A renderer for fingers without an arm: lights on all sides, a white background, and ambient occlusion."""
+def make_renderer(turn: RotationMatrix = _UNTURNED, light: float = 1.0) -> RenderEngine:
+    """A renderer for fingers without an arm: lights on all sides, a white background, and ambient occlusion.
+
+    The lights turn with the viewer; `light` is a factor on their intensities.
+    """
     shading = SsaoParameter(radius=0.03, bias=0.01, sample_count=16, blur=True)
-    lamps = [_lamp(np.array(position), intensity) for position, intensity in LAMPS]
+    lamps = [_lamp(turn @ np.array(position), light * intensity) for position, intensity in LAMPS]
     return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=_WHITE, lights=lamps, ssao=shading))
 
 
@@ -243,7 +247,8 @@ class SceneRenderer:
     """Renders a recording of a scenario with one camera that covers the whole motion.
 
     If `torque_limit`, N m, is given, the links of the fingers are coloured by the true external torque on a
-    scale that ends there; otherwise, they have the colours of the model.
+    scale that ends there; otherwise, they have the colours of the model. With `aside` the viewer stands farther round
+    to the right, by a quarter turn, with the lights. `light` is a factor on the lights of a scene without an arm.
     """
 
     def __init__(
@@ -253,6 +258,8 @@ class SceneRenderer:
         height: int = 900,
         width: int | None = None,
         torque_limit: float | None = None,
+        aside: bool = False,
+        light: float = 1.0,
     ):
         self.scene = scene = RecordedScene(scenario, recording)
         self._torque_limit = torque_limit
@@ -260,9 +267,10 @@ class SceneRenderer:
         corners = np.concatenate([scene.framed_corners(time) for time in times])
         # Framing an object that has fallen far away would make everything else too small.
         corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST]
-        self.direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)
+        turn = _TO_THE_RIGHT if aside else _UNTURNED
+        self.direction = turn @ viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)
         self.camera = framing_camera(corners, height, width, self.direction)
-        engine = make_workshop(self.direction, corners) if scenario.arm is not None else make_renderer()
+        engine = make_workshop(self.direction, corners) if scenario.arm is not None else make_renderer(turn, light)
         scene.scene_graph.AddRenderer(scene.scene_graph_context, _RENDERER, engine)
 
     def render(self, time: float, camera: Camera | None = None) -> Picture:

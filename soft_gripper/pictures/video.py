@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 
@@ -16,14 +17,17 @@ from soft_gripper.diagrams.view.torque_colors import add_torque_bar
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
 from soft_gripper.pictures.phases import CloseUp
-from soft_gripper.pictures.rendering import SceneRenderer
+from soft_gripper.pictures.rendering import Picture, SceneRenderer
+from soft_gripper.pictures.shape_figure import leaves_plane
 from soft_gripper.pictures.torque_bar import recorded_limit
 from soft_gripper.scenario.schema import Scenario
+from soft_gripper.truth.poses import TRUE_JOINTS
 
 FRAME_RATE = 10  # frames per second of simulated time
 FOOTER = 60  # pixels, below the scene
-_CLOSE_UP = 0.4  # share of the width
-_GAP = 4  # pixels, between scene and close-up
+_BESIDE = 0.4  # share of the width, of a close-up or a view from the side
+_LIGHT_IN_SPACE = 0.85  # of a finger that turns toward the lamps, and would be white on white
+_GAP = 4  # pixels, between it and the scene
 _UNITS = {"pressure": (1e-3, "kPa"), "tension": (1.0, "N")}  # of what drives fingers
 _FRAMED_TIMES = 20  # number of times in a recording that the close-up must cover
 
@@ -31,28 +35,39 @@ _FRAMED_TIMES = 20  # number of times in a recording that the close-up must cove
 class Film:
     """The frames of a video of a recording in real time; the scene is `width` x `height` pixels.
 
-    A gripper on an arm is small in the scene, so a close-up next to it takes part of the width.
+    A gripper on an arm is small in the scene, so a close-up next to it takes part of the width; so does a view from
+    the right of fingers without an arm that leave their planes.
     """
 
     def __init__(self, scenario: Scenario, recording: Recording, width: int, height: int):
         self.duration = float(recording.data["time"][-1])  # s
         self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
         self.size = (width, height + FOOTER)  # pixels
-        limit, close_up = recorded_limit(recording), round(_CLOSE_UP * width) if scenario.arm is not None else 0
         self._scenario, self._recording = scenario, recording
-        self._renderer = SceneRenderer(scenario, recording, height, width - close_up, limit)
-        framed = np.linspace(0, self.duration, _FRAMED_TIMES)
-        self._close_up = CloseUp(self._renderer, framed, height, close_up - _GAP) if close_up else None
+        limit, in_space = recorded_limit(recording), _leave_planes(recording)
+        light = _LIGHT_IN_SPACE if in_space else 1.0
+        render = partial(SceneRenderer, scenario, recording, height, torque_limit=limit, light=light)
+        beside = round(_BESIDE * width) if scenario.arm is not None or in_space else 0
+        self._renderer = render(width=width - beside)
+        self._render_beside: Callable[[float], Picture] | None = None
+        if scenario.arm is not None:
+            self._render_beside = self._close_up(height, beside - _GAP)
+        elif in_space:
+            self._render_beside = render(width=beside - _GAP, aside=True).render
         self._scale = _draw_scale(limit, width // 2)
+
+    def _close_up(self, height: int, width: int) -> Callable[[float], Picture]:
+        """Renders the gripper at a time, s."""
+        close_up = CloseUp(self._renderer, np.linspace(0, self.duration, _FRAMED_TIMES), height, width)
+        return lambda time: self._renderer.render(time, close_up.camera(time))
 
     def frame(self, time: float) -> Image.Image:
         """The frame at a time, s."""
         width, height = self.size
         frame = Image.new("RGB", self.size, "white")
         frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))
-        if self._close_up is not None:
-            picture = self._renderer.render(time, self._close_up.camera(time))
-            frame.paste(Image.fromarray(picture), (self._renderer.camera.width + _GAP, 0))
+        if self._render_beside is not None:
+            frame.paste(Image.fromarray(self._render_beside(time)), (self._renderer.camera.width + _GAP, 0))
         frame.paste(self._scale, (width - self._scale.width, height - FOOTER))
         font = ImageFont.load_default(0.025 * width)
         place = (0.03 * width, height - FOOTER / 2)
@@ -76,6 +91,12 @@ class Film:
         assert self._scenario.task is not None
         phases, number = self._scenario.task.phases, int(now["task.phase"])
         return phases[number].name if number < len(phases) else _words(Outcome(int(now["task.outcome"])))
+
+
+def _leave_planes(recording: Recording) -> bool:
+    """Whether any finger leaves its bending plane."""
+    joints = (signal.values for name, signal in recording.data.items() if str(name).endswith(f".{TRUE_JOINTS}"))
+    return any(map(leaves_plane, joints))
 
 
 def _words(outcome: Outcome) -> str:

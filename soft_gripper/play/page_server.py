@@ -376,7 +376,8 @@ async def _ignore(connection: ServerConnection) -> None:
 
 
 MOST_LINES = 16  # of a signal
-SHOWN = ("pressure", "grip.opening", "contact_force", "external_torque", "theta", "strain")  # at first, of those
+# Shown at first, of those that there are.
+SHOWN = ("pressure", "tension", "grip.opening", "contact_force", "external_torque", "theta", "strain")
 _SHOWN_AT_FIRST = 3
 _SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "Comma": ",", "Period": "."}
 _READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}

@@ -21,6 +21,7 @@ from soft_gripper.scenario.shipped import SHIPPED
 
 FINGER = DIRECTORY / "grippers" / "finger.urdf"
 COLUMNS = "scenario,finger,estimator,nominal,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm"
+COLUMNS += ",sideways_angle_deg,twist_angle_deg"
 FORCE_COLUMNS = "scenario,finger,estimator,nominal,sections,pressure_kpa,joint,estimated_nm,true_nm"
 pytestmark = pytest.mark.usefixtures("empty_folder")
 

@@ -113,6 +113,7 @@ def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evalu
     with (evaluated.folder / "metrics.csv").open(newline="") as file:
         header, *records = csv.reader(file)
     columns = "scenario finger estimator nominal sections pressure_kpa bend_angle_deg pose_error_mm tip_error_mm"
+    columns += " sideways_angle_deg twist_angle_deg"
     assert header == columns.split()
     expected = []
     for name in SCENARIOS:

@@ -45,3 +45,4 @@ def test_what_would_be_a_thicket_is_no_plot() -> None:
 
 def test_the_first_plots_are_there() -> None:
     assert first_plots(["strain", "x", "pressure"]) == ["pressure", "strain"]
+    assert first_plots(["external_torque", "strain", "tension", "theta"]) == ["tension", "external_torque", "theta"]

@@ -79,6 +79,8 @@ class PoseRow(HeldStep):
     bend_angle_deg: float
     pose_error_mm: float
     tip_error_mm: float
+    sideways_angle_deg: float = 0.0  # of fingers in space, like the bend: the sum over the joints
+    twist_angle_deg: float = 0.0
 
 
 def errors_of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str) -> Array:
@@ -131,11 +133,19 @@ def _rows(
 ) -> Iterator[PoseRow]:
     """The rows of one finger from its errors at each sample, m, (T)."""
     scenario = station.scenario
-    q = held_samples(scenario, recording, f"{finger.name}.sampled_joint_angles")
-    bend = np.degrees(q.sum(axis=-1).mean(axis=-1))
+    turns = (f"{finger.name}.{name}" for name in ("sampled_joint_angles", "true_sideways_angles", "true_twist_angles"))
+    bend, *others = (_mean_turn(scenario, recording, name) for name in turns)
     errors = (1e3 * held_samples(scenario, recording, error).mean(axis=-1) for error in (pose, tip))
-    for step, *values in zip(steps, bend, *errors, strict=True):
+    for step, *values in zip(steps, bend, *errors, *others, strict=True):
         yield PoseRow(*astuple(step), *map(float, values))
+
+
+def _mean_turn(scenario: Scenario, recording: Recording, signal: str) -> Array:
+    """Sum of the angles of all joints, averaged over each step, (steps) degrees; 0 where the finger is rigid."""
+    if signal not in recording.data:
+        return np.zeros(scenario.steps)
+    turn: Array = np.degrees(held_samples(scenario, recording, signal).sum(axis=-1).mean(axis=-1))
+    return turn
 
 
 def _errors(recording: Recording, finger: PlantFinger, shape: ShapeEstimate) -> tuple[Array, Array]:

@@ -124,3 +124,23 @@ def test_errors_are_averaged_not_shapes(bent: Bent) -> None:
         one_way, other_way = getattr(inward, error), getattr(outward, error)
         assert getattr(both_ways, error) == pytest.approx((one_way + other_way) / 2)
         assert min(one_way, other_way) > 0.01
+
+
+def test_a_row_of_a_finger_in_space_has_its_turns_in_every_way() -> None:
+    """A chamber on either side, alone: mirror images, each bent as far as the other and sideways the other way."""
+    steps = ["pressure.steps={'finger::left': [60e3, 0.0], 'finger::right': [0.0, 60e3], 'finger::inner': [0.0]}"]
+    station = make_station(load_scenario("three_chambers", [*steps, "pressure.settle=0.9"]))
+    left, right = recorded_pose_table("chambers", station, run_station(station))
+    assert left.sideways_angle_deg > 10
+    assert right.sideways_angle_deg == pytest.approx(-left.sideways_angle_deg, rel=0.02)
+    assert right.bend_angle_deg == pytest.approx(left.bend_angle_deg, rel=0.02)
+
+
+def test_a_finger_that_twists_without_bending_sideways_has_no_sideways_angle() -> None:
+    ways = [f"models.{side}_finger.fingers.all.yields=bending twist" for side in ("left", "right")]
+    station = make_station(load_scenario("free_bending", [*SHORT, *ways]))
+    recording = run_station(station)
+    twist = recording["left_finger.true_twist_angles"]
+    twist[:] = np.radians(2.0) / twist.sizes["joint"]
+    row = recorded_pose_table("twisted", station, recording)[0]
+    assert (row.sideways_angle_deg, row.twist_angle_deg) == (0.0, pytest.approx(2.0))

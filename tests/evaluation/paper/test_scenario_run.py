@@ -44,7 +44,7 @@ def test_a_run_leaves_a_whole_folder(short, folder):
             "metrics.csv",
             PoseRow,
             6 * 2 * 4 * 2,
-            "estimator,nominal,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm",
+            "estimator,nominal,sections,pressure_kpa,bend_angle_deg,pose_error_mm,tip_error_mm,sideways_angle_deg,twist_angle_deg",
         ),
         (
             "forces.csv",
