@@ -35,6 +35,7 @@ from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
@@ -223,8 +224,15 @@ def _contact_arrows() -> ContactVisualizerParams:
 def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> float:
     """Limit of the colour scale, N m: the largest torque of the pressure supply at a joint, rounded up."""
     largest = max(abs(pressure.minimum), abs(pressure.maximum))
-    effective = (finger.finger.effective_pressure(largest) * finger.finger.pressure_gain.max() for finger in fingers)
-    return round_limit(float(max(effective)))
+    return round_limit(max(_largest_torque(finger.finger, largest) for finger in fingers))
+
+
+def _largest_torque(finger: Finger, pressure: float) -> float:
+    """At a joint, N m, by a pressure in each chamber; of a finger without any, in one such as `pressure_gain` has."""
+    effective = (
+        finger.effective_pressure(np.full(finger.pressures, pressure)) if finger.pressures else np.array(pressure)
+    )
+    return float(effective.max() * finger.pressure_gain.max())
 
 
 def _drawn(

@@ -186,7 +186,7 @@ def _check_implicit(finger: PlantFinger) -> None:
 def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
     torque_maps = {finger.name: pressure_torque_map(finger) for finger in driven}
     time_step = driven[0].plant.time_step()
-    laws = {finger.name: finger.finger.pressure_law for finger in driven}
+    laws = {finger.name: finger.finger.laws for finger in driven}
     drive = PressureDrive(torque_maps, config.minimum, config.maximum, config.time_constant, time_step, laws)
     return builder.AddNamedSystem(f"{driven[0].model_name}.pressure_drive", drive)
 

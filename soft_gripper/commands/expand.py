@@ -33,7 +33,7 @@ def _left_out(finger: Finger) -> Iterator[str]:
         yield "the springs follow Young's modulus; URDF cannot express an elastic law"
     if finger.creep:
         yield "the springs are the instantaneous ones; URDF cannot express creep"
-    if finger.pressure_law is not None:
+    if any(finger.laws):
         yield "the joint drives must apply the pressure law; URDF cannot express it"
     if finger.tendons:
         yield "the joint drives must apply the tendons; URDF cannot express them"

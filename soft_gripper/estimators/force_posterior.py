@@ -173,9 +173,9 @@ def _chi_squared(fits: _Fits, largest: float) -> Array:
 
 def _range(fits: _Fits, chi_squared: Array, possible: NDArray[np.bool_], level: float, largest: float) -> Array:
     """Least and largest force within `level` of the best of the possible cells, (..., 2) N."""
-    level = np.where(possible, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
-    inside = possible & (chi_squared <= level)
-    reach = fits.std * np.sqrt(np.maximum(level - fits.misfit, 0))
+    limit = np.where(possible, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
+    inside = possible & (chi_squared <= limit)
+    reach = fits.std * np.sqrt(np.maximum(limit - fits.misfit, 0))
     least = np.where(inside, np.clip(fits.force - reach, 0, largest), np.inf).min(axis=-1)
     most = np.where(inside, np.clip(fits.force + reach, 0, largest), -np.inf).max(axis=-1)
     return np.stack([least, most], axis=-1)

@@ -126,8 +126,8 @@ class Finger:
             yield from ((f"{kind}.{field}", value, expected) for field, value, expected in self.beyond(path))
         if self.chambers and max(float(section.chamber_area) for section in self.cross_sections) > 0:
             yield "chamber", names[0], "leave out chamber_width and chamber_thickness of the sections, or <chamber>"
-        if len(self.chambers) > 1 and self.pressure_law is not None and self.creep:
-            yield "creep", self.creep, "with a pressure law, only a finger with one chamber creeps"
+        if self.creep and any(self.laws) and (len(self.chambers) > 1 or any(of.law for of in self.chambers)):
+            yield "creep", self.creep, "only a finger with one chamber, and a pressure law of its own, creeps with one"
         if self.shear_factor > 0 and names:
             yield "shear_factor", self.shear_factor, "leave it out: a finger with chambers or tendons does not shear"
         for s in {s for chamber in self.chambers for s in self._stations(chamber)}:
@@ -293,6 +293,12 @@ class Finger:
         )
         return len(self.chambers) if self.chambers or is_pulled_alone else 1
 
+    @cached_property
+    def laws(self) -> tuple[PressureLaw | None, ...]:
+        """The pressure law of each pressure: that of its chamber, or of the finger; None: neither has one."""
+        own = [chamber.law for chamber in self.chambers] or [None] * self.pressures
+        return tuple(law or self.pressure_law for law in own)
+
     @property
     def chamber_axis(self) -> dict[str, list[str]]:
         """Labels of the pressures in a signal, if there are several."""
@@ -384,9 +390,12 @@ class Finger:
         torque: Array = (effective[..., None] * self.pressure_gains[way]).sum(axis=-2)
         return torque if tensions is None else torque + tensions @ self.tension_gains[way]
 
-    def effective_pressure(self, pressure: Array | float) -> Array:
-        """With which the chamber law gives the bend, (...) Pa -> (...) Pa."""
-        return np.asarray(pressure if self.pressure_law is None else self.softening(pressure) * pressure)
+    def effective_pressure(self, pressures: Array) -> Array:
+        """With which the chamber law gives the bend, of every chamber, (..., C) Pa -> (..., C) Pa."""
+        if not any(self.laws):
+            return pressures
+        each = zip(self.laws, np.moveaxis(pressures, -1, 0), strict=True)
+        return np.stack([p if law is None else law.softening(p) * p for law, p in each], axis=-1)
 
     def softening(self, pressure: Array | float) -> Array:
         """Ratio of the bend to that without a pressure law, at pressures (...) Pa, (...)."""

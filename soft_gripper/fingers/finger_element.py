@@ -38,7 +38,8 @@ explains the elements; in addition:
   replaces Young's modulus, which then determines damping, creep and shear only.
 - Each `chamber` has a pressure of its own, and each `tendon` a tension. x and y (from the middle of the section, as
   `chamber_center`), width and thickness are one number, or one for each station `at` (shares of the length, "0 1" if
-  left out), linear between: see `paths`. Chambers replace those of `base` and `tip`.
+  left out), linear between: see `paths`. Chambers replace those of `base` and `tip`. `law_pressure` and
+  `law_effective` of a chamber are the points of a pressure law of its own, instead of that of the finger.
 - A tip load is a point mass at `xyz` m in the frame {finger}_tip; y is 0.
 
 `urdf` explains the <frame>.

@@ -25,6 +25,7 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.fingers.finger_parts import PressureLaw
 from soft_gripper.quantity import Misfit, quantity, valid
 
 SIZES = (1e-9, 1e12)
@@ -66,6 +67,22 @@ class Chamber(Path):
 
     width: Stations = quantity((), "m", above=0, sizes=SIZES)  # along y
     thickness: Stations = quantity((), "m", above=0, sizes=SIZES)  # along x
+    # The points of its own pressure law, see `PressureLaw`; None: that of the finger
+    law_pressure: Stations | None = quantity(None, "Pa")
+    law_effective: Stations | None = quantity(None, "Pa")
+
+    def misfits(self) -> Iterator[Misfit]:
+        """Those of its path, and of its law."""
+        yield from super().misfits()
+        if self.law is not None:
+            yield from ((f"law_{field}", value, expected) for field, value, expected in self.law.misfits())
+
+    @cached_property
+    def law(self) -> PressureLaw | None:
+        """Its own pressure law."""
+        if self.law_pressure is None and self.law_effective is None:
+            return None
+        return PressureLaw(self.law_pressure or (), self.law_effective or ())
 
 
 @dataclass(frozen=True)

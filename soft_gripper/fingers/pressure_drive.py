@@ -45,7 +45,7 @@ class PressureDrive(Diagram):
         maximum: float,
         time_constant: float = 0.0,
         time_step: float = 0.0,
-        laws: Mapping[str, PressureLaw | None] | None = None,
+        laws: Mapping[str, Sequence[PressureLaw | None]] | None = None,
     ):
         """
         Args:
@@ -54,7 +54,7 @@ class PressureDrive(Diagram):
             minimum, maximum: limits of the pressures, Pa.
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
             time_step: of a discrete plant, s; the lag then uses the same steps. 0 for a continuous one.
-            laws: pressure laws of the fingers; None: the effective pressure is that in the chamber.
+            laws: pressure laws of the chambers of each finger; None: the effective pressure is that in the chamber.
         """
         super().__init__()
         builder = DiagramBuilder()
@@ -67,9 +67,7 @@ class PressureDrive(Diagram):
             chain.append(builder.AddNamedSystem("lag", lag(time_constant, time_step, count)))
         pressures = builder.AddNamedSystem("pressures", Demultiplexer(sizes))
         builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
-        in_chambers = [
-            (laws or {}).get(name) for name, size in zip(torque_maps, sizes, strict=True) for _ in range(size)
-        ]
+        in_chambers = [law for name in torque_maps for law in (laws or {}).get(name, ())]
         if any(in_chambers):
             chain.append(builder.AddNamedSystem("laws", _effective(in_chambers)))
         chambers = builder.AddNamedSystem("chambers", MatrixGain(np.hstack(columns)))

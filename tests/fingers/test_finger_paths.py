@@ -11,6 +11,7 @@ from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import YIELDS, CreepBranch, PressureLaw
 from soft_gripper.fingers.paths import Chamber, Tendon, length_gradients, path_lengths
+from soft_gripper.fingers.pressure_drive import PressureDrive
 
 SOLID = CrossSection(0.02, 0.02, 2.67e5, 1070.0)
 LENGTH = 0.12
@@ -156,3 +157,41 @@ def test_one_pressure_is_for_one_chamber():
     creeps = (CreepBranch(0.1, 1.0),)
     with refused("creep", creeps):
         replace(both, creep=creeps, pressure_law=PressureLaw((0.0, 1e5), (0.0, 2e5)))
+
+
+OWN = {"law_pressure": (-1e5, 0.0, 1e5), "law_effective": (-1e5, 0.0, 3e5)}
+
+
+def test_a_chamber_may_have_a_pressure_law_of_its_own():
+    """In the plant's drive and in what estimators take for the torque; others have that of the finger, if any."""
+    inner, outer = replace(chamber("inner", 5e-3, 0.0), **OWN), chamber("outer", -5e-3, 0.0)
+    pressures = np.array([[2e4, 5e4], [-3e4, 1e4]])
+    plain = finger(inner, outer)
+    np.testing.assert_allclose(plain.effective_pressure(pressures), [[6e4, 5e4], [-3e4, 1e4]])
+    both = finger(inner, outer, pressure_law=PressureLaw((0.0, 1e5), (0.0, 2e5)))
+    np.testing.assert_allclose(both.effective_pressure(pressures), [[6e4, 1e5], [-3e4, 2e4]])
+    torque = plain.bending_torque(pressures)
+    gains = plain.pressure_gains["bending"]
+    np.testing.assert_allclose(torque, plain.effective_pressure(pressures) @ gains)
+    drive = PressureDrive({"f": gains.T}, -1e5, 1e5, laws={"f": plain.laws})
+    context = drive.CreateDefaultContext()
+    drive.GetInputPort("f.pressure_command").FixValue(context, pressures[0])
+    np.testing.assert_allclose(drive.GetOutputPort("actuation").Eval(context), torque[0])
+
+
+@pytest.mark.parametrize(
+    ("law", "field"),
+    [
+        ({"law_pressure": (0.0, 1e5)}, "chambers[0].law_effective"),
+        ({"law_pressure": (0.0, 1e5), "law_effective": (1e3, 2e5)}, "chambers[0].law_effective"),
+        ({"law_pressure": (0.0, 1e5), "law_effective": (0.0, np.nan)}, "chambers[0].law_effective[1]"),
+    ],
+)
+def test_laws_that_are_none_are_refused(law, field):
+    with refused(field):
+        finger(replace(chamber("inner", 5e-3, 0.0), **law))
+
+
+def test_a_chamber_with_a_law_does_not_creep():
+    with refused("creep"):
+        finger(replace(chamber("inner", 5e-3, 0.0), **OWN), creep=(CreepBranch(0.1, 1.0),))

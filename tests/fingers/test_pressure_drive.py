@@ -99,7 +99,7 @@ def test_chamber_law_acts_on_the_joints_of_its_finger_alone(load_plant):
 @pytest.mark.parametrize("pressure", [-20e3, 0.0, 15e3, 60e3, 200e3])
 def test_every_pressure_has_its_own_law(pressure):
     """Laws of other points, side by side: beyond their ends both are straight."""
-    laws = {"left": PressureLaw((-1e4, 0.0, 1e5), (-3e4, 0.0, 2e5)), "right": PressureLaw((0.0, 2e4), (0.0, 1e4))}
+    laws = {"left": [PressureLaw((-1e4, 0.0, 1e5), (-3e4, 0.0, 2e5))], "right": [PressureLaw((0.0, 2e4), (0.0, 1e4))]}
     drive = PressureDrive(MAPS, *LIMITS, laws=laws)
     pressures, actuation = evaluate(drive, pressure, pressure)
     left, right = pressure * (3 if pressure < 0 else 2), pressure / 2
@@ -108,7 +108,7 @@ def test_every_pressure_has_its_own_law(pressure):
 
 
 def test_a_finger_without_a_law_bends_by_its_pressure():
-    drive = PressureDrive(MAPS, *LIMITS, laws={"left": PressureLaw((0.0, 2e4), (0.0, 1e4)), "right": None})
+    drive = PressureDrive(MAPS, *LIMITS, laws={"left": [PressureLaw((0.0, 2e4), (0.0, 1e4))], "right": [None]})
     np.testing.assert_allclose(evaluate(drive, 40e3, 40e3)[1], 20e3 * MAPS["left"] + 40e3 * MAPS["right"])
 
 

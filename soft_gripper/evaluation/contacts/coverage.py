@@ -172,7 +172,7 @@ def several_contacts(number: int, seed: int) -> Iterator[tuple[str, Contacts]]:
     near = Uncertainty().nearest_contact
     for i, kind in enumerate(_KINDS_OF_SEVERAL):
         rng, finger = np.random.default_rng([seed, i]), read_finger()
-        side = rng.choice(list(SIDES), number)
+        side = np.asarray(rng.choice(list(SIDES), number), dtype=str)
         sign = np.array([SIDES[one] for one in side])
         ends = np.sort(rng.uniform(near, 1, (number, 2)), axis=-1)
         shares = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
@@ -183,8 +183,8 @@ def several_contacts(number: int, seed: int) -> Iterator[tuple[str, Contacts]]:
         place, forces = finger.length * ends, (sign * total)[:, None] * shares
         rubs = combined_friction(PEG_FRICTION) * rng.uniform(-1, 1, forces.shape)
         kept = np.ptp(ends, axis=-1) > _APART
-        place, forces, rubs, pressure, gravity, side = (v[kept] for v in (place, forces, rubs, pressure, gravity, side))
-        yield kind, _in_balance(finger, pressure, gravity, place, forces, rubs, side)
+        place, forces, rubs = place[kept], forces[kept], rubs[kept]
+        yield kind, _in_balance(finger, pressure[kept], gravity[kept], place, forces, rubs, side[kept])
 
 
 def _spread_out() -> Array:
