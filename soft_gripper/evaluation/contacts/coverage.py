@@ -179,7 +179,7 @@ def several_contacts(number: int, seed: int) -> Iterator[tuple[str, Contacts]]:
         if i:
             ends, shares = ends @ _spread_out(), np.full((number, _POINTS), 1 / _POINTS)
         total, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
-        gravity = G * np.exp(2j * np.pi * rng.uniform(size=number))
+        gravity = np.asarray(G * np.exp(2j * np.pi * rng.uniform(size=number)), dtype=complex)
         place, forces = finger.length * ends, (sign * total)[:, None] * shares
         rubs = combined_friction(PEG_FRICTION) * rng.uniform(-1, 1, forces.shape)
         kept = np.ptp(ends, axis=-1) > _APART
