@@ -133,9 +133,9 @@ def test_mean_and_covariance_are_those_of_dense_conditioning(spatial):
     np.testing.assert_allclose(found.covariance, expected, atol=5e-4 * np.abs(expected).max())
 
 
-def pushed_sideways(finger, name):
+def pushed_sideways(finger, name, sections=2):
     """Mean errors of tip, mm, and twist, degrees, of 200 draws of a noise of 0.1 %, for each of the forces."""
-    layout, rng, found = sensors(finger, name), np.random.default_rng(1), []
+    layout, rng, found = sensors(finger, name, sections), np.random.default_rng(1), []
     estimate = SpatialGaussianShape(layout, Uncertainty(reading=1e-3))
     for pressure, force in FORCES:
         true = in_balance(finger, pressure, force)
@@ -150,13 +150,19 @@ def test_slanted_paths_fix_tip_and_twist_of_a_finger_that_is_pushed_sideways(spa
     assert pushed_sideways(spatial, name).max() < 0.7
 
 
-@pytest.mark.parametrize("name", ["four_faces", "outer_pair_and_diagonals", "four_faces_and_diagonal"])
-def test_errors_are_those_that_are_printed(spatial, name):
+@pytest.mark.parametrize(
+    ("name", "sections", "row"),
+    [
+        *((name, 2, f"| `{name}` |") for name in ("four_faces", "outer_pair_and_diagonals", "four_faces_and_diagonal")),
+        ("outer_pair_and_diagonals", 1, "| `outer_pair_and_diagonals`, one section"),
+    ],
+)
+def test_errors_are_those_that_are_printed(spatial, name, sections, row):
     page = PAGE.read_text(encoding="utf-8")
     table = page[page.index("| tip error [mm] / twist error") :].split("\n\n")[0]
-    (row,) = (line for line in table.splitlines() if line.startswith(f"| `{name}` "))
-    printed = [[float(number) for number in cell.split("/")] for cell in row.split("|")[2:-1]]
-    np.testing.assert_allclose(pushed_sideways(spatial, name), printed, atol=0.051)
+    (line,) = (line for line in table.splitlines() if line.startswith(row))
+    printed = [[float(number) for number in cell.split("/")] for cell in line.split("|")[2:-1]]
+    np.testing.assert_allclose(pushed_sideways(spatial, name, sections), printed, atol=0.051)
 
 
 @pytest.mark.parametrize("stiffness", [0.9, 1.1])
