@@ -83,7 +83,8 @@ def observed(station: Station) -> list[str]:
             layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
             found.setdefault(tuple(map(str, observability(layout, noise))), []).append(finger.name)
     return [
-        f"note: sensors of {', '.join(names)} fix, of a section, {', '.join(seen)}" for seen, names in found.items()
+        f"note: what the sensors of {', '.join(names)} observe of each section: {', '.join(seen)}"
+        for seen, names in found.items()
     ]
 
 

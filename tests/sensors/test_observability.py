@@ -51,7 +51,9 @@ def test_a_run_says_what_is_seen_of_fingers_in_space_and_nothing_of_others():
     in_space = [f"models.{side}_finger.fingers.all.yields=bending sideways twist" for side in ("left", "right")]
     assert observed(make_station(load_scenario("free_bending", []))) == []
     (line,) = observed(make_station(load_scenario("free_bending", in_space)))
-    assert line.startswith("note: sensors of left_finger, right_finger fix, of a section, bending to 0.0")
+    assert line.startswith(
+        "note: what the sensors of left_finger, right_finger observe of each section: bending to 0.0"
+    )
     assert line.endswith(" degrees, sideways not at all, twist not at all")
     faces = ["sensor.layout=four_faces_and_diagonal", "sensor.errors.preset=realistic", "estimator.type=gaussian"]
     (line,) = observed(make_station(load_scenario("free_bending", [*in_space, *faces])))
