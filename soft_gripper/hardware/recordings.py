@@ -408,8 +408,8 @@ _FEWEST = 2  # samples, minimum for a recording
 _LONGEST_GAP = 60.0  # s, between two rows of one recording
 
 
-def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
-    """The samples with distinct times, and the number of omitted ones; `unit` of the times, s.
+def without_repeats(table: Table, time: str, unit: float, longest_gap: float = _LONGEST_GAP) -> tuple[Table, int]:
+    """The samples with distinct times, and the number of omitted ones; `unit` of the times, and `longest_gap`, s.
 
     Raises:
         InputError: if time runs backwards, most of it stands still, or rows are so far apart that they are of several
@@ -424,10 +424,10 @@ def without_repeats(table: Table, time: str, unit: float) -> tuple[Table, int]:
         row, value = int(timed.rows[back[0] + 1]), float(t[back[0] + 1])
         expected = f"time runs backwards in row {row}, after {t[back[0]]:g}: split the file there, or sort it"
         raise InputError(table.path, time, value, expected)
-    far = np.flatnonzero(np.diff(t) * unit > _LONGEST_GAP)
+    far = np.flatnonzero(np.diff(t) * unit > longest_gap)
     if len(far):
         row, value = int(timed.rows[far[0] + 1]), float(t[far[0] + 1])
-        expected = f"a gap of more than {_LONGEST_GAP:g} s before row {row}, after {t[far[0]]:g}: split the file there"
+        expected = f"a gap of more than {longest_gap:g} s before row {row}, after {t[far[0]]:g}: split the file there"
         raise InputError(table.path, time, value, expected)
     own = np.concatenate(([True], np.diff(t) > 0))
     row = int(timed.rows[np.argmin(own)])
@@ -551,7 +551,8 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
     Raises:
         InputError: naming file, column or marker, and row or time, if it contradicts the description.
     """
-    table, repeated = without_repeats(_table(path, config), config.time, TIME[config.time_unit])
+    longest_gap = np.inf if config.event == "settled" else _LONGEST_GAP  # between states at rest, time does not matter
+    table, repeated = without_repeats(_table(path, config), config.time, TIME[config.time_unit], longest_gap)
     time = table.columns("time", [config.time])[:, 0] * TIME[config.time_unit]
     reference = time <= time[0] + config.reference
     markers, poses = markers_of(table, config, time), poses_of(table, config)

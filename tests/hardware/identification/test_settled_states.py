@@ -181,8 +181,8 @@ def read(folder, rows, described=DESCRIBED, finger=TWO):
 
 
 def test_rows_of_a_file(tmp_path):
-    """A row without a marker is left out; text belongs to the family that its label names, if any."""
-    rows = ["0,in_1,1,-2,10,20,150", "1,out,2,-2,11,21,151", "2,in_2,3,-2,,,", "3,in_3,4,-2,13,23,153"]
+    """A row without a marker is left out, a long rest is not; a row belongs to the family its label names, if any."""
+    rows = ["0,in_1,1,-2,10,20,150", "1,out,2,-2,11,21,151", "2,in_2,3,-2,,,", "300,in_3,4,-2,13,23,153"]
     states = read(tmp_path, rows)
     assert list(states.families) == ["in", "", "in"]
     np.testing.assert_allclose(states.pulled, [[1e-3, -2e-3], [2e-3, -2e-3], [4e-3, -2e-3]])
