@@ -35,8 +35,8 @@ DRAWN = """const plot = document.querySelector("canvas"), [r, g, b] = arguments;
 const pixels = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height).data;
 let drawn = 0;
 for (let i = 0; i < pixels.length; i += 4)
-  drawn += Math.max(...[r, g, b].map((part, j) => Math.abs(pixels[i + j] - part))) < 40 && pixels[i + 3] > 200;
-return drawn;"""  # pixels of a colour in the first plot
+  drawn += Math.max(...[r, g, b].map((part, j) => Math.abs(pixels[i + j] - part))) < 40 && pixels[i + 3] > 60;
+return drawn;"""  # pixels of a colour in the first plot, edges of its lines included
 # Without a graphics card the scene takes a core, and more the larger it is.
 SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
 
