@@ -117,20 +117,15 @@ class DrivingTorque(ArrayBlock):
         for kind in driving:
             self.take(kind, sizes[kind])
 
-        def torque(*found: Array) -> Array:
-            efforts = dict(zip(driving, found, strict=False))
-            pressure = efforts.get("pressure", np.zeros(0))
-            by_effort = finger.bending_torque(pressure, efforts.get("tension"))
-            if not finger.creep:
-                return by_effort
-            return by_effort + memory_torque(finger, found[-1], _softening_pressure(finger, pressure))
+        chambers = () if finger.pressures else (np.zeros(0),)  # Tendons alone drive it.
 
         def of(way: str) -> Callable[..., Array]:
-            def torque(*found: Array) -> Array:
-                efforts = dict(zip(driving, found, strict=True))
-                return finger.torque_of_drive(way, efforts.get("pressure", np.zeros(0)), efforts.get("tension"))
+            return lambda *efforts: finger.torque_of_drive(way, *chambers, *efforts)
 
-            return torque
+        def with_memory(*found: Array) -> Array:
+            *efforts, z = found
+            memory = memory_torque(finger, z, _softening_pressure(finger, *efforts))
+            return finger.torque_of_drive("bending", *chambers, *efforts) + memory
 
         if finger.creep:
             self.take(ANGLES, joints)
@@ -143,8 +138,8 @@ class DrivingTorque(ArrayBlock):
                 ),
                 kept=(ANGLES, *softens),
             )
-        sources = [*driving, "internal angles"] if finger.creep else driving
-        self.put_out(DRIVING_TORQUE, torque, *sources, unit="N m", joint=range(joints))
+        torque, memories = (with_memory, ["internal angles"]) if finger.creep else (of("bending"), [])
+        self.put_out(DRIVING_TORQUE, torque, *driving, *memories, unit="N m", joint=range(joints))
         for way in others:
             self.put_out(
                 driving_port(way), of(way), *driving, unit="N" if way in SLIDES else "N m", joint=range(joints)

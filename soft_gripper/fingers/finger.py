@@ -387,7 +387,7 @@ class Finger:
             tensions: of the tendons, (..., T) N; None: there are none.
         """
         effective = self.effective_pressure(pressures)
-        torque: Array = (effective[..., None] * self.pressure_gains[way]).sum(axis=-2)
+        torque = effective @ self.pressure_gains[way]
         return torque if tensions is None else torque + tensions @ self.tension_gains[way]
 
     def effective_pressure(self, pressures: Array) -> Array:

@@ -39,7 +39,9 @@ class SensorBlock(ArrayBlock):
             self.take(port, layout.finger.segments)
             self.sample(f"sampled_{port}", port)
         sampled = [f"sampled_{port}" for port in ports]
-        self.derive("signals", lambda *ways: layout.signals(np.concatenate(ways, axis=-1)), *sampled)
+        planar = len(sampled) == 1
+        signals = layout.signals if planar else lambda *ways: layout.signals(np.concatenate(ways, axis=-1))
+        self.derive("signals", signals, *sampled)
         for name in layout.signals(layout.straight):
             self.put_out(name, _entry(name), "signals", unit=layout.unit, **layout.axes)
 

@@ -38,7 +38,7 @@ def calls_per_sample(scenario, begin):
     [
         ("free_bending", 0.5025, 19),
         pytest.param("box_grasp", 10.0025, 69, marks=pytest.mark.slow),
-        pytest.param("pick_and_place_box", 0.5025, 486, marks=pytest.mark.slow),
+        pytest.param("pick_and_place_box", 0.5025, 480, marks=pytest.mark.slow),
     ],
 )
 def test_a_sample_takes_few_calls(name, begin, limit):

@@ -76,6 +76,14 @@ def test_neighbours_do_not_touch():
     assert np.degrees(at_rest(on, "sampled_joint_angles").sum()) > 180
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("pressure", "touches"), [(570e3, False), (580e3, True)])
+def test_the_shipped_finger_first_touches_itself_at_a_full_turn(pressure, touches):
+    run = curled(True, pressure)
+    assert np.degrees(at_rest(run, "sampled_joint_angles").sum()) == pytest.approx(360, abs=3)
+    assert at_rest(run, "true_external_torque").any() == touches
+
+
 @pytest.mark.parametrize(
     ("changes", "value"),
     [
