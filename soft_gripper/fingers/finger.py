@@ -372,11 +372,7 @@ class Finger:
         if self.pressures != 1:
             expected = "this is for fingers with one chamber"
             raise InputError(f"finger '{self.name}'", "chambers", self.pressures, expected)
-        return self.bending_torque(np.asarray(pressure)[..., None])
-
-    def bending_torque(self, pressures: Array, tensions: Array | None = None) -> Array:
-        """Bending torque of all that drives the straight finger, (..., N) N m, positive closes."""
-        return self.torque_of_drive("bending", pressures, tensions)
+        return self.torque_of_drive("bending", np.asarray(pressure)[..., None])
 
     def torque_of_drive(self, way: str, pressures: Array, tensions: Array | None = None) -> Array:
         """Torque of all that drives the straight finger, at the joints that yield in one way, (..., N) N m, or N.

@@ -112,7 +112,7 @@ def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
         ([], [0, 0]),
     ):
         calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides))
-        found = [calls[f"soft_gripper.{name}"] for name in ("fingers.finger.bending_torque", _REMEMBERED)]
+        found = [calls[f"soft_gripper.{name}"] for name in ("fingers.finger.torque_of_drive", _REMEMBERED)]
         assert found == calls_of_both
 
 

@@ -170,7 +170,7 @@ def test_a_chamber_may_have_a_pressure_law_of_its_own():
     np.testing.assert_allclose(plain.effective_pressure(pressures), [[6e4, 5e4], [-3e4, 1e4]])
     both = finger(inner, outer, pressure_law=PressureLaw((0.0, 1e5), (0.0, 2e5)))
     np.testing.assert_allclose(both.effective_pressure(pressures), [[6e4, 1e5], [-3e4, 2e4]])
-    torque = plain.bending_torque(pressures)
+    torque = plain.torque_of_drive("bending", pressures)
     gains = plain.pressure_gains["bending"]
     np.testing.assert_allclose(torque, plain.effective_pressure(pressures) @ gains)
     drive = PressureDrive({"f": gains.T}, -1e5, 1e5, laws={"f": plain.laws})
