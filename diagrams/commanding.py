@@ -1,5 +1,7 @@
 """Commands, applied: the sources that move the gripper and the arm of a station."""
 
+from collections.abc import Sequence
+
 from pydrake.systems.framework import DiagramBuilder, InputPort
 
 from soft_gripper.diagrams.arm import add_arm_control, add_home, make_arm
@@ -10,7 +12,8 @@ from soft_gripper.diagrams.wiring.external import add_external_drive, add_extern
 from soft_gripper.diagrams.wiring.grip_control import Supply, add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.schema import ArmConfig
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.schema import ArmConfig, Scenario
 
 
 def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Drive) -> InputPort | None:
@@ -36,7 +39,7 @@ def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Dr
             station.signals |= add_steps(builder, part, steps[part], scenario.step_duration, commands)
     if gripping is None:
         return None
-    supply = _supply(station, gripping)
+    supply = grip_supply(scenario, station.fingers, gripping)
     set_point, signals = add_grip_control(
         builder, station.fingers, scenario.control, supply, station.signals, drives[gripping]
     )
@@ -50,12 +53,20 @@ def add_drive_commands(builder: DiagramBuilder, station: StationParts, drive: Dr
     return None
 
 
-def _supply(station: StationParts, gripping: str) -> Supply:
+def grip_supply(scenario: Scenario, gripper: Sequence[PlantFinger], gripping: str) -> Supply:
     """What grip control may command: pressures or, of fingers without chambers, tensions or lengths of tendons.
 
     Negative commands of what only pushes, or pulls, go to the chambers, or tendons, that open the fingers.
+
+    Args:
+        scenario: has the limits of the supply, or of the winches.
+        gripper: its fingers.
+        gripping: the part of the scenario that closes them, "pressure" or "tendons".
+
+    Raises:
+        InputError: if the winches have no limit.
     """
-    scenario, fingers = station.scenario, [finger.finger for finger in station.fingers]
+    fingers = [finger.finger for finger in gripper]
     supply, most, period = scenario.pressure, scenario.tendons.maximum, scenario.sensor.period
     if gripping == "pressure" and all(finger.pressures == 1 for finger in fingers):
         return Supply(supply.minimum, supply.maximum, period)

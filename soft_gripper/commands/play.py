@@ -7,8 +7,9 @@ from pathlib import Path
 
 from soft_gripper.commands.chosen_station import chosen_scenario, station_of
 from soft_gripper.files.output import lock_folder
+from soft_gripper.interrupts import held_back
 from soft_gripper.play.page_server import LivePage, page_contents, page_server
-from soft_gripper.play.session import Session, held_back, open_scenario
+from soft_gripper.play.session import Session, open_scenario
 
 
 def run(options: argparse.Namespace) -> None:

@@ -2,11 +2,10 @@
 
 import json
 import math
-import signal
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -162,7 +161,6 @@ class SignalFeed:
                 listener(json.dumps({"status": status, "values": own}))
 
 
-_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last as a terminal is closed
 _IDLE = 0.1  # s between looks at the buttons while nothing runs
 _MOST_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
 
@@ -179,25 +177,6 @@ def open_scenario(scenario: Scenario, grip: str | None = None) -> Scenario:
     chosen = grip or ("opening" if closes_loop or "opening" in scenario.external else "pressure")
     external = [chosen] if scenario.arm is None else [chosen, "tool"]
     return replace(scenario, task=None, control=replace(scenario.control, set_points=None), external=external)
-
-
-@contextmanager
-def held_back() -> Iterator[Callable[[], bool]]:
-    """Holds Ctrl-C, SIGTERM and SIGHUP back within the block; yields a function that returns whether one has arrived.
-
-    An exception in the middle of a frame would leave logs of unequal lengths, and so no recording; nor would there be
-    one after an exception while it is being written. A signal that the process ignores, such as SIGHUP
-    under nohup, stays ignored.
-    """
-    came: list[int] = []
-    handlers = {number: handler for number in _ENDS if callable(handler := signal.getsignal(number))}
-    for number in handlers:
-        signal.signal(number, lambda number, _: came.append(number))
-    try:
-        yield lambda: bool(came)
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
 
 
 class Session:

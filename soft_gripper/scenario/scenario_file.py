@@ -79,7 +79,8 @@ def _checked(path: Path, document: dict[str, Any]) -> Scenario:
 
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field in which they do."""
-    named = [*((m, "file") for m in scenario.models), (scenario.nominal, "file"), (scenario.nominal, "calibration")]
+    of_models = [(m, "file") for m in scenario.models]
+    named = [*of_models, (scenario.nominal, "file"), (scenario.nominal, "calibration"), (scenario, "bench")]
     found = ((part, field, getattr(part, field)) for part, field in named)
     return [(part, field) for part, field, file in found if file is not None and not file.startswith("package://")]
 

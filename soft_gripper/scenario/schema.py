@@ -449,6 +449,8 @@ class Scenario(ByValue):
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     nominal: NominalConfig = field(default_factory=NominalConfig)
     record: RecordConfig = field(default_factory=RecordConfig)
+    # Description of hardware for `soft-gripper live`, a file relative to this one; None: the simulated twin
+    bench: str | None = None
     # How fingers touch other bodies: over the surface of their links, or at points of it, which is faster; see
     # docs/solver.md for what that changes.
     contact: str = quantity("surface", known=("surface", "points"))

@@ -3,7 +3,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from soft_gripper.play.session import held_back
+from soft_gripper.interrupts import held_back
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

@@ -17,9 +17,10 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.meshcat_view import cut_off, has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.interrupts import held_back
 from soft_gripper.play import session as session_module
 from soft_gripper.play.control_panel import ALL_FINGERS, Button
-from soft_gripper.play.session import Pacer, Recorder, Session, SignalFeed, held_back, open_scenario
+from soft_gripper.play.session import Pacer, Recorder, Session, SignalFeed, open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = "left_finger.pressure"

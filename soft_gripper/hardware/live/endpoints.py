@@ -1,0 +1,294 @@
+"""Where messages come from and go to, by address.
+
+| address | what it is |
+|---|---|
+| `udp://HOST:PORT` | datagrams; without HOST those of this machine alone; port 0 takes a free one |
+| `serial:///dev/ttyACM0?baud=115200` | lines over a serial port (`pip install 'soft-gripper[live]'`) |
+| `lcm://CHANNEL` | drake.lcmt_drake_signal on an LCM channel, `?url=udpm://...` for another network |
+| `stdio:` | lines of standard input and output |
+| `file:readings.csv` | lines of a file, at the rate of the sensors; results overwrite a file |
+| `MODULE:FUNCTION` | a generator of messages in Python, or a function that takes each result |
+"""
+
+import os
+import select
+import socket
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Any, Protocol
+from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
+
+from drake import lcmt_drake_signal
+from pydrake.lcm import DrakeLcm
+
+from soft_gripper.errors import InputError
+from soft_gripper.hardware.live.messages import MOST_BYTES
+from soft_gripper.scenario.own_functions import find_function
+
+MOST_WAITING = 4096  # messages that are read at once
+LOOPBACK = "127.0.0.1"
+_RECEIVE_BUFFER = 2**20  # bytes; the operating system may grant less
+_BAUD = 115200
+_LCM_WAIT = 5e-4  # s
+
+Message = bytes | dict[str, Any]  # encoded, or by name
+Sink = Callable[[bytes, dict[str, Any]], None]  # takes a message, encoded and by name; does not wait
+
+
+class Source(Protocol):
+    """Where readings come from."""
+
+    is_over: bool  # whether nothing will ever arrive again
+
+    def receive(self, timeout: float) -> list[Message]:
+        """What has arrived, MOST_WAITING messages at most; waits up to `timeout` s for the first."""
+
+
+class Endpoints:
+    """Opens addresses, and closes everything at the end of a `with` block; a serial port serves both ways."""
+
+    def __init__(self, where: Path | str):
+        """`where` is the file that gives the addresses, for messages."""
+        self._where, self._stack = where, ExitStack()
+        self._ports: dict[str, Any] = {}  # serial ports, by name
+
+    def __enter__(self) -> "Endpoints":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def source(self, address: str, period: float = 0.0) -> Source:
+        """Where readings come from; the lines of a file come every `period` s.
+
+        Raises:
+            InputError: if it cannot be opened.
+        """
+        parts = urlsplit(address)
+        open_one: dict[str, Callable[[], Source]] = {
+            "udp": lambda: UdpSource(self._bound(parts)),
+            "serial": lambda: LineSource(self._serial(parts).fileno()),
+            "lcm": lambda: LcmSource(*_lcm(parts)),
+            "stdio": lambda: LineSource(sys.stdin.fileno()),
+            "file": lambda: PacedSource(self._lines(parts), period),
+        }
+        found: Source | None = self._opened("source", address, open_one)
+        return found or PacedSource(find_function("source", address)(), period)
+
+    def sink(self, address: str) -> Sink:
+        """Where results go.
+
+        Raises:
+            InputError: if it cannot be opened.
+        """
+        parts = urlsplit(address)
+        open_one: dict[str, Callable[[], Sink]] = {
+            "udp": lambda: self._udp_sink(parts),
+            "serial": lambda: writer(self._serial(parts).fileno()),
+            "lcm": lambda: _lcm_sink(*_lcm(parts)),
+            "stdio": lambda: _print,
+            "file": lambda: writer(self._stack.enter_context(_path(parts).open("wb", buffering=0)).fileno()),
+        }
+        found: Sink | None = self._opened("sink", address, open_one)
+        return found or _calls(find_function("sink", address))
+
+    def _opened(self, field: str, address: str, known: Mapping[str, Callable[[], Any]]) -> Any:
+        """What an address names; None if it is a user's function."""
+        scheme, colon, rest = address.partition(":")
+        if not colon or (scheme not in known and rest.startswith("/")):
+            expected = f"give an address that begins with {', '.join(f'{name}:' for name in known)}, or module:function"
+            raise InputError(self._where, field, address, expected)
+        try:
+            return known[scheme]() if scheme in known else None
+        except InputError:
+            raise
+        except (OSError, ValueError, RuntimeError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(self._where, field, address, f"cannot be opened: {reason}") from error
+
+    def _bound(self, parts: SplitResult) -> socket.socket:
+        found = self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+        found.bind(_place(parts))
+        found.setblocking(False)
+        return found
+
+    def _udp_sink(self, parts: SplitResult) -> Sink:
+        sender = self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        sender.setblocking(False)
+        place = _place(parts)
+
+        def send(message: bytes, _: dict[str, Any]) -> None:
+            with suppress(OSError):  # nobody listens, or the network is busy: datagrams may be lost
+                sender.sendto(message, place)
+
+        return send
+
+    def _serial(self, parts: SplitResult) -> Any:
+        try:
+            from serial import Serial
+        except ImportError:
+            expected = "requires pyserial: pip install 'soft-gripper[live]'"
+            raise InputError(self._where, "source", parts.geturl(), expected) from None
+        name, baud = unquote(parts.path), int(parse_qs(parts.query).get("baud", [str(_BAUD)])[0])
+        if name not in self._ports:
+            self._ports[name] = self._stack.enter_context(Serial(name, baud, timeout=0))
+        return self._ports[name]
+
+    def _lines(self, parts: SplitResult) -> Iterator[bytes]:
+        """The lines of a file; names in its first line are passed over."""
+        file = self._stack.enter_context(_path(parts).open("rb"))
+        lines = enumerate(line for line in file if line.strip())
+        return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
+
+
+class UdpSource:
+    """The datagrams that arrive at a socket."""
+
+    is_over = False
+
+    def __init__(self, bound: socket.socket):
+        self._socket = bound
+        self.port: int = bound.getsockname()[1]
+
+    def receive(self, timeout: float) -> list[Message]:
+        if not select.select([self._socket], [], [], timeout)[0]:
+            return []
+        found: list[Message] = []
+        while len(found) < MOST_WAITING:
+            try:
+                found.append(self._socket.recv(MOST_BYTES + 1))
+            except BlockingIOError:
+                break
+        return found
+
+
+class LineSource:
+    """The lines that can be read from a file descriptor, such as a serial port."""
+
+    def __init__(self, descriptor: int):
+        self._descriptor, self._begun, self.is_over = descriptor, b"", False
+
+    def receive(self, timeout: float) -> list[Message]:
+        if self.is_over or not select.select([self._descriptor], [], [], timeout)[0]:
+            return []
+        try:
+            arrived = os.read(self._descriptor, MOST_BYTES)
+        except BlockingIOError:
+            return []
+        except OSError:  # unplugged
+            arrived = b""
+        self.is_over = not arrived
+        *lines, self._begun = (self._begun + arrived).split(b"\n")
+        if len(self._begun) > MOST_BYTES:  # no line is that long: it is passed on, and counted
+            lines, self._begun = [*lines, self._begun], b""
+        return [line for line in lines if line.strip()]
+
+
+class LcmSource:
+    """The messages on an LCM channel, drake.lcmt_drake_signal: numbers by name.
+
+    Drake's LcmSubscriberSystem shows a diagram the last message only; here each of them is one sample.
+    """
+
+    is_over = False
+
+    def __init__(self, lcm: DrakeLcm, channel: str):
+        self._lcm, self._arrived = lcm, list[Message]()
+        lcm.Subscribe(channel, self._arrived.append)
+
+    def receive(self, timeout: float) -> list[Message]:
+        """See `Source`. Drake keeps the newest message only, and stops threads while it waits: it is asked often."""
+        self._arrived.clear()
+        end = time.monotonic() + timeout
+        while not self._lcm.HandleSubscriptions(0) and time.monotonic() < end:
+            time.sleep(_LCM_WAIT)
+        return [_from_lcm(message) for message in self._arrived if isinstance(message, bytes)]
+
+
+class PacedSource:
+    """Messages of a file or of a generator, one every period; with period 0 one whenever it is asked for."""
+
+    def __init__(self, messages: Iterable[Message], period: float):
+        self._messages, self._period, self.is_over = iter(messages), period, False
+        self._due = time.monotonic()
+
+    def receive(self, timeout: float) -> list[Message]:
+        early = self._due - time.monotonic()
+        if self._period and early > 0:
+            time.sleep(min(early, timeout))
+            if early > timeout:
+                return []
+        self._due += self._period
+        for message in self._messages:
+            return [message]
+        self.is_over = True
+        return []
+
+
+def _place(parts: SplitResult) -> tuple[str, int]:
+    if parts.port is None:
+        raise ValueError("give a port, as in udp://127.0.0.1:5005")
+    return parts.hostname or LOOPBACK, parts.port
+
+
+def _path(parts: SplitResult) -> Path:
+    return Path(unquote(f"{parts.netloc}{parts.path}"))
+
+
+def _lcm(parts: SplitResult) -> tuple[DrakeLcm, str]:
+    channel = unquote(f"{parts.netloc}{parts.path}")
+    if not channel:
+        raise ValueError("give a channel, as in lcm://READINGS")
+    url = parse_qs(parts.query).get("url", [""])[0]
+    return DrakeLcm(url), channel
+
+
+def _from_lcm(message: bytes) -> Message:
+    """The numbers of a message by name; what cannot be decoded is passed on, and counted as malformed."""
+    try:
+        found = lcmt_drake_signal.decode(message)
+        return dict(zip(found.coord, found.val, strict=True))
+    except Exception:  # whatever the generated code raises: struct.error, ValueError, UnicodeDecodeError ...
+        return message
+
+
+def _lcm_sink(lcm: DrakeLcm, channel: str) -> Sink:
+    def send(_: bytes, results: dict[str, Any]) -> None:
+        message, flat = lcmt_drake_signal(), dict(by_entry(results))
+        message.dim, message.coord, message.val = len(flat), list(flat), list(flat.values())
+        message.timestamp = time.time_ns() // 1_000_000
+        lcm.Publish(channel, message.encode())
+
+    return send
+
+
+def by_entry(results: dict[str, Any]) -> Iterator[tuple[str, float]]:
+    """The numbers of named scalars and vectors; entry i of a vector is called `{name}[i]`."""
+    for name, value in results.items():
+        if hasattr(value, "__len__"):
+            yield from ((f"{name}[{i}]", float(each)) for i, each in enumerate(value))
+        else:
+            yield name, float(value)
+
+
+def writer(descriptor: int) -> Sink:
+    """Writes messages to a file descriptor."""
+
+    def send(message: bytes, _: dict[str, Any]) -> None:
+        with suppress(BlockingIOError):  # whoever reads is too slow: the next result is newer
+            os.write(descriptor, message)
+
+    return send
+
+
+def _print(message: bytes, _: dict[str, Any]) -> None:
+    sys.stdout.write(message.decode())
+    sys.stdout.flush()
+
+
+def _calls(function: Callable[[dict[str, Any]], None]) -> Sink:
+    return lambda _, results: function(results)

@@ -1,0 +1,136 @@
+"""Messages between a bench and its estimators: numbers by name, in one of four formats.
+
+| format | a message |
+|---|---|
+| json | an object with a number, null or a list of numbers for each name |
+| text | numbers between commas, in an order that both sides know |
+| float32, float64 | likewise, packed little-endian |
+
+Whatever arrives is checked before anything is done with it: a message that is too large, has other fields than
+described, or a number that is not finite, is malformed. Only `null`, in JSON, says that a sensor was not read.
+"""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+
+MOST_BYTES = 65536  # of a message
+_MOST_COUNT = 2**53  # beyond, a float is not a whole number
+_PACKED: dict[str, np.dtype[Any]] = {"float32": np.dtype("<f4"), "float64": np.dtype("<f8")}
+
+
+class MalformedError(ValueError):
+    """A message is not what the bench describes."""
+
+
+def decoded(message: bytes, form: str, fields: Sequence[str]) -> dict[str, float]:
+    """The numbers of a message by name; NaN: not read.
+
+    Args:
+        message: as it arrived.
+        form: one of `bench_schema.FORMATS`.
+        fields: the names, in the order of a message that has none.
+
+    Raises:
+        MalformedError: if it is none of that format.
+    """
+    if len(message) > MOST_BYTES:
+        raise MalformedError(f"has {len(message)} bytes, more than {MOST_BYTES}")
+    if form == "json":
+        return _from_json(message)
+    if form == "text":
+        return _by_name(_from_text(message), fields)
+    size = _PACKED[form].itemsize
+    if len(message) != size * len(fields):
+        raise MalformedError(f"has {len(message)} bytes instead of {size * len(fields)}")
+    return _by_name(np.frombuffer(message, _PACKED[form]).astype(float).tolist(), fields)
+
+
+def chosen(values: Mapping[str, float], names: Sequence[str]) -> Array:
+    """Some numbers of a message, (len(names),).
+
+    Raises:
+        MalformedError: if one is missing.
+    """
+    try:
+        return np.array([values[name] for name in names], dtype=float)
+    except KeyError as error:
+        raise MalformedError(f"has no field {error}") from None
+
+
+def count_of(value: float) -> int:
+    """The number of a message.
+
+    Raises:
+        MalformedError: if it is not a whole number from 0 on.
+    """
+    if not (0 <= value < _MOST_COUNT and value == int(value)):
+        raise MalformedError(f"has the number {value}")
+    return int(value)
+
+
+def encoded(results: Mapping[str, float | Array], form: str) -> bytes:
+    """A message with named scalars and vectors; without names, all numbers one after the other. NaN is null in JSON."""
+    if form == "json":
+        return (json.dumps({name: _plain(value) for name, value in results.items()}) + "\n").encode()
+    flat = np.concatenate([np.ravel(value) for value in results.values()])
+    if form == "text":
+        return (",".join(f"{value:.9g}" for value in flat) + "\n").encode()
+    return flat.astype(_PACKED[form]).tobytes()
+
+
+def _from_json(message: bytes) -> dict[str, float]:
+    try:
+        found = json.loads(message)
+    except (ValueError, RecursionError):
+        raise MalformedError("is not JSON") from None
+    if not isinstance(found, dict):
+        raise MalformedError("is not a JSON object")
+    return {name: _number(name, value) for name, value in _flat(found)}
+
+
+def _flat(found: Mapping[str, object]) -> list[tuple[str, object]]:
+    """The entries of a list are called `{name}[0]`, `{name}[1]` ..."""
+    entries: list[tuple[str, object]] = []
+    for name, value in found.items():
+        entries += (
+            [(f"{name}[{i}]", each) for i, each in enumerate(value)] if isinstance(value, list) else [(name, value)]
+        )
+    return entries
+
+
+def _number(name: str, value: object) -> float:
+    if value is None:
+        return math.nan
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        with suppress(OverflowError):  # of a whole number with hundreds of digits
+            if math.isfinite(number := float(value)):
+                return number
+    raise MalformedError(f"has {name} = {value!r}"[:80])
+
+
+def _from_text(message: bytes) -> list[float]:
+    try:
+        return [float(part) for part in message.decode("ascii").split(",")]
+    except ValueError:
+        raise MalformedError("is not numbers between commas") from None
+
+
+def _by_name(numbers: Sequence[float], fields: Sequence[str]) -> dict[str, float]:
+    if len(numbers) != len(fields):
+        raise MalformedError(f"has {len(numbers)} numbers instead of {len(fields)}")
+    if not all(map(math.isfinite, numbers)):
+        raise MalformedError("has a number that is not finite")
+    return dict(zip(fields, numbers, strict=True))
+
+
+def _plain(value: float | Array) -> object:
+    if isinstance(value, np.ndarray):
+        return [each if math.isfinite(each) else None for each in value.ravel().tolist()]
+    return value if math.isfinite(value) else None

@@ -1,0 +1,273 @@
+"""The loop of a live session: readings in, estimates and commands out, in real time."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.hardware.live.bench import SET_POINT, Bench
+from soft_gripper.hardware.live.bench_schema import BenchConfig
+from soft_gripper.hardware.live.endpoints import Message, Sink, Source
+from soft_gripper.hardware.live.messages import MalformedError, chosen, count_of, decoded, encoded
+from soft_gripper.hardware.live.watch import Counts, Watch
+
+SENT = (  # signals of a finger, and of a grip, that are sent unless the bench names others
+    *("tip_pose", "position_std", "external_torque", "contact", "contact_force", "contact_force_std"),
+    *("contact_arc_length", "contact_arc_length_std", "contact_probability", "contact_force_bounds"),
+    *("opening", "torque", "force", "object_width"),
+)
+COMMANDS = ("pressure_command", "tension_command", "pull_command")
+_BANDS = {  # what a band is of, by its name
+    "position_std": ("joint_positions", "tip_pose"),
+    "contact_force_std": ("contact_force",),
+    "contact_arc_length_std": ("contact_arc_length",),
+}
+_MOST_SKIPPED = 1.0  # s of missing readings that the estimators are told of; no memory of theirs is longer
+_MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
+_REMEMBERED = 2.0  # s over which the speed of an estimate is measured
+_LATENCIES = 100_000  # of the last readings
+
+
+@dataclass
+class Reading:
+    """What a message says."""
+
+    count: int | None
+    time: float  # of the device, s; NaN: not given
+    values: dict[str, Array]  # by input of the bench
+
+
+def understood(
+    message: Message, config: BenchConfig, sizes: Mapping[str, int], quantities: Mapping[str, str]
+) -> Reading:
+    """The reading in a message.
+
+    Args:
+        message: as it arrived.
+        config: of the bench.
+        sizes: of the inputs of the bench.
+        quantities: names of the inputs with the readings of sensors, by finger.
+
+    Raises:
+        MalformedError: if it is not what the bench describes.
+    """
+    found = message if isinstance(message, dict) else decoded(message, config.format, config.fields)
+    values = {}
+    for name, finger in config.fingers.items():
+        readings = chosen(found, finger.readings)
+        values[quantities[name]] = readings
+        driving = {
+            "pressure": config.pressure_factor * chosen(found, finger.pressures),
+            "tension": chosen(found, finger.tensions),
+            "X_WB": chosen(found, finger.base_pose or []),
+        }
+        values |= {f"{name}.{kind}": value for kind, value in driving.items() if f"{name}.{kind}" in sizes}
+    if config.opening is not None:
+        values[SET_POINT] = chosen(found, [config.opening])
+    for name, value in values.items():
+        if np.isinf(value).any() or (name not in quantities.values() and np.isnan(value).any()):
+            raise MalformedError(f"has a number of {name} that is not finite")
+    count = None if config.count is None else count_of(float(chosen(found, [config.count])[0]))
+    at = math.nan if config.time is None else float(chosen(found, [config.time])[0])
+    return Reading(count, at, values)
+
+
+@dataclass
+class Pace:
+    """How many readings the period allows: as many as have passed, and those of a bunch."""
+
+    period: float
+    clock: Callable[[], float] = time.monotonic
+    _allowed: float = field(init=False)
+    _last: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._last, self._allowed = self.clock(), _MOST_AHEAD / self.period
+
+    def allows(self) -> bool:
+        """Whether another reading may be used now."""
+        now = self.clock()
+        # A device whose clock is a little faster than this one's is no flood.
+        self._allowed += 1.1 * (now - self._last) / self.period
+        self._allowed, self._last = min(self._allowed, _MOST_AHEAD / self.period), now
+        if self._allowed < 1:
+            return False
+        self._allowed -= 1
+        return True
+
+
+class Session:
+    """Feeds readings to a bench as they arrive, and sends what it computes.
+
+    A result has `count` and `time` of its reading, `age` (s since it arrived), `stale`, `lost` (readings so far), the
+    signals that are sent, and commands. While a reading is overdue, a result follows every period all the same: the
+    last estimates, with bands that widen by the most that the estimates changed of late over as long a time. From
+    `stale_after` on it is `stale`, and commands are safe.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        config: BenchConfig,
+        source: Source,
+        sink: Sink,
+        is_live: bool = True,
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """`is_live`: readings come at the pace of `clock`, s; otherwise they are used as fast as possible."""
+        self._bench, self._config, self._source, self._sink = bench, config, source, sink
+        self._clock = clock
+        self._watch, self._pace = Watch(), Pace(bench.period, clock) if is_live else None
+        self._sent = _default_signals(bench) if config.send is None else list(config.send)
+        self._commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
+        self._spread = _Spread(bench)
+        self._offsets: dict[str, Array] = {}
+        self._zeroing: list[dict[str, Array]] | None = None
+        self._last: Reading | None = None
+        self._arrived = clock()
+        self._due = self._arrived + 1.5 * bench.period
+        self._is_silent = False
+        self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
+
+    @property
+    def counts(self) -> Counts:
+        """What has happened to the readings so far."""
+        return self._watch.counts
+
+    def zero(self) -> None:
+        """From now on, readings are collected, until `zeroed`; the fingers are free and at rest."""
+        self._zeroing = []
+
+    def zeroed(self) -> None:
+        """Takes the mean of what was collected for readings of fingers that bend freely.
+
+        Raises:
+            InputError: if nothing was collected.
+        """
+        if not self._zeroing:
+            raise InputError(
+                "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
+            )
+        for name in self._zeroing[0]:
+            self._offsets[name] = self._offsets.get(name, 0.0) + np.nanmean(
+                [each[name] for each in self._zeroing], axis=0
+            )
+        self._zeroing = None
+
+    def run(self, is_over: Callable[[], bool]) -> None:
+        """Runs until `is_over`, or until nothing will ever arrive again."""
+        while not is_over() and not self._source.is_over:
+            self.turn()
+        self._send(self._commands_only() | {"stale": 1.0})
+
+    def turn(self) -> None:
+        """Waits for readings, until the next result is due at most."""
+        messages = self._source.receive(max(0.0, self._due - self._clock()))
+        arrived = self._clock()
+        for message in messages:
+            self._take(message, arrived)
+        if self._pace is not None and (now := self._clock()) >= self._due:
+            self._send_aged(now - self._arrived)
+            self._due = now + self._bench.period
+
+    def _take(self, message: Message, arrived: float) -> None:
+        try:
+            reading = understood(message, self._config, self._bench.inputs, self._bench.quantities)
+        except MalformedError:
+            self.counts.malformed += 1
+            return
+        if self._pace is not None and not self._pace.allows():
+            self.counts.excess += 1
+            return
+        missing = self._watch.accept(reading.count)
+        if missing is None:
+            return  # an estimate that is newer has been sent already
+        for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
+            self._bench.skip()
+        self._use(reading)
+        self._last, self._arrived, self._is_silent = reading, arrived, False
+        self._due = arrived + 1.5 * self._bench.period
+        self._send(self._header(0.0) | self._bench.read([*self._sent, *self._commands]))
+        self._spread.note()
+        self.latencies.append(self._clock() - arrived)
+
+    def _use(self, reading: Reading) -> None:
+        values = {name: value - self._offsets.get(name, 0.0) for name, value in reading.values.items()}
+        self._bench.step(values)
+        if self._zeroing is not None:
+            expected = self._bench.free_readings()
+            self._zeroing.append({name: values[name] - free for name, free in expected.items()})
+
+    def _header(self, age: float) -> dict[str, Any]:
+        count = math.nan if self._last is None or self._last.count is None else float(self._last.count)
+        at = math.nan if self._last is None else self._last.time
+        is_stale = float(self._last is None or age >= self._config.stale_after)
+        return {"count": count, "time": at, "age": age, "stale": is_stale, "lost": float(self.counts.lost)}
+
+    def _send_aged(self, age: float) -> None:
+        header = self._header(age)
+        if self._last is None:
+            self._send(header | self._commands_only())
+            return
+        found = self._spread.widened(self._bench.read(self._sent), age)
+        commands = self._commands_only() if header["stale"] else self._bench.read(self._commands)
+        if header["stale"] and not self._is_silent:
+            self.counts.silences, self._is_silent = self.counts.silences + 1, True
+        self._send(header | found | commands)
+
+    def _commands_only(self) -> dict[str, Any]:
+        """What is commanded while nothing is known."""
+        return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
+
+    def _send(self, results: dict[str, Any]) -> None:
+        factor = self._config.pressure_factor
+        in_units = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
+        self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)
+
+
+def _default_signals(bench: Bench) -> list[str]:
+    return [name for name in bench.signals if name.rpartition(".")[2] in SENT]
+
+
+class _Spread:
+    """The most that estimates changed of late over a time, by which their bands widen when no reading arrives."""
+
+    def __init__(self, bench: Bench):
+        self._bench = bench
+        of = {
+            band: [band.rpartition(".")[0] + "." + each for each in _BANDS.get(band.rpartition(".")[2], ())]
+            for band in bench.signals
+        }
+        self._of = {
+            band: subjects for band, subjects in of.items() if subjects and set(subjects) <= bench.signals.keys()
+        }
+        self._past: deque[dict[str, Array]] = deque(maxlen=round(_REMEMBERED / bench.period))
+
+    def note(self) -> None:
+        """Remembers the estimates of the last sample."""
+        self._past.append({band: _points(self._bench.read(names)) for band, names in self._of.items()})
+
+    def widened(self, results: Mapping[str, Array], age: float) -> dict[str, Array]:
+        """Results of an age, s, with wider bands."""
+        wider = dict(results)
+        if len(self._past) < 2:
+            return wider
+        lag = min(max(1, round(age / self._bench.period)), len(self._past) // 2)
+        beyond = max(1.0, age / (lag * self._bench.period))
+        for band in self._of.keys() & results.keys():
+            past = np.array([each[band] for each in self._past])
+            change = np.nan_to_num(past[lag:] - past[:-lag])
+            wider[band] = np.hypot(results[band], beyond * np.linalg.norm(change, axis=-1).max(axis=0))
+        return wider
+
+
+def _points(subjects: Mapping[str, Array]) -> Array:
+    """Scalars (1, 1) or, of joints and tip, points (N + 1, 2)."""
+    first, *tip = subjects.values()
+    return np.concatenate([first.reshape(-1, 2), tip[0][None, :2]]) if tip else first.reshape(-1, 1).copy()

@@ -1,0 +1,85 @@
+"""A bench computes from readings what a station computed in a simulation; what is missing is said to be missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.hardware.live.bench import Bench
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SHORT = ["control.set_points=[0.06, 0.04]", "control.hold=0.5"]
+
+
+def scenario(*changes):
+    return load_scenario("tip_distance_steps", [*SHORT, *changes])
+
+
+def samples(recording, bench):
+    """What the bench measures at every sample of a recording; its first row is before the first sample."""
+    signals = {name: name.replace(".pressure", ".sampled_pressure") for name in bench.inputs}
+    for row in range(1, recording.data.sizes["time"]):
+        yield row, {name: np.ravel(recording[signal].values[row]) for name, signal in signals.items()}
+
+
+@pytest.mark.parametrize("estimator", ["arcs", "gaussian", "recursive"])
+@pytest.mark.parametrize("errors", [(), ("sensor.errors.preset=realistic",)], ids=["ideal", "realistic"])
+def test_it_computes_what_the_station_computed(estimator, errors):
+    """To rounding, as a station computes two fingers at once. Errors are drawn twice at time 0, as a PID remembers."""
+    chosen = scenario(f"estimator.type={estimator}", *errors)
+    recording, bench = run_station(make_station(chosen)), Bench(chosen)
+    signals = [name for name in bench.signals if name in recording.data]
+    if errors:
+        signals = [name for name in signals if not name.endswith("pressure_command")]
+    assert {"left_finger.external_torque", "grip.opening", "right_finger.X_WB"} <= set(signals)
+    for row, measured in samples(recording, bench):
+        bench.step(measured)
+        for name, value in bench.read(signals).items():
+            expected = np.ravel(recording[name].values[row])
+            np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_its_recording_has_every_sample():
+    chosen = scenario("estimator.type=gaussian")
+    recording, bench = run_station(make_station(chosen)), Bench(chosen, records=True)
+    for _, measured in samples(recording, bench):
+        bench.step(measured)
+    own = bench.recording()
+    strain = "left_finger.strain"
+    np.testing.assert_array_equal(own[strain].values[1:], recording[strain].values[1:-1])
+    assert own["grip.opening"].attrs["units"] == "m"
+
+
+@pytest.mark.parametrize(("estimator", "trace"), [("gaussian", 0.0), ("recursive", 1e-3)])
+def test_missing_samples_leave_little_trace(estimator, trace):
+    """A tenth of a second without readings: what has no memory is as ever afterwards, what learns has learnt less."""
+    chosen = scenario(f"estimator.type={estimator}")
+    recording, whole, holed = run_station(make_station(chosen)), Bench(chosen), Bench(chosen)
+    for row, measured in samples(recording, whole):
+        whole.step(measured)
+        if 30 <= row < 40:
+            holed.skip()
+        else:
+            holed.step(measured)
+    tips = [bench.read(["left_finger.tip_pose"])["left_finger.tip_pose"] for bench in (whole, holed)]
+    np.testing.assert_allclose(*tips, rtol=0, atol=trace)
+
+
+def test_free_readings_are_those_of_fingers_that_touch_nothing():
+    chosen = scenario("estimator.type=gaussian")
+    recording, bench = run_station(make_station(chosen)), Bench(chosen)
+    for _, measured in samples(recording, bench):
+        bench.step(measured)
+    for name, free in bench.free_readings().items():
+        np.testing.assert_allclose(free, measured[name], atol=1e-5)
+        assert np.abs(free).max() > 0.03
+
+
+def test_what_only_a_simulation_can_do():
+    with refused("task.phases", "with openings"):
+        Bench(load_scenario("pick_and_place_box"))
+    with refused("models"):
+        Bench(replace(scenario(), models=[], control=load_scenario("free_bending").control))

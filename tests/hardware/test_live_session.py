@@ -1,0 +1,277 @@
+"""Readings over UDP, serial and LCM give the estimates of an offline replay; what goes wrong on the way is counted."""
+
+import json
+import os
+import socket
+import threading
+import time
+import tty
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.hardware.live.bench import Bench
+from soft_gripper.hardware.live.bench_schema import described
+from soft_gripper.hardware.live.endpoints import Endpoints, LineSource, by_entry
+from soft_gripper.hardware.live.messages import decoded, encoded
+from soft_gripper.hardware.live.session import Pace, Session
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SCENARIO = load_scenario(
+    "tip_distance_steps", ["estimator.type=gaussian", "control.set_points=[0.06, 0.04]", "control.hold=1.0"]
+)
+TIP, STD = "left_finger.tip_pose", "left_finger.position_std"
+COMMAND = "left_finger.pressure_command"
+
+
+@pytest.fixture(scope="module")
+def messages():
+    """What the sensors of a run read, sample by sample."""
+    recording, inputs = run_station(make_station(SCENARIO)), Bench(SCENARIO).inputs
+    signals = {name: name.replace(".pressure", ".sampled_pressure") for name in inputs}
+    return [
+        {"count": float(i), "time": 0.01 * i} | {n: np.ravel(recording[s].values[i]) for n, s in signals.items()}
+        for i in range(1, recording.data.sizes["time"])
+    ]
+
+
+@pytest.fixture(scope="module")
+def offline(messages):
+    """The results of these readings, by number."""
+    live = made(lambda timeout: [])
+    for message in messages:
+        live.session._take(encoded(message, "json"), time.monotonic())
+    return by_count(live.results)
+
+
+def made(receive, is_live=False, clock=time.monotonic, **changes):
+    """A session, and what it has sent."""
+    bench, results = Bench(SCENARIO), []
+    config = described(bench.inputs, "test")
+    for name, value in changes.items():
+        setattr(config, name, value)
+    source = receive if hasattr(receive, "receive") else SimpleNamespace(receive=receive, is_over=False)
+    session = Session(bench, config, source, lambda _, found: results.append(found), is_live, clock)
+    return SimpleNamespace(session=session, results=results, bench=bench)
+
+
+def by_count(results):
+    return {int(found["count"]): found for found in results if TIP in found and found["age"] == 0}
+
+
+def run_live(source, send, messages, drops=(), **changes):
+    """A session fed in real time, from another thread, by `send`; it ends a little after the last message."""
+    live = made(source, is_live=True, **changes)
+
+    def feed():
+        began = time.monotonic()
+        for i, message in enumerate(messages):
+            time.sleep(max(0.0, began + 0.01 * i - time.monotonic()))
+            if message is not None:
+                send(message)
+
+    thread, end = threading.Thread(target=feed), time.monotonic() + 0.01 * len(messages) + 0.3
+    thread.start()
+    live.session.run(lambda: time.monotonic() > end)
+    thread.join()
+    return live
+
+
+def assert_as_offline(live, offline, counts):
+    found = by_count(live.results)
+    assert found.keys() >= set(counts)
+    for count in counts:
+        for name in (TIP, STD, COMMAND):
+            np.testing.assert_array_equal(found[count][name], offline[count][name])
+
+
+def test_udp(messages, offline):
+    with Endpoints("test") as endpoints, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        source = endpoints.source("udp://:0")
+        live = run_live(source, lambda m: sender.sendto(encoded(m, "json"), ("127.0.0.1", source.port)), messages)
+    assert_as_offline(live, offline, range(1, len(messages) + 1))
+    assert live.session.counts.used == len(messages)
+    assert live.session.counts.lost == 0
+
+
+def test_a_pseudo_terminal(messages, offline):
+    """As hardware on a serial port."""
+    pytest.importorskip("serial")
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    with Endpoints("test") as endpoints:
+        source = endpoints.source(f"serial://{os.ttyname(theirs)}")
+        live = run_live(source, lambda m: os.write(ours, encoded(m, "json")), messages)
+    os.close(ours)
+    os.close(theirs)
+    assert_as_offline(live, offline, range(1, len(messages) + 1))
+
+
+def test_lcm(messages, offline):
+    with Endpoints("test") as endpoints:
+        try:
+            source, sink = endpoints.source("lcm://READINGS"), endpoints.sink("lcm://READINGS")
+        except Exception as error:  # a machine without multicast
+            pytest.skip(f"LCM is not possible here: {error}")
+        sink(b"", {"count": -1.0})
+        if not source.receive(0.5):
+            pytest.skip("no LCM message arrives on this machine")
+        live = run_live(source, lambda m: sink(b"", m), messages)
+    found, counts = by_count(live.results), live.session.counts
+    assert len(found) > len(messages) / 2  # where several arrive at once, LCM keeps the newest
+    assert len(found) + counts.lost + counts.late == max(found)
+    assert_as_offline(live, offline, found)
+
+
+@pytest.mark.parametrize("form", ["text", "float64"])
+def test_formats_without_names(form, messages, offline):
+    live = made(lambda timeout: [], format=form, fields=list(dict(by_entry(messages[0]))))
+    for message in messages:
+        live.session._take(encoded(message, form), time.monotonic())
+    tolerance = 0 if form == "float64" else 1e-6
+    for count, found in by_count(live.results).items():
+        np.testing.assert_allclose(found[TIP], offline[count][TIP], rtol=tolerance, atol=tolerance)
+
+
+def test_losses_and_disorder_are_counted_and_harmless(messages, offline):
+    """10 % lost and 10 % swapped with the next."""
+    random = np.random.default_rng(3)
+    order = [message for message in messages if random.uniform() > 0.1]
+    for i in range(5, len(order) - 5, 10):
+        order[i], order[i + 1] = order[i + 1], order[i]
+    live = made(lambda timeout: [])
+    for message in order:
+        live.session._take(encoded(message, "json"), time.monotonic())
+    counts, sent = live.session.counts, {int(message["count"]) for message in order}
+    assert counts.late > 5
+    assert counts.used == len(order) - counts.late
+    assert counts.lost == max(sent) - min(sent) + 1 - len(sent)
+    for count, found in by_count(live.results).items():
+        np.testing.assert_array_equal(found[TIP], offline[count][TIP])
+
+
+class Scripted:
+    """Messages that arrive at given times of a clock, which runs while somebody waits."""
+
+    is_over = False
+
+    def __init__(self, arrivals):
+        self.arrivals, self.now = list(arrivals), 0.0
+
+    def receive(self, timeout):
+        if self.arrivals and self.arrivals[0][0] <= self.now + timeout:
+            self.now, message = max(self.now, self.arrivals[0][0]), self.arrivals.pop(0)[1]
+            return [message]
+        self.now += timeout
+        return []
+
+
+def test_silence_widens_bands_and_makes_commands_safe(messages, offline):
+    """0.4 s of it, in the middle of a motion: the true tip stays within three standard deviations."""
+    silent, last = range(105, 145), 105
+    sent = [(0.01 * i, encoded(m, "json")) for i, m in enumerate(messages[:160]) if i not in silent]
+    source = Scripted(sent)
+    live = made(source, is_live=True, clock=lambda: source.now, safe_command=-100.0)
+    while source.now < 2.0:
+        live.session.turn()
+    aged = [found for found in live.results if found["age"] > 0 and found["count"] == last]
+    ages = np.array([found["age"] for found in aged])
+    np.testing.assert_allclose(ages, 0.015 + 0.01 * np.arange(len(ages)), atol=1e-9)
+    assert len(ages) == 40
+    safe = np.array([found[COMMAND][0] == -100.0 for found in aged])
+    np.testing.assert_array_equal(safe, ages >= 0.03)  # after three periods
+    np.testing.assert_array_equal(safe, [found["stale"] for found in aged])
+    for found, true in zip(aged, range(last + 1, last + 41), strict=True):
+        apart = np.linalg.norm(offline[true][TIP][:2] - found[TIP][:2])
+        assert apart < 3 * found[STD][-1]
+    widths = [found[STD][-1] for found in aged]
+    assert widths[-1] > 10 * offline[last][STD][-1]
+    again = by_count(live.results)[146]
+    assert (again["lost"], again[STD][-1]) == (40, offline[146][STD][-1])
+    assert live.session.counts.silences == 2  # the other one at the end
+
+
+def test_before_the_first_reading_commands_are_safe():
+    live = made(lambda timeout: time.sleep(timeout) or [], is_live=True, safe_command=-5.0)
+    for _ in range(5):
+        live.session.turn()
+    assert all(found[COMMAND] == [-5.0] and found["stale"] for found in live.results)
+    assert len(live.results) >= 4
+
+
+@pytest.mark.parametrize(
+    "junk",
+    [b"", b"{}", b"\xff" * 70_000, b'{"count": NaN}', b'{"count": -1}', b"[" * 60_000],
+    ids=["empty", "no field", "huge", "NaN", "negative", "nested"],
+)
+def test_malformed_datagrams_only_count(junk, messages):
+    live = made(lambda timeout: [])
+    live.session._take(junk, 0.0)
+    assert live.session.counts.malformed == 1
+    assert not live.results
+
+
+def test_a_reading_that_is_not_finite_only_counts(messages):
+    live = made(lambda timeout: [])
+    bad = dict(by_entry(messages[0])) | {"left_finger.pressure[0]": None}
+    live.session._take(json.dumps(bad).encode(), 0.0)
+    assert live.session.counts.malformed == 1
+
+
+def test_a_flood_only_counts(messages):
+    """A thousand readings at once, where a bunch of half a second is allowed."""
+    live = made(lambda timeout: [], is_live=True)
+    live.session._pace = Pace(0.01, clock=lambda: 0.0)
+    for i in range(1000):
+        live.session._take(encoded(messages[0] | {"count": float(i)}, "json"), time.monotonic())
+    assert (live.session.counts.used, live.session.counts.excess) == (50, 950)
+
+
+def test_zeroing_removes_offsets(messages, offline):
+    """A constant added to every reading is gone after readings of free fingers."""
+    live = made(lambda timeout: [])
+    shifted = [{n: v + 0.02 if n.endswith(".strain") else v for n, v in message.items()} for message in messages]
+    for message in shifted[:60]:
+        live.session._take(encoded(message, "json"), 0.0)
+    live.session.zero()  # at rest
+    for message in shifted[60:100]:
+        live.session._take(encoded(message, "json"), 0.0)
+    live.session.zeroed()
+    for message in shifted[100:]:
+        live.session._take(encoded(message, "json"), 0.0)
+    found = by_count(live.results)
+    errors = [np.linalg.norm(found[i][TIP][:2] - offline[i][TIP][:2]) for i in (90, 190)]
+    assert errors[0] > 2e-3
+    assert errors[1] < 1e-4
+
+
+def test_zeroing_without_readings():
+    live = made(lambda timeout: [])
+    live.session.zero()
+    with refused("--zero", "no reading"):
+        live.session.zeroed()
+
+
+def test_lines_of_any_length():
+    read, write = os.pipe()
+    source = LineSource(read)
+    os.write(write, b'{"a": 1}\n\n{"a": 2}\n{"a"')
+    assert source.receive(0.1) == [b'{"a": 1}', b'{"a": 2}']
+    os.write(write, b": 3}\n")
+    assert source.receive(0.1) == [b'{"a": 3}']
+    os.close(write)
+    assert source.receive(0.1) == []
+    assert source.is_over
+    assert decoded(b'{"a": 3}', "json", ()) == {"a": 3.0}
+
+
+@pytest.mark.parametrize(
+    "address", ["udp://127.0.0.1", "udp://127.0.0.1:99999", "lcm://", "file:/no/such/file.csv", "nowhere", "tcp://:5"]
+)
+def test_addresses_that_cannot_be_opened(address):
+    with Endpoints("bench.yaml") as endpoints, refused("source", address):
+        endpoints.source(address)
