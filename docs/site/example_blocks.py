@@ -11,6 +11,7 @@ from pydrake.systems.framework import Diagram, System
 import soft_gripper as sg
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.hardware.live.bench import Measured
 from soft_gripper.hardware.replay.arm_estimation import ArmEstimation, LogSource, NominalArm, RigidParts
 from soft_gripper.sensors.wire_lengths import WireGeometry
 
@@ -57,6 +58,7 @@ def _all_systems() -> Iterator[Placed]:
         yield from _inside(Placed(station(name).diagram))
     yield from _inside(Placed(_creeping_finger().diagram))
     model = sg.recognition.load_object_classifier("package://soft_gripper/grippers/two_finger_objects.json")
+    yield Placed(Measured(0.01, 8, "1"))
     yield Placed(sg.recognition.ObjectRecognizer(model, ["left_finger", "right_finger"], 0.01))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))
