@@ -512,6 +512,22 @@ COMMANDS = (
         ),
     ),
     Command(
+        "weigh",
+        "estimate the load at the tip of an identified finger from recordings at rest",
+        (
+            "load.csv --as mine.yaml --finger fitted.urdf",
+            "load_*.csv --as mine.yaml --finger fitted.urdf --window 10 --out results/loads",
+        ),
+        (
+            *CONSOLE,
+            *RECORDINGS,
+            option("--finger", "URDF with the identified finger, without a load", "FILE", required=True),
+            option("--window", "span of an estimate (default: %(default)s)", "SECONDS", number(1e6), default=30.0),
+            DATA,
+            out("results/weigh"),
+        ),
+    ),
+    Command(
         "replay",
         "estimate shapes from hardware recordings and compare them with motion capture",
         (

@@ -142,7 +142,7 @@ def print_identified_states(found: IdentifiedStates) -> None:
     print()
     _print_parameters(found.fit.free, found.fit.x, found.confidence)
     _print_correlations(found.fit.free, found.confidence)
-    columns = {"recording": "", "role": "", "rows moved": "", "rows": "d"}
+    columns = {"recording": "", "role": "", "rows moved": "", "marker": "", "rows": "d"}
     columns |= {"root mean square": ".2f", "mean": ".2f", "95 %": ".2f"}
     print_table(columns, map(astuple, found.scores), "marker errors [mm], the mean offset removed")
     print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")

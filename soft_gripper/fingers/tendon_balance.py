@@ -18,11 +18,21 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.path_drive import Tendons
-from soft_gripper.fingers.paths import length_gradients
-from soft_gripper.fingers.spatial_chain import posture, spatial_chain, torques, weights
+from soft_gripper.fingers.paths import PathsOnChain, length_gradients
+from soft_gripper.fingers.spatial_chain import (
+    Loads,
+    SpatialChain,
+    posture,
+    spatial_chain,
+    torque_slopes,
+    torques,
+    weights,
+)
 
 _GUESSES = 12  # of the set of taut tendons, after which a row is solved by itself
 _MOST_ITERATIONS = 200
+_UPHELD = 0.9  # of the stiffness of the springs: the most that a weight's slope takes from it in an iteration
+_WILD = 100.0  # rad, and m: the iteration diverges
 _STILL = 1e-10  # rad, and m
 
 
@@ -38,20 +48,61 @@ def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None
         SimulationDivergedError: if no balance is found: the finger buckles under its weight.
     """
     chain, tendons = spatial_chain(finger), Tendons(finger)
-    compliance = 1 / chain.spread(finger.stiffnesses)
+    stiffness = np.diag(chain.spread(finger.stiffnesses))
     weight = None if gravity is None or not gravity.any() else weights(finger, chain, gravity)
     is_linear = weight is None and tendons.paths.are_parallel
-    q = np.zeros((1, len(chain.ways)))
+    q: Array = np.zeros((1, len(chain.ways)))
+    tensions: Array = np.zeros((1, len(tendons.stiffness)))
     for _ in range(_MOST_ITERATIONS):
         joints = chain.gathered(q)
         slopes = chain.spread(length_gradients(tendons.paths, joints))
-        free = 0 * q if weight is None else compliance * torques(posture(chain, q), weight)
+        untwisting = _untwisting(chain, tendons.paths, tensions)
+        compliance, free = _without_tendons(chain, stiffness, untwisting, weight, q)
         wanted = tendons.stretches(joints, pulled) + ((free - q)[:, None] @ slopes.swapaxes(-1, -2))[:, 0]
-        matrix = (slopes * compliance) @ slopes.swapaxes(-1, -2) + np.diag(1 / tendons.stiffness)
-        before, q = q, free - compliance * (complementary(matrix, wanted)[:, None] @ slopes)[:, 0]
+        matrix = slopes @ compliance @ slopes.swapaxes(-1, -2) + np.diag(1 / tendons.stiffness)
+        tensions = complementary(matrix, wanted)
+        before, q = q, free - (tensions[:, None] @ slopes @ compliance)[:, 0]
         if is_linear or np.abs(q - before).max(initial=0.0) < _STILL:
             return q
+        if np.abs(q).max(initial=0.0) > _WILD:
+            break
     raise SimulationDivergedError("the finger found no shape in balance with its tendons")
+
+
+def _untwisting(chain: SpatialChain, paths: PathsOnChain, tensions: Array) -> Array:
+    """Stiffness that tensions (R, T) add where joints twist, (R, J, J): a tendon off the axis is longer when twisted.
+
+    Without it, the iteration would settle slowly where a heavy load keeps the tendons tense.
+    """
+    by_joint = tensions @ (paths.share * (paths.x**2 + paths.y**2) / paths.segment_length)
+    added = chain.spread({way: by_joint * (way == "twist") for way in dict.fromkeys(chain.ways)})
+    return np.eye(len(chain.ways)) * added[:, None]
+
+
+def _without_tendons(
+    chain: SpatialChain, stiffness: Array, untwisting: Array, weight: Loads | None, q: Array
+) -> tuple[Array, Array]:
+    """Compliance of the joints, (..., J, J), and where they would stand without tendons, by the weight's slope at q."""
+    if weight is None:
+        return np.diag(1 / np.diag(stiffness)), 0 * q
+    at = posture(chain, q)
+    slopes = _upheld(stiffness, torque_slopes(at, weight) - untwisting)
+    compliance: Array = np.linalg.inv(stiffness - slopes)
+    driving = torques(at, weight) - (slopes @ q[..., None])[..., 0]
+    return compliance, (compliance @ driving[..., None])[..., 0]
+
+
+def _upheld(stiffness: Array, slopes: Array) -> Array:
+    """Slopes of the weight's torques, (R, J, J), less where the springs alone would not hold it, as the tendons may."""
+    try:
+        np.linalg.cholesky(stiffness - slopes)
+    except np.linalg.LinAlgError:
+        root = np.sqrt(np.diag(stiffness))
+        scale = np.outer(root, root)
+        shares, ways = np.linalg.eigh(slopes / scale)
+        held: Array = scale * ((ways * np.minimum(shares, _UPHELD)[..., None, :]) @ ways.swapaxes(-1, -2))
+        return held
+    return slopes
 
 
 def complementary(matrix: Array, wanted: Array) -> Array:

@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import radians
 from operator import mul
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from soft_gripper.quantity import Misfit, quantity
 
 LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # m
 PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168}  # Pa, NIST SP 811
-TIME = {"s": 1.0, "ms": 1e-3}  # s
+ANGLE = {"rad": 1.0, "deg": radians(1.0)}  # rad
+TIME = {"s": 1.0, "cs": 1e-2, "ms": 1e-3}  # s
 
 
 @dataclass
@@ -51,17 +53,22 @@ class MarkersConfig:
     columns: str = "{marker}_{axis}"  # of a table, with x, y and z for the axis
     unit: str = quantity("m", known=tuple(LENGTH))  # of those columns
     bodies: dict[str, list[str]] = field(default_factory=dict)  # markers by rigid body: "base", "tip"; empty: none
-    # Markers on the tip whose places in its frame are known, x, y and z; of settled states
+    # Markers on the finger whose places are known, x, y and z in the frame of the tip, or of `at`; of settled states
     places: dict[str, list[float]] = quantity({}, "m")
+    # Where along the finger those are that are not at its tip, as shares of its length
+    at: dict[str, float] = quantity({}, least=0, most=1)
 
     def misfits(self) -> Iterator[Misfit]:
         if "{marker}" not in self.columns or "{axis}" not in self.columns:
             yield "columns", self.columns, "must have {marker} and {axis}"
         for name, place in self.places.items():
-            if name not in self.bodies.get("tip", []):
+            if name not in self.at and name not in self.bodies.get("tip", []):
                 yield f"places.{name}", place, f"is not listed in bodies.tip: {', '.join(self.bodies.get('tip', []))}"
             if len(place) != 3:
                 yield f"places.{name}", place, "must be 3 numbers"
+        for name, share in self.at.items():
+            if name not in self.places:
+                yield f"at.{name}", share, f"has no place: {', '.join(self.places) or 'none is given'}"
 
 
 @dataclass
@@ -115,7 +122,21 @@ class TendonsConfig:
     """Lengths of tendons that are pulled in; from where they are counted is not known, see the finger's `slack`."""
 
     columns: dict[str, str] = field(default_factory=dict)  # by the tendon's name in the finger file
-    unit: str = quantity("m", known=tuple(LENGTH))
+    # Tendons that a column lets out by as much as it pulls another in: their motor winds both
+    antagonists: dict[str, str] = field(default_factory=dict)
+    unit: str = quantity("m", known=(*LENGTH, *ANGLE))
+    radius: float | None = quantity(None, "m", above=0)  # of the motors' pulleys, if the unit is an angle
+
+    def misfits(self) -> Iterator[Misfit]:
+        if (self.unit in ANGLE) != (self.radius is not None):
+            yield "radius", self.radius, "must be given if and only if the unit is an angle"
+        for name in self.columns.keys() & self.antagonists.keys():
+            yield f"antagonists.{name}", self.antagonists[name], "is in columns too"
+
+    @property
+    def scale(self) -> float:
+        """Lengths per unit of the columns, m."""
+        return LENGTH[self.unit] if self.radius is None else self.radius * ANGLE[self.unit]
 
 
 @dataclass
@@ -185,6 +206,10 @@ class RecordingConfig:
     tendons: TendonsConfig | None = None
     labels: LabelsConfig | None = None
     frame: FrameConfig = field(default_factory=FrameConfig)
+    every: int = quantity(1, least=1)  # of so many rows of settled states one is used
+    blocks: int = quantity(
+        1, least=1
+    )  # settled states without labels: spans of equal length, left out of a fit in turn
     gravity: list[float] | None = quantity(None, "m/s^2", length=3)  # in the axes of the recording; None: unknown
     reference: float = quantity(0.3, "s", above=0)  # initial period in which the finger is straight or held
     # "release": a hand lets go; "step": a valve opens and closes; both at unknown times. "settled": each row is at rest

@@ -395,13 +395,15 @@ def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     """
     if config.tendons is None:
         return {}
-    described, columns = config.tendons, list(config.tendons.columns.values())
-    pulled = table.columns("tendons.columns", columns) * LENGTH[described.unit]
+    described = config.tendons
+    columns, let_out = list(described.columns.values()), list(described.antagonists.values())
+    wound = table.columns("tendons.columns", columns), -table.columns("tendons.antagonists", let_out)
+    pulled = np.concatenate(wound, axis=1) * described.scale
     most = float(np.nanmax(np.ptp(pulled, axis=0), initial=0.0))
     expected = f"the most that a tendon moves is then {most:.3g} m, and the finger is {config.length:g} m long"
     fine = 1e-4 * config.length < most < config.length
     require(fine, table.path, "tendons.unit", described.unit, f"{expected}: is it right?")
-    return dict(zip(described.columns, pulled.T, strict=True))
+    return dict(zip([*described.columns, *described.antagonists], pulled.T, strict=True))
 
 
 _FEWEST = 2  # samples, minimum for a recording

@@ -116,6 +116,21 @@ def _turned(tendon: Tendon, angle: float) -> Tendon:
     return replace(tendon, x=_sizeable(turned.real), y=_sizeable(turned.imag))
 
 
+def _lever(model: Model) -> Sequence[float]:
+    """Distance of the first tendon from the middle of the section, at its beginning."""
+    return [float(np.hypot(tendon.x[0], tendon.y[0])) for tendon in model.finger.tendons[:1]]
+
+
+def _at_lever(model: Model, values: Sequence[float]) -> Model:
+    """All tendons moved away from the middle of the section, in proportion."""
+    ratio = values[0] / _lever(model)[0]
+    tendons = (
+        replace(tendon, x=tuple(ratio * x for x in tendon.x), y=tuple(ratio * y for y in tendon.y))
+        for tendon in model.finger.tendons
+    )
+    return replace(model, finger=replace(model.finger, tendons=tuple(tendons)))
+
+
 def _slackened(tendon: Tendon, slack: float) -> Tendon:
     return replace(tendon, slack=_sizeable(np.array([slack]))[0])
 
@@ -172,6 +187,7 @@ KEYS = {
     "swelling": _of_setup("swelling", "1", True, 0.1),
     "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
     "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
+    "tendon.lever": Key("m", _lever, _at_lever),
     "tendon.slack": _of_tendons("m", attrgetter("slack"), _slackened, positive=False, scale=3e-4),
     "tendon.stiffness": _of_tendons("N/m", attrgetter("stiffness"), _stiffened, scale=0.3),
 }

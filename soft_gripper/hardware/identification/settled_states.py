@@ -14,7 +14,7 @@ positions by the parameters are finite differences, which takes no kinematics.
 import re
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -27,6 +27,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.document import given, require
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 from soft_gripper.fingers.tendon_balance import pulled_positions
 from soft_gripper.hardware.identification.fit import Confidence, Report, confidence_of, converged, correlation_time
@@ -47,10 +48,14 @@ class SettledStates:
 
     name: str
     pulled: Array  # (R, T) m, of every tendon of the finger
-    markers: Array  # (R, M, 3) m in B, on the tip
-    places: Array  # (M, 3) m, of the markers in the frame of the tip
+    markers: Array  # (R, M, 3) m in B
+    places: Array  # (M, 3) m, of the markers in the frame of the tip, or of where else they are
     families: NDArray[np.str_]  # (R,) of what was moved; empty where a row belongs to none
     gravity: Array  # (3,) m/s^2 in B
+    at: Array | None = None  # (M,) shares of the length where the markers are; None: all at the tip
+    load: float = 0.0  # kg, hung on the tip
+    time: Array | None = None  # (R,) s; None: not known
+    names: tuple[str, ...] = ()  # of the markers; empty: they have none
 
 
 def settled_states(recording: HardwareRecording, finger: Finger) -> SettledStates:
@@ -73,12 +78,28 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
     pulled = np.stack([recording.pulled[tendon] for tendon in names], axis=-1)
     seen = np.stack([recording.markers[marker] for marker in markers.places], axis=1)
     whole: NDArray[np.bool_] = np.isfinite(pulled + seen.sum(axis=(1, 2))[:, None]).all(axis=1)
-    require(int(whole.sum()) > 1, name, "rows", int(whole.sum()), "at least 2 need all tendons and markers")
+    require(int(whole.sum()) > config.every, name, "rows", int(whole.sum()), "at least 2 need all tendons and markers")
     pattern = config.labels.family if config.labels else "(.*)"
     families = np.array([_family(label, pattern) for label in recording.labels or [""] * len(whole)])
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
     places = np.array(list(markers.places.values()))
-    return SettledStates(name, pulled[whole], seen[whole], places, families[whole], gravity)
+    if config.blocks > 1 and config.labels is None:
+        block = np.arange(len(whole)) * config.blocks // len(whole) + 1
+        families = np.array([f"block {number}" for number in block])
+    whole &= np.arange(len(whole)) % config.every == 0
+    at = np.array([markers.at.get(name, 1.0) for name in markers.places])
+    return SettledStates(
+        name,
+        pulled[whole],
+        seen[whole],
+        places,
+        families[whole],
+        gravity,
+        at,
+        recording.load_mass,
+        recording.time[whole],
+        tuple(markers.places),
+    )
 
 
 def _family(label: str, pattern: str) -> str:
@@ -92,7 +113,7 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
     Raises:
         SimulationDivergedError: if it finds no balance.
     """
-    q = pulled_positions(model.finger, states.pulled, states.gravity)
+    q = pulled_positions(_loaded(model.finger, states.load), states.pulled, states.gravity)
     if model.setup.dry_friction == 0:
         return q
     ways = np.array(spatial_chain(model.finger).ways)
@@ -103,6 +124,14 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
     for i, bend in enumerate(bends):
         q[:, bend] = lagging[..., i]
     return q
+
+
+def _loaded(finger: Finger, mass: float) -> Finger:
+    """A finger with a point mass, kg, in the middle of its tip besides what it carries; 0: as it is."""
+    if mass == 0:
+        return finger
+    require(finger.tip_load is None, f"finger '{finger.name}'", "tip_load", "", "leave it out: the recording names one")
+    return replace(finger, tip_load=TipLoad(mass, 0.0, 0.0))
 
 
 def _lagging(wanted: Array, lag: float) -> Array:
@@ -120,11 +149,14 @@ def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[
     """Markers of a finger at joint positions (R, J): (R, M, 3) m in its frame; derivatives by these, (R, J, M, 3)."""
     chain = spatial_chain(finger)
     at = posture(chain, q)
-    beyond = np.array([0.0, 0.0, finger.segment_length / 2])  # from the last joint to the tip
-    places = states.places + beyond
-    markers = at.origins[:, -1, None] + (at.rotations[:, -1, None] @ places[..., None])[..., 0]
+    stations = finger.length * (np.ones(len(states.places)) if states.at is None else states.at)
+    before = np.searchsorted(finger.joint_arc_lengths, stations)  # joints between the base and each marker
+    frames, last = chain.beyond(before), np.concatenate([[0.0], finger.joint_arc_lengths])[before]
+    places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
+    markers = at.origins[:, frames] + (at.rotations[:, frames] @ places[..., None])[..., 0]
     turning, moving = at.screws[..., None, :3], at.screws[..., None, 3:]
-    return markers, np.cross(turning, markers[:, None]) + moving
+    carried = (frames > np.arange(len(chain.ways))[:, None])[..., None]
+    return markers, carried * (np.cross(turning, markers[:, None]) + moving)
 
 
 def state_errors(model: Model, states: SettledStates, rows: NDArray[np.bool_] | None = None) -> Array:
@@ -230,6 +262,7 @@ class StateScore:
     recording: str
     role: str  # "fit", "left out" of the fit that is scored, or "test"
     family: str  # "all": all rows; or the family
+    marker: str  # "all"; or its name, if there are several
     rows: int
     rms_mm: float
     mean_mm: float
@@ -287,12 +320,14 @@ def identify_states(
     left_out = _left_out(best, fitted, executor)
     states = (*fitted, *tested)
     errors = tuple(state_errors(best.model, of) for of in states)
-    scores = [_score(of, "fit", "all", error) for of, error in zip(fitted, errors, strict=False)]
+    scores = [one for of, error in zip(fitted, errors, strict=False) for one in _scores(of, "fit", "all", error)]
     for of, error in zip(fitted, left_out, strict=True):
         families = [name for name in sorted(set(of.families)) if name]
-        scores += [_score(of, "left out", name, error[of.families == name]) for name in families]
-        scores += [_score(of, "left out", "all", error[of.families != ""])] if families else []
-    scores += [_score(of, "test", "all", state_errors(best.model, of)) for of in tested]
+        for name in families:
+            scores += _scores(of, "left out", name, error[of.families == name])
+        scores += _scores(of, "left out", "all", error[of.families != ""]) if families else []
+    for of in tested:
+        scores += _scores(of, "test", "all", state_errors(best.model, of))
     lasting = float(np.mean([correlation_time(error.ravel()) for error in errors[: len(fitted)]]))
     known = confidence_of(free, best.residuals, best.jacobian, lasting)
     return IdentifiedStates(best, known, states, errors, left_out, tuple(scores))
@@ -318,10 +353,25 @@ def _fit_from(finger: Finger, names: Sequence[str], fitted: Sequence[SettledStat
     return fit_states(free_parameters(finger, names, []), fitted, rows, start).x
 
 
-def _score(states: SettledStates, role: str, family: str, errors: Array) -> StateScore:
+def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
+    """Of all markers, and of each if there are several."""
     distances = 1e3 * np.linalg.norm(errors - errors.mean(axis=(0, 1)), axis=-1)
-    rms, mean = float(np.sqrt((distances**2).mean())), float(distances.mean())
-    return StateScore(states.name, role, family, len(errors), rms, mean, float(np.percentile(distances, 95)))
+    of_markers = {"all": distances}
+    if len(states.names) > 1:
+        of_markers |= dict(zip(states.names, distances.T, strict=True))
+    return [
+        StateScore(
+            states.name,
+            role,
+            family,
+            marker,
+            len(errors),
+            float(np.sqrt((of**2).mean())),
+            float(of.mean()),
+            float(np.percentile(of, 95)),
+        )
+        for marker, of in of_markers.items()
+    ]
 
 
 _WIDTH, _HEIGHT = 3.0, 2.8  # inches, of a panel

@@ -1,0 +1,154 @@
+"""Loads weighed by the shape of a hanging finger, its tendons in pairs: a synthetic twin, and the published trunk."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.paths import Tendon
+from soft_gripper.hardware.identification.free_parameters import Model, free_parameters
+from soft_gripper.hardware.identification.identified_finger import read_finger
+from soft_gripper.hardware.identification.settled_states import (
+    SettledStates,
+    fit_states,
+    predicted_markers,
+    resting_positions,
+    settled_states,
+)
+from soft_gripper.hardware.recording_schema import load_description
+from soft_gripper.hardware.recordings import find_recordings
+from soft_gripper.hardware.weighing import weigh, weighing_figure
+from soft_gripper.scenario.model_files import model_path
+
+SECTION = CrossSection(0.03, 0.03, 6e5, 600.0)
+FREE = ["youngs_modulus", "tendon.lever", "tendon.slack"]
+NOISE = 3e-4  # m
+WINDOW = 30.0  # s
+
+
+def trunk(modulus=6e5, lever=0.012, slacks=(-1e-3, 5e-4, -5e-4, 1e-3)):
+    """Two pairs to the end of a finger that hangs down, and slack in some."""
+    places = [(lever, 0.0), (0.0, lever), (-lever, 0.0), (0.0, -lever)]
+    tendons = [
+        Tendon(name, (x,), (y,), stiffness=2e3, slack=slack)
+        for name, (x, y), slack in zip(["a", "b", "back_a", "back_b"], places, slacks, strict=True)
+    ]
+    section = replace(SECTION, youngs_modulus=modulus)
+    ways = ("bending", "sideways", "twist")
+    return Finger("trunk", 0.3, section, section, 0.02, segments=6, yields=ways, tendons=tuple(tendons))
+
+
+TRUE, GUESS = trunk(), trunk(8e5, 0.0135, (0.0,) * 4)
+
+
+def states_of(load, seed, rows=300):
+    """Smooth random motion of both motors in 60 s, a marker in the middle and one at the tip; noise lasts 1 s."""
+    random = np.random.default_rng(seed)
+    time = np.linspace(0, 60, rows)
+    phases, rates = random.uniform(0, 2 * np.pi, (2, 5)), random.uniform(0.5, 3, (2, 5))
+    wound = 4e-3 * np.sin(rates * time[:, None, None] + phases).sum(axis=-1) / 2
+    pulled = np.concatenate([wound, -wound], axis=1)
+    none = np.zeros((rows, 2, 3))
+    families = np.where(time < 30, "block 1", "block 2")
+    at = np.array([0.5, 1.0])
+    states = SettledStates(
+        f"hung_{1e3 * load:.0f}g", pulled, none, none[0], families, np.array([0, 0, 9.81]), at, load, time
+    )
+    markers, _ = predicted_markers(TRUE, states, resting_positions(Model(TRUE), states))
+    noise = np.repeat(random.normal(0, NOISE, (rows // 10, 2, 3)), 10, axis=0)
+    return replace(states, markers=markers + np.array([0.1, 0.0, -0.02]) + noise)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    recordings = [states_of(0.0, 1), states_of(0.1, 2)]
+    free = free_parameters(GUESS, FREE, [])
+    return fit_states(free, recordings, [of.families == "block 1" for of in recordings], free.start).model.finger
+
+
+def test_what_made_the_states_is_found_with_one_known_mass(fitted):
+    """The modulus by the mass; without it there is only its ratio to the weight."""
+    assert fitted.base.youngs_modulus == pytest.approx(6e5, rel=0.05)
+    assert fitted.tendons[0].x[0] == pytest.approx(0.012, rel=0.02)
+    np.testing.assert_allclose(
+        [tendon.slack for tendon in fitted.tendons], [tendon.slack for tendon in TRUE.tendons], atol=3e-4
+    )
+
+
+@pytest.mark.parametrize("load", [0.0, 0.06, 0.2])
+def test_other_loads_are_weighed_within_their_bands(fitted, load):
+    """Each window within 1.5 bands of 95 %, and the bands are neither empty nor as wide as the load."""
+    *windows, whole = weigh(fitted, states_of(load, 3), WINDOW)
+    assert [row.rows for row in windows] == [150, 150]
+    for row in (*windows, whole):
+        assert abs(row.load_g - 1e3 * load) < 1.5 * row.band_g
+        assert 0.1 < row.band_g < 6
+    assert whole.named_g == 1e3 * load
+    assert whole.band_g < max(row.band_g for row in windows)
+
+
+def test_bands_cover_what_they_say(fitted):
+    """Over noise that lasts 10 rows: a band for independent rows would be three times as narrow, and cover half."""
+    rows = [row for seed in range(10, 30) for row in weigh(TRUE, states_of(0.08, seed), WINDOW)[:-1]]
+    covered = np.mean([abs(row.load_g - 80) < row.band_g for row in rows])
+    assert 0.8 < covered <= 1.0
+    spread = np.std([row.load_g for row in rows])
+    assert 1.2 * spread < np.mean([row.band_g for row in rows]) < 3 * spread
+
+
+def test_a_load_named_by_the_file_is_not_looked_at(fitted):
+    states = states_of(0.06, 4)
+    renamed = replace(states, load=0.5)
+    assert [row.load_g for row in weigh(fitted, renamed, WINDOW)] == [
+        row.load_g for row in weigh(fitted, states, WINDOW)
+    ]
+
+
+def test_what_is_refused(fitted):
+    states = states_of(0.06, 4, rows=40)
+    with refused("time"):
+        weigh(fitted, replace(states, time=None), WINDOW)
+    with refused("--window", 0.0):
+        weigh(fitted, states, 0.0)
+    with refused("--window", 3.0):
+        weigh(fitted, states, 3.0)
+    with refused("tip_load"):
+        weigh(replace(fitted, tip_load=TipLoad(0.1, 0.0, 0.0)), states, WINDOW)
+
+
+def test_the_figure(fitted):
+    rows = weigh(fitted, states_of(0.06, 4), WINDOW)
+    (panel,) = weighing_figure(rows).axes
+    assert panel.get_title() == "hung_60g"
+    (points,) = panel.containers
+    line, *_ = points.lines
+    np.testing.assert_allclose(line.get_ydata().astype(float), [row.load_g for row in rows[:-1]])
+
+
+HEADER = "ID,x1,y1,z1,x2,y2,z2,x3,y3,z3,phi1,phi2,phi3,phi4,phi5,phi6"
+
+
+def written(folder, angles, name="made_100g.csv"):
+    """A file like those of the trunk, the disks straight below each other."""
+    disks = "0.1,-0.108,0.105,0.1,-0.2,0.105,0.1,-0.3125,0.105"
+    rows = [f"{i},{disks},{','.join(f'{angle:.3f}' for angle in row)}" for i, row in enumerate(angles)]
+    (folder / name).write_text("\n".join([HEADER, *rows]) + "\n")
+    return folder / name
+
+
+def test_a_motor_winds_a_pair(tmp_path):
+    """By opposite lengths; one of 60 rows is used, and they form two blocks."""
+    angles = np.outer(np.arange(600) / 6, np.arange(1, 7))
+    (recording,) = find_recordings([str(written(tmp_path, angles))], "soft_trunk")
+    finger = read_finger(model_path(load_description("soft_trunk").finger))
+    states = settled_states(recording, finger)
+    np.testing.assert_allclose(states.pulled[:, :6], np.radians(angles[::60]) * 0.02)
+    np.testing.assert_allclose(states.pulled[:, 6:], -states.pulled[:, :6])
+    np.testing.assert_allclose(states.time, np.arange(0, 6, 0.6))
+    np.testing.assert_allclose(states.markers[0, :, 2], [0.108, 0.2, 0.3125])
+    assert states.load == 0.1
+    assert list(states.families) == ["block 1"] * 5 + ["block 2"] * 5
