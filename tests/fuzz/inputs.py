@@ -169,6 +169,7 @@ def command_lines() -> st.SearchStrategy[Input]:
                 ["replay", "*"],
                 ["replay", "thing.sdf", "--as", "*"],
                 ["identify", "thing.sdf", "--finger", "*", "--free", "length", "--out", "found.urdf"],
+                ["weigh", "thing.sdf", "--finger", "*"],
                 ["place-sensors", "--count", "*", "--recordings", "finger.urdf"],
                 ["place-sensors", "--count", "2", "--contacts", "*", "--recordings", "finger.urdf"],
                 ["contact-trials", "--contacts", "*"],

@@ -14,7 +14,7 @@ def test_shipped_descriptions_load(name):
 
 
 def test_there_are_five():
-    robots = ["tendon_robot_v4", "tendon_robot_v6"]
+    robots = ["soft_trunk", "tendon_robot_v4", "tendon_robot_v6"]
     assert description_names() == ["clamped_beam", "pneumatic_segment", *robots, "two_segment_arm"]
 
 
