@@ -31,7 +31,7 @@ from soft_gripper.fingers.spatial_chain import (
 
 _GUESSES = 12  # of the set of taut tendons, after which a row is solved by itself
 _MOST_ITERATIONS = 200
-_UPHELD = 0.9  # of the stiffness of the springs: the most that a weight's slope takes from it in an iteration
+_UPHELD = 0.99  # of the stiffness of the springs: the most that a weight's slope takes from it in an iteration
 _WILD = 100.0  # rad, and m: the iteration diverges
 _STILL = 1e-10  # rad, and m
 
