@@ -8,7 +8,8 @@ f, a shape in balance is  q = C (f - G' T) , and
 
 a linear complementarity problem with a positive definite matrix, which has one solution (Cottle, Pang and Stone, *The
 Linear Complementarity Problem*, section 3.1). Where tendons are not parallel to the axis, or there is weight, l and f
-are linearised and the problem is solved again until the shape is still.
+are linearised and the problem is solved again until the shape is still. The inverse of C then has the slope of the
+weight's torques besides the springs, and what the last tensions add against twist.
 """
 
 import numpy as np

@@ -10,8 +10,10 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import SimulationDivergedError
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_parts import TipLoad
+from soft_gripper.fingers.path_drive import Tendons
 from soft_gripper.fingers.paths import Tendon
-from soft_gripper.fingers.spatial_chain import spatial_chain
+from soft_gripper.fingers.spatial_chain import posture, spatial_chain, weights
 from soft_gripper.fingers.tendon_balance import complementary, pulled_positions
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -78,6 +80,30 @@ def test_tensions_and_slack_exclude_each_other(guesses, monkeypatch):
     assert (slack > -1e-10).all()
     np.testing.assert_allclose(found * slack, 0.0, atol=1e-10)
     assert 0.2 < (found > 0).mean() < 0.8
+
+
+def energy(finger, pulled, gravity, q):
+    """Of the springs, the tendons and the weight at joint positions (J,), J."""
+    chain, tendons = spatial_chain(finger), Tendons(finger)
+    weight = weights(finger, chain, gravity)
+    tight = np.maximum(tendons.stretches(chain.gathered(q[None]), pulled[None])[0], 0)
+    of_weight = -(weight.forces * weight.places(posture(chain, q))).sum()
+    return (chain.spread(finger.stiffnesses) * q**2).sum() / 2 + (tendons.stiffness * tight**2).sum() / 2 + of_weight
+
+
+@pytest.mark.parametrize(("mass", "along"), [(0.02, 9.7), (0.2, 9.7), (0.05, -9.7)], ids=["", "heavy", "upright"])
+def test_a_loaded_finger_rests_where_the_energy_is_least(mass, along):
+    """No small step away lowers it, and none changes it to first order; upright, only its tendons hold it."""
+    ends = [tendon(a, slack=s, name=f"t{i}") for i, (a, s) in enumerate([(0.3, -1e-3), (0.3 + np.pi, 5e-4), (2.0, 0)])]
+    finger = replace(pulled_finger(*ends), tip_load=TipLoad(mass, 0.0, 0.0), segments=6)
+    pulled, gravity = np.array([3e-3, -3e-3, 2e-3]), np.array([1.0, -0.5, along])
+    q = pulled_positions(finger, pulled[None], gravity)[0]
+    least, step = energy(finger, pulled, gravity, q), 1e-4
+    assert np.abs(q).max() > 0.02
+    for away in step * np.eye(len(q)):
+        ends = [energy(finger, pulled, gravity, q + sign * away) - least for sign in (1, -1)]
+        assert min(ends) > 0
+        assert abs(ends[0] - ends[1]) < 1e-3 * sum(ends)
 
 
 def test_what_buckles_under_its_weight_is_refused():

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hardware_files import published
+from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.fingers.cross_section import CrossSection
@@ -15,6 +17,7 @@ from soft_gripper.hardware.identification.identified_finger import read_finger
 from soft_gripper.hardware.identification.settled_states import (
     SettledStates,
     fit_states,
+    identify_states,
     predicted_markers,
     resting_positions,
     settled_states,
@@ -152,3 +155,24 @@ def test_a_motor_winds_a_pair(tmp_path):
     np.testing.assert_allclose(states.markers[0, :, 2], [0.108, 0.2, 0.3125])
     assert states.load == 0.1
     assert list(states.families) == ["block 1"] * 5 + ["block 2"] * 5
+
+
+PUBLISHED_FREE = ["density", "youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness"]
+
+
+@pytest.mark.slow
+def test_the_published_trunk():
+    """What docs/identification.md states: fitted without a load and with 300 g; 100 g is not in the fit at all."""
+    folder = published("soft_trunk")
+    files = [str(folder / f"random_{mass}g.csv") for mass in (0, 300, 100)]
+    finger = read_finger(model_path(load_description("soft_trunk").finger))
+    states = [settled_states(recording, finger) for recording in find_recordings(files, "soft_trunk")]
+    found = identify_states(finger, PUBLISHED_FREE, states[:2], states[2:], HereExecutor())
+    mean = {(row.recording, row.role, row.family, row.marker): row.mean_mm for row in found.scores}
+    blocks = [[mean["random_0g", "left out", f"block {i}", marker] for marker in "23"] for i in (1, 2)]
+    np.testing.assert_allclose(blocks, [[4.9, 9.9], [4.4, 9.0]], atol=0.1)
+    assert mean["random_100g", "test", "all", "3"] == pytest.approx(10.3, abs=0.1)
+    *windows, whole = weigh(found.model.finger, states[2], WINDOW)
+    assert whole.load_g == pytest.approx(108, abs=1)
+    np.testing.assert_allclose([row.load_g for row in windows], [84, 132, 117, 113, 92], atol=2)
+    assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))

@@ -379,7 +379,7 @@ _VIEWS = ((0, 1), (0, 2))  # axes of B: from the tip, and from the side
 
 
 def states_figure(found: IdentifiedStates) -> Figure:
-    """Plots the places of the first marker, measured and predicted, seen along the finger and from the side.
+    """Plots the places of the last marker, measured and predicted, seen along the finger and from the side.
 
     A row for each recording; beside it the distribution of the errors.
     """
@@ -391,7 +391,7 @@ def states_figure(found: IdentifiedStates) -> Figure:
         left_out: list[Array | None] = [*found.left_out, *[None] * count]
         for row, states, errors, without in zip(axes, found.states, found.errors, left_out, strict=False):
             for panel, (i, j) in zip(row, _VIEWS, strict=False):
-                _draw_places(panel, states.markers[:, 0], errors[:, 0], i, j)
+                _draw_places(panel, states.markers[:, -1], errors[:, -1], i, j)
             _draw_errors(row[2], errors, "held out" if without is None else "fitted", ESTIMATOR_COLORS[2])
             if without is not None and np.isfinite(without).any():
                 _draw_errors(row[2], without[np.isfinite(without).all(axis=(1, 2))], "left out", ESTIMATOR_COLORS[5])
