@@ -1,7 +1,7 @@
 """Recorded states of a finger at rest, its tendons pulled, and parameters fitted to them: free ones and placement.
 
-A row of such a recording holds how far each tendon is pulled, and where markers along the finger came to rest. The finger
-of a model rests where its springs, weight and tendons balance (`tendon_balance`). Dry friction makes its bend lag behind:
+A row of such a recording holds how far each tendon is pulled, and where markers on the finger came to rest. The finger
+of a model rests where its springs, weight and tendons balance (`tendon_balance`). Dry friction makes its bend lag:
 it follows the balance only as far as this is more than the friction away (play operator; Visintin, *Differential Models
 of Hysteresis*, 1994, chapter III), in the order of the rows. Where a recording places the finger is not known, so
 predicted markers are shifted by their mean distance from measured ones.
