@@ -522,6 +522,7 @@ COMMANDS = (
             *CONSOLE,
             *RECORDINGS,
             option("--finger", "URDF with the identified finger, without a load", "FILE", required=True),
+            option("--tare", "recording of much the same motion without a load, to cancel errors of the model", "FILE"),
             option("--window", "span of an estimate (default: %(default)s)", "SECONDS", number(1e6), default=30.0),
             DATA,
             out("results/weigh"),

@@ -15,6 +15,10 @@ counts as  1 / correlation time  (`correlation_time`; Newey and West, *Econometr
 
     std(m) = sqrt(N var(J_i . r_i) correlation time) / (J' J) .
 
+With a recording of much the same motion without a load, the errors that the model makes in it where the tendons are
+pulled most alike are taken from those of the loaded one, as a balance is tared: what is wrong in the model for both
+cancels.
+
 An error that lasts longer than the window, such as a tendon that has slackened since, is not in it.
 """
 
@@ -24,6 +28,7 @@ from dataclasses import dataclass, replace
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
 
 from soft_gripper.arrays import Array
 from soft_gripper.files.document import require
@@ -37,6 +42,7 @@ _NORMAL_95 = 1.96
 _STEP = 0.02  # kg, of the finite differences
 _STEPS = 4
 _FEWEST = 10  # rows of a window
+_ALIKE = 0.2  # share of the range of the pulled lengths
 
 
 @dataclass(frozen=True)
@@ -52,20 +58,22 @@ class Weighing:
     named_g: float  # by the file's name; 0 if it names none
 
 
-def weigh(finger: Finger, states: SettledStates, window: float) -> list[Weighing]:
+def weigh(finger: Finger, states: SettledStates, window: float, tare: SettledStates | None = None) -> list[Weighing]:
     """Weighs what hangs on the tip in every window of a recording, and in the last row over all of it.
 
     Args:
         finger: the identified one, without a load.
         states: of the recording; its own load is not looked at but named in the result.
         window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
+        tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
 
     Raises:
         InputError: if the rows have no times, or are too few for a window.
         SimulationDivergedError: if the finger finds no balance.
     """
     require(window > 0, states.name, "--window", window, "give a span of time, s")
-    mass, error, slope = _linearised(finger, states)
+    offset = np.zeros(states.markers.shape) if tare is None else _errors_alike(finger, tare, states)
+    mass, error, slope = _linearised(finger, states, offset)
     require(states.time is not None, states.name, "time", None, "the rows need times for windows")
     assert states.time is not None
     since = states.time - states.time[0]
@@ -91,12 +99,25 @@ def weigh(finger: Finger, states: SettledStates, window: float) -> list[Weighing
     return found
 
 
-def _linearised(finger: Finger, states: SettledStates) -> tuple[float, Array, Array]:
-    """The mass at which a finger agrees best, or 0; errors of the markers, and their slopes by the mass, (R, M, 3)."""
+def _errors_alike(finger: Finger, tare: SettledStates, states: SettledStates) -> Array:
+    """Errors of the unloaded model where tendons were pulled most as in each row, (R, M, 3) m."""
+    error, pulled = state_errors(Model(finger), replace(tare, load=0.0)), cKDTree(tare.pulled)
+    apart, nearest = pulled.query(states.pulled)
+    reach = float(np.ptp(tare.pulled, axis=0).max())
+    expected = f"pulls no tendons as this recording does: rows are {100 * _ALIKE:.0f} % of the range apart, or more"
+    require(float(np.median(apart)) <= _ALIKE * reach, states.name, "--tare", tare.name, expected)
+    return error[nearest]
+
+
+def _linearised(finger: Finger, states: SettledStates, offset: Array) -> tuple[float, Array, Array]:
+    """The mass at which a finger agrees best, or 0; errors of the markers, and their slopes by the mass, (R, M, 3).
+
+    `offset` are errors that the model makes without a load, (R, M, 3) m; they are taken from these.
+    """
     mass = 0.0
     for _ in range(_STEPS):
         error, more = (state_errors(Model(finger), replace(states, load=m)) for m in (mass, mass + _STEP))
-        slope = (more - error) / _STEP
+        slope, error = (more - error) / _STEP, error - offset
         before, mass = mass, max(mass - float((slope * error).sum() / (slope**2).sum()), 0.0)
     return before, error, slope
 

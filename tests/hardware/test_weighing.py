@@ -111,6 +111,35 @@ def test_a_load_named_by_the_file_is_not_looked_at(fitted):
     ]
 
 
+def test_a_tare_cancels_what_is_wrong_in_the_model():
+    """Slack that the model does not know, without a load as with it; root mean square of windows."""
+    wrong, errors, bands = trunk(slacks=(0.0,) * 4), [], []
+    for seed in range(5, 10):
+        empty, loaded = states_of(0.0, seed), states_of(0.08, seed)
+        found = [weigh(wrong, loaded, WINDOW, tare)[:-1] for tare in (None, empty)]
+        errors.append([[row.load_g - 80 for row in rows] for rows in found])
+        bands.append([[row.band_g for row in rows] for rows in found])
+    plain, tared = np.sqrt(np.square(errors).mean(axis=(0, 2)))
+    assert tared < 0.5 * plain
+    wide, narrow = np.mean(bands, axis=(0, 2))
+    assert narrow < 0.5 * wide
+
+
+def test_a_tare_in_disorder_is_the_same():
+    """What counts is how the tendons were pulled, and not when."""
+    empty, loaded = states_of(0.0, 5), states_of(0.08, 5)
+    order = np.random.default_rng(0).permutation(len(empty.pulled))
+    mixed = replace(empty, pulled=empty.pulled[order], markers=empty.markers[order])
+    found = [weigh(TRUE, loaded, WINDOW, tare) for tare in (empty, mixed)]
+    np.testing.assert_allclose([row.load_g for row in found[0]], [row.load_g for row in found[1]])
+
+
+def test_another_motion_is_no_tare():
+    other = replace(states_of(0.0, 5), pulled=states_of(0.0, 5).pulled + 1.0)
+    with refused("--tare"):
+        weigh(TRUE, states_of(0.08, 5), WINDOW, other)
+
+
 def test_what_is_refused(fitted):
     states = states_of(0.06, 4, rows=40)
     with refused("time"):
@@ -175,4 +204,8 @@ def test_the_published_trunk():
     *windows, whole = weigh(found.model.finger, states[2], WINDOW)
     assert whole.load_g == pytest.approx(108, abs=1)
     np.testing.assert_allclose([row.load_g for row in windows], [84, 132, 117, 113, 92], atol=2)
+    assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))
+    *windows, whole = weigh(found.model.finger, states[2], WINDOW, tare=states[0])
+    assert whole.load_g == pytest.approx(111, abs=1)
+    np.testing.assert_allclose([row.load_g for row in windows], [120, 103, 117, 102, 112], atol=2)
     assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))
