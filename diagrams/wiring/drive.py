@@ -68,6 +68,7 @@ def add_pressure_drive(
         InputError: if the step of a discrete plant is too long for a finger, or a tendon cannot be commanded so.
     """
     config, tendons = config or PressureConfig(), tendons or TendonConfig()
+    _check_leaks(fingers, config)
     drive = _empty(fingers, tendons.command)
     check_finalized(fingers)
     for finger in fingers:
@@ -89,6 +90,14 @@ def add_pressure_drive(
             _hold_straight(builder, driven[0])
         drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
     return drive
+
+
+def _check_leaks(fingers: Sequence[PlantFinger], config: PressureConfig) -> None:
+    """Raises an InputError if a finger that leaks is not known, or its chambers turn with it."""
+    known = [finger.name for finger in fingers if finger.finger.pressures and not _chambers_turn(finger)]
+    for name, share in config.leaks.items():
+        if name not in (*known, COMMON):
+            raise InputError("pressure.leaks", name, share, f"no such finger that can leak; known: {', '.join(known)}")
 
 
 def _empty(fingers: Sequence[PlantFinger], of_tendons: str) -> Drive:
@@ -187,7 +196,11 @@ def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: P
     torque_maps = {finger.name: pressure_torque_map(finger) for finger in driven}
     time_step = driven[0].plant.time_step()
     laws = {finger.name: finger.finger.laws for finger in driven}
-    drive = PressureDrive(torque_maps, config.minimum, config.maximum, config.time_constant, time_step, laws)
+    limits = config.minimum, config.maximum, config.time_constant
+    leaks = (
+        {name: config.leaks.get(name, config.leaks.get(COMMON, 0.0)) for name in torque_maps} if config.leaks else None
+    )
+    drive = PressureDrive(torque_maps, *limits, time_step, laws, leaks, config.leak_time)
     return builder.AddNamedSystem(f"{driven[0].model_name}.pressure_drive", drive)
 
 

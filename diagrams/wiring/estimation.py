@@ -12,7 +12,10 @@ from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE, DrivingTorque, driving_port
 from soft_gripper.estimators.finger_shape import ANGLES, FingerShape
+from soft_gripper.estimators.health import HealthFilter
+from soft_gripper.estimators.health_monitor import HealthMonitor, usable
 from soft_gripper.estimators.recursive import EFFECTIVE_DRIVING_TORQUE
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
@@ -33,6 +36,8 @@ class FingerEstimation(Diagram):
                                 ^----- with creep -----------+                           |
                                                             contact, if detected <---- ContactDetector
 
+    With a monitor, its `usable_strain` takes the place of the readings (`health_monitor`).
+
     FingerShape is present if the estimator does not output the pose itself; if it outputs `external_torque`, that
     replaces the output of the ForceEstimator. The driving torque also goes to the ForceEstimator. With recorded signals
     connected to the inputs, the same blocks estimate shape and load on hardware.
@@ -45,6 +50,7 @@ class FingerEstimation(Diagram):
         gravity: Array,
         period: float,
         contact_threshold: float | None = None,
+        monitor: HealthMonitor | None = None,
     ):
         """
         Args:
@@ -53,12 +59,13 @@ class FingerEstimation(Diagram):
             gravity: in the world, (3,) m/s^2; zero leaves the finger's own weight in the external torque.
             period: of all samples, s.
             contact_threshold: N m; None: contact is not looked for.
+            monitor: of the health of finger and sensors; the estimator takes its usable readings. None: there is none.
 
         Raises:
             InputError: if the estimator does not estimate the joint angles of the finger.
         """
         super().__init__()
-        wires = shape_wires(estimator, layout.finger, period)
+        wires = shape_wires(estimator, layout.finger, period, monitor)
         learnt = EFFECTIVE_DRIVING_TORQUE in vector_outputs(estimator)
         force = ForceEstimator(layout.finger, gravity, period, learnt)
         wires.add("force_estimator", force, {DRIVING_TORQUE: EFFECTIVE_DRIVING_TORQUE} if learnt else {})
@@ -78,8 +85,8 @@ _TAKEN = {
 }
 
 
-def shape_wires(estimator: System, finger: Finger, period: float) -> NamedWires:
-    """An estimator, preceded by DrivingTorque and followed by FingerShape unless the estimator outputs the pose itself.
+def shape_wires(estimator: System, finger: Finger, period: float, monitor: HealthMonitor | None = None) -> NamedWires:
+    """An estimator, preceded by DrivingTorque and a monitor, and followed by FingerShape unless it outputs the pose.
 
     Raises:
         InputError: if the estimator does not estimate the joint angles of the finger.
@@ -88,7 +95,10 @@ def shape_wires(estimator: System, finger: Finger, period: float) -> NamedWires:
     _check(estimator, finger.segments, shape)
     others = [way for way in finger.driven_ways if way != "bending" and driving_port(way) in inputs(estimator)]
     wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, others), later={ANGLES})
-    wires.add("estimator", estimator)
+    quantity = "" if monitor is None else monitor.function.layout.quantity
+    if monitor is not None:
+        wires.add("health", monitor)
+    wires.add("estimator", estimator, {quantity: usable(quantity)} if monitor is not None else {})
     if not vector_outputs(shape).keys() <= vector_outputs(estimator).keys():
         wires.add("shape", shape)
     return wires
@@ -140,8 +150,10 @@ def add_estimation(
     compensated = np.asarray(gravity, dtype=float) * config.compensate_gravity
     made_by = ("estimator.type", name_of(make_estimator, config.type))
     estimator = make_block(*made_by, make, layout, compensated, period)
+    known = config.uncertainty or Uncertainty()
+    monitor = HealthMonitor(HealthFilter(layout, known, period), compensated) if config.health else None
     with seen_from(*made_by):
-        estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold)
+        estimation = FingerEstimation(estimator, layout, compensated, period, config.contact_threshold, monitor)
         builder.AddNamedSystem(f"{name}.estimation", estimation)
         connect_known(builder, estimation, estimation_inputs(measured), "estimator")
     return vector_outputs(estimation)

@@ -52,7 +52,7 @@ class FingerSensors(Diagram):
         """
         super().__init__()
         wires, period, finger = NamedWires(), config.period, layout.finger
-        errors = strain_errors(config)
+        errors = strain_errors(config, finger.name)
         ideals = {name: f"{IDEAL}{name}" for name in (layout.quantity, "extension_ratio")}
         wires.add("sensor", sensor, {} if errors is None else ideals)
         sampled = "sampled_pressure" if config.pressure_errors is None else f"{IDEAL}pressure"
@@ -159,7 +159,7 @@ def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> No
     taken = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))
     if taken:
         raise InputError("sensor", "output ports", ", ".join(taken), "are names of other signals of the finger")
-    errors = strain_errors(config)
+    errors = strain_errors(config, layout.finger.name)
     if errors is None:
         return
     if sizes.get(layout.quantity) != layout.readings:

@@ -138,6 +138,13 @@ def posterior(
     )
 
 
+def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: float) -> Array:
+    """What the best single force leaves of bends, in variances, (...); see `posterior`."""
+    whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+    r = (whitening @ bends[..., None])[..., 0]
+    return _chi_squared(_fits(r, cells.whitened(whitening), largest), largest).min(axis=-1)
+
+
 def _fits(r: Array, cells: Cells, largest: float) -> _Fits:
     """The force in every cell, all whitened: each deviation u of the response turns the identity into I + u u^T.
 

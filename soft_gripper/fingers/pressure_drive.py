@@ -19,6 +19,7 @@ from pydrake.systems.primitives import (
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger_parts import PressureLaw
+from soft_gripper.fingers.leak import Leak
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 from soft_gripper.signals import describe
@@ -34,8 +35,8 @@ class PressureDrive(Diagram):
                                        +---------------+ ---> actuation          (nu) N m, of the model's joints
 
     There is a command, (C) Pa, for every finger with C chambers; one source wired to fingers with one is a common
-    pressure. Inside: Saturation -> first-order lag (if there is one) -> laws of the pressure (if there are any) ->
-    MatrixGain (the chamber law, tau_i = p A(s_i) e(s_i); a joint that stretches is pushed by p A(s_i)).
+    pressure. Inside: Saturation -> first-order lag and Leak (if there are any) -> laws of the pressure (if there are
+    any) -> MatrixGain (the chamber law, tau_i = p A(s_i) e(s_i); a joint that stretches is pushed by p A(s_i)).
     """
 
     def __init__(
@@ -46,6 +47,8 @@ class PressureDrive(Diagram):
         time_constant: float = 0.0,
         time_step: float = 0.0,
         laws: Mapping[str, Sequence[PressureLaw | None]] | None = None,
+        leaks: Mapping[str, float] | None = None,
+        leak_time: float = 0.0,
     ):
         """
         Args:
@@ -55,6 +58,7 @@ class PressureDrive(Diagram):
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
             time_step: of a discrete plant, s; the lag then uses the same steps. 0 for a continuous one.
             laws: pressure laws of the chambers of each finger; None: the effective pressure is that in the chamber.
+            leaks: shares of the pressure that fingers lose behind the sensor, from `leak_time` s on; None: none leaks.
         """
         super().__init__()
         builder = DiagramBuilder()
@@ -67,6 +71,9 @@ class PressureDrive(Diagram):
             chain.append(builder.AddNamedSystem("lag", lag(time_constant, time_step, count)))
         pressures = builder.AddNamedSystem("pressures", Demultiplexer(sizes))
         builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
+        if leaks:
+            lost = np.repeat([leaks.get(name, 0.0) for name in torque_maps], sizes)
+            chain.append(builder.AddNamedSystem("leak", Leak(lost, leak_time)))
         in_chambers = [law for name in torque_maps for law in (laws or {}).get(name, ())]
         if any(in_chambers):
             chain.append(builder.AddNamedSystem("laws", _effective(in_chambers)))

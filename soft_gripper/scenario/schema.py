@@ -24,7 +24,7 @@ from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.shipped import PRESETS
 from soft_gripper.sensors.path_sensors import LAYOUTS, STEEPEST
 from soft_gripper.sensors.pressure_errors import PressureErrors
-from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.sensors.strain_errors import SENSOR_FAULTS, StrainErrors
 
 ATMOSPHERE = 101325.0  # Pa; no vacuum is deeper
 
@@ -115,6 +115,9 @@ class PressureConfig:
     minimum: float = quantity(-50e3, "Pa", least=-ATMOSPHERE)  # of the supply; negative: vacuum
     maximum: float = quantity(210e3, "Pa")  # of the supply
     time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and chamber; 0: no lag
+    # By finger or "all": share of the measured pressure that does not reach the chambers, from leak_time on.
+    leaks: dict[str, float] = quantity({}, least=0, most=1)
+    leak_time: float = quantity(0.0, "s", least=0)
 
     def misfits(self) -> Iterator[Misfit]:
         if self.minimum > self.maximum:
@@ -325,6 +328,26 @@ class StrainErrorsConfig:
 
 
 @dataclass
+class SensorFaultConfig:
+    """A strain sensor that fails during a run, see docs/health.md."""
+
+    kind: str = quantity("dead", known=SENSOR_FAULTS)
+    finger: str = "all"  # its name, or "all"
+    path: str = "outer"  # one of the names of the paths
+    section: int = quantity(0, least=0)  # from the base
+    time: float = quantity(0.0, "s", least=0)  # of its onset
+    # Strain that it adds (offset), reads at most (saturated) or always (dead; None: its last), share of the strain that
+    # is lost (loose), strain a second (drifting).
+    size: float | None = None
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.size is None and self.kind != "dead":
+            yield "size", None, f"must be given for {self.kind}"
+        if self.kind == "loose" and self.size is not None and not 0 < self.size <= 1:
+            yield "size", self.size, "must be a share of the strain, above 0 and at most 1"
+
+
+@dataclass
 class SensorConfig:
     """The sensors of every finger."""
 
@@ -341,6 +364,7 @@ class SensorConfig:
     response: list[list[float]] | None = None  # [extension ratio, reading] points; None: the reading is the strain
     errors: StrainErrorsConfig | None = None  # of the strain sensors; None: ideal sensors
     pressure_errors: PressureErrors | None = None  # of the pressure sensor; None: an ideal sensor
+    faults: list[SensorFaultConfig] = field(default_factory=list)  # of strain sensors, during a run
     seed: int = quantity(0, least=0)  # of all random numbers of the sensors
 
     def misfits(self) -> Iterator[Misfit]:
@@ -358,6 +382,7 @@ class EstimatorConfig:
     alongside: list[str] = field(default_factory=list)  # further types, recorded and scored without affecting the run
     # For probabilistic estimators; None: derived from the errors of the sensors.
     uncertainty: Uncertainty | None = None
+    health: bool = False  # name faults of fingers and sensors, and drop faulty sensors; see docs/health.md
     compensate_gravity: bool = True  # remove the finger's own weight from the force estimate
     # Torque above which contact is detected; None: no contact detection.
     contact_threshold: float | None = quantity(None, "N m", above=0)

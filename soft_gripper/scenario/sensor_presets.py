@@ -11,15 +11,24 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.own_functions import find_named, made
-from soft_gripper.scenario.schema import DeadSensorConfig, EstimatorConfig, SensorConfig, SensorPathConfig, presets
+from soft_gripper.scenario.schema import (
+    DeadSensorConfig,
+    EstimatorConfig,
+    SensorConfig,
+    SensorFaultConfig,
+    SensorPathConfig,
+    StrainErrorsConfig,
+    presets,
+)
 from soft_gripper.sensors.link_sensors import CurvatureSensors, OrientationSensors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.path_sensors import LAYOUTS, PathSensors, SensorPath, named_paths
 from soft_gripper.sensors.response_curve import LINEAR, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, path_names
-from soft_gripper.sensors.strain_errors import StrainErrors
+from soft_gripper.sensors.strain_errors import SensorFault, StrainErrors
 
 MakeSensor = Callable[[SensorLayout, float], System]
+ALL = "all"  # names every finger
 SENSORS: dict[str, type[MeasurementModel]] = {
     "strain": SensorLayout,
     "curvature": CurvatureSensors,
@@ -80,23 +89,28 @@ def _path_names(config: SensorConfig) -> tuple[str, ...]:
     return path_names(config.one_sided) if config.layout == "sides" else LAYOUTS[config.layout]
 
 
-def strain_errors(sensor: SensorConfig) -> StrainErrors | None:
-    """The errors of the strain sensors; None if they are ideal.
+def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErrors | None:
+    """The errors of the strain sensors, with the faults of those on a finger; None if they are ideal.
 
     Raises:
         InputError: for an unknown preset, a number out of range, or a dead sensor that does not exist.
     """
-    config = sensor.errors
+    named = enumerate(sensor.faults)
+    faults = tuple(
+        _fault(sensor, i, fault) for i, fault in named if finger is not None and fault.finger in (finger, ALL)
+    )
+    config = sensor.errors or (StrainErrorsConfig() if faults else None)
     if config is None:
         return None
     if config.preset is not None and config.preset not in presets():
         raise InputError("sensor.errors", "preset", config.preset, f"must be one of {', '.join(presets())}")
-    names = {field.name for field in fields(StrainErrors)} - {"dead"}
+    names = {field.name for field in fields(StrainErrors)} - {"dead", "faults"}
     given = {name: value for name in names if (value := getattr(config, name)) is not None}
     values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given
     if "saturation" in values:
         values["saturation"] = tuple(values["saturation"])
-    return StrainErrors(**values, dead=tuple(_reading(sensor, i, dead) for i, dead in enumerate(config.dead)))
+    dead = tuple(_reading(sensor, "sensor.errors", f"dead[{i}]", one) for i, one in enumerate(config.dead))
+    return StrainErrors(**values, dead=dead, faults=faults)
 
 
 def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty:
@@ -109,11 +123,16 @@ def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty
     return uncertainty_of(strain_errors(sensor), sensor.pressure_errors) if given is None else given
 
 
-def _reading(sensor: SensorConfig, i: int, dead: DeadSensorConfig) -> int:
-    """The index of the reading of a dead sensor."""
+def _fault(sensor: SensorConfig, i: int, fault: SensorFaultConfig) -> SensorFault:
+    reading = _reading(sensor, "sensor", f"faults[{i}]", fault)
+    return SensorFault(fault.kind, reading, fault.time, fault.size)
+
+
+def _reading(sensor: SensorConfig, where: str, field: str, of: DeadSensorConfig | SensorFaultConfig) -> int:
+    """The index of the reading of a sensor that is named by path and section."""
     paths = _path_names(sensor)
-    if dead.path not in paths:
-        raise InputError("sensor.errors", f"dead[{i}].path", dead.path, f"must be one of {', '.join(paths)}")
-    if not 0 <= dead.section < sensor.sections:
-        raise InputError("sensor.errors", f"dead[{i}].section", dead.section, f"must be 0 to {sensor.sections - 1}")
-    return paths.index(dead.path) * sensor.sections + dead.section
+    if of.path not in paths:
+        raise InputError(where, f"{field}.path", of.path, f"must be one of {', '.join(paths)}")
+    if not 0 <= of.section < sensor.sections:
+        raise InputError(where, f"{field}.section", of.section, f"must be 0 to {sensor.sections - 1}")
+    return paths.index(of.path) * sensor.sections + of.section

@@ -52,6 +52,19 @@ RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal draws that a sensor needs per 
 HYSTERESIS_LIMIT = 0.1  # above this limit, the play operators would have zero slope at small reversals
 
 
+SENSOR_FAULTS = ("dead", "offset", "loose", "drifting", "saturated")
+
+
+@dataclass(frozen=True)
+class SensorFault:
+    """A sensor that fails during a run."""
+
+    kind: str  # one of SENSOR_FAULTS
+    reading: int
+    time: float  # s, of the onset
+    size: float | None  # see SensorFaultConfig
+
+
 @dataclass(frozen=True)
 class StrainErrors:
     """The errors of strain sensors, in the order in which they act; none by default.
@@ -80,6 +93,7 @@ class StrainErrors:
     delay: int = quantity(0, least=0)  # samples
     dropout: float = quantity(0.0, least=0, most=1)  # probability that a sample is lost and reads NaN
     dead: tuple[int, ...] = ()  # readings that are always NaN
+    faults: tuple[SensorFault, ...] = ()  # of sensors that fail during a run
 
     def __post_init__(self) -> None:
         check_config("sensor.errors", self)
@@ -98,6 +112,8 @@ class Memory(NamedTuple):
     drift: Array  # (..., R) extension ratio
     low_frequency: Array  # (..., R) extension ratio
     creep: Array  # (..., R), the creep strain
+    time: Array  # (..., R) s, since the run began
+    read: Array  # (..., R) extension ratio read at the sample before, NaN before the first
     plays: Array  # (..., PLAYS, R), the strains of the play operators
     line: Array  # (..., delay, R) extension ratios in the delay line, oldest first
 
@@ -123,6 +139,8 @@ def begin(errors: StrainErrors, draws: Array) -> Memory:
         drift=rest,
         low_frequency=errors.low_frequency_noise * low_frequency,
         creep=rest,
+        time=rest,
+        read=rest + np.nan,
         plays=np.repeat(rest[..., None, :], PLAYS, axis=-2),
         line=np.full((*rest.shape[:-1], errors.delay, rest.shape[-1]), np.nan),
     )
@@ -149,12 +167,16 @@ def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, perio
     innovation = errors.low_frequency_noise * math.sqrt(1 - correlation**2)
     slow = correlation * memory.low_frequency + innovation * low_frequency
     measured = 1 + memory.gain * lagging_strain(plays, crept, errors.hysteresis) + memory.offset
+    measured = _with_faults(errors, memory.time, measured)
     reading = _read_out(errors, measured + memory.drift + slow + errors.noise * white)
+    reading = _with_failed(errors, memory, reading)
     line, arrived = pass_delay_line(memory.line, reading)
     after = memory._replace(
         drift=memory.drift + memory.drift_rate * period,
         low_frequency=slow,
         creep=memory.creep - math.expm1(-period / errors.creep_time) * (strain - memory.creep),
+        time=memory.time + period,
+        read=reading,
         plays=plays,
         line=line,
     )
@@ -204,6 +226,33 @@ def _read_out(errors: StrainErrors, ratio: Array) -> Array:
     limited = np.clip(ratio, *errors.saturation)
     quantum = errors.quantization
     return limited if quantum is None else quantum * np.round(limited / quantum)
+
+
+_BEGUN = 1e-9  # s, by which the sum of periods may fall short of an onset
+
+
+def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
+    """Extension ratios with faults that act before the sensor is read out."""
+    for fault in errors.faults:
+        if fault.kind in ("offset", "loose", "drifting") and fault.size is not None:
+            since, strain = time[..., fault.reading] - fault.time, ratio[..., fault.reading] - 1
+            added = {"offset": fault.size, "loose": -fault.size * strain, "drifting": fault.size * since}[fault.kind]
+            ratio = ratio.copy()
+            ratio[..., fault.reading] += np.where(since > -_BEGUN, added, 0.0)
+    return ratio
+
+
+def _with_failed(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
+    """What is read of extension ratios by sensors that may be dead or saturated."""
+    for fault in errors.faults:
+        if fault.kind in ("dead", "saturated"):
+            i, ratio = fault.reading, ratio.copy()
+            last = np.where(np.isnan(memory.read[..., i]), ratio[..., i], memory.read[..., i])
+            limit = last if fault.size is None else 1 + fault.size
+            limited = np.minimum(ratio[..., i], limit) if np.all(limit > 1) else np.maximum(ratio[..., i], limit)
+            failed = limited if fault.kind == "saturated" else limit
+            ratio[..., i] = np.where(memory.time[..., i] - fault.time > -_BEGUN, failed, ratio[..., i])
+    return ratio
 
 
 def _without_lost(errors: StrainErrors, ratio: Array, draws: Array) -> Array:

@@ -1,0 +1,141 @@
+"""The faults of a finger and of its sensors that can be named, each as a hypothesis about the readings.
+
+The readings y deviate from those of the free finger, y_0, by the load, by lasting errors b of the sensors and by noise;
+with the bends lambda of the load and the sensitivity B,
+
+    r = y - y_0 = B lambda + b + noise .
+
+A fault adds a parameter f to this (a drift two), whose effect on the readings is known:
+
+    dead        reading i is a constant               y_i = f
+    slipped     its offset jumps, or its strand       r_i += f ,   or   r_i += f (y_0 + B lambda)_i , f < 0
+                is loose and follows a part
+    drifting    its offset is a ramp                  r_i += f + f' t
+    saturated   it is a constant where y_i would be beyond f, and as ever elsewhere
+    leak        a share of the pressure is missing    r   -= f B A C u
+    cut         the finger is softer from a           r   += f B A (the joint angles from there on)
+                place to the tip
+    held        the load is not one contact: any lambda, see `health`
+
+with u the torque of the pressure, C the compliance of the joints and A their sums over sections. Given lambda, all are
+linear in f, so that a Gaussian f is integrated out in closed form.
+
+R readings, S values, K hypotheses, of which the first is that nothing is wrong.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_gripper.arrays import Array
+from soft_gripper.quantity import quantity
+from soft_gripper.sensors.measurement import MeasurementModel
+
+HEALTHY = "healthy"
+OF_SENSORS = ("dead", "slipped", "drifting", "saturated")
+OF_FINGER = ("leak", "cut", "held")
+FAULTS = (HEALTHY, *OF_SENSORS, *OF_FINGER)  # the kinds, in the order of the probabilities
+
+
+@dataclass(frozen=True)
+class UsualFaults:
+    """What faults are like before anything is read: means and standard deviations of their parameters.
+
+    Sizes of the sensors' faults are shares of the full scale: the largest reading of the free finger at the usual load
+    pressure.
+    """
+
+    probability: float = quantity(1e-9, above=0, below=1)  # that something is wrong at all
+    offset: float = quantity(0.3, above=0)  # of a slipped sensor
+    drift: float = quantity(0.05, "1/s", above=0)
+    loose: tuple[float, float] = (-0.55, 0.16)  # of the gain of a loose strand
+    leak: tuple[float, float] = (0.4, 0.14)  # of the pressure
+    cut: tuple[float, float] = (1.2, 0.4)  # of the compliance
+
+
+@dataclass(frozen=True)
+class Hypotheses:
+    """The hypotheses about one finger; the state of a hypothesis is (lambda, b, f, f'), of S + R + 2 entries."""
+
+    layout: MeasurementModel
+    usual: UsualFaults = field(default_factory=UsualFaults)
+    load_pressure: float = 1.5e5  # Pa
+
+    @cached_property
+    def _listed(self) -> list[tuple[str, int, int]]:
+        """Kind, reading and joint of each; -1 for none."""
+        of_reading = ("dead", "offset", "loose", "drifting", "saturated")
+        sensors = [(kind, i, -1) for i in range(self.layout.readings) for kind in of_reading]
+        leak = [("leak", -1, -1)] if self.layout.finger.pressures else []
+        segments = self.layout.finger.segments
+        cuts = [("cut", -1, int(joint)) for joint in np.unique(self._places * segments // (2 * self.layout.sections))]
+        return [(HEALTHY, -1, -1), *sensors, *leak, *cuts, ("held", -1, -1)]
+
+    @property
+    def _places(self) -> NDArray[np.int_]:
+        return np.arange(2 * self.layout.sections)
+
+    def of(self, name: str) -> NDArray[np.int_]:
+        """The numbers of the hypotheses of one sort."""
+        return np.array([i for i, (kind, *_) in enumerate(self._listed) if kind == name], dtype=int)
+
+    @cached_property
+    def kind(self) -> NDArray[np.int_]:
+        """Their kinds, as places in FAULTS, (K,)."""
+        names = {"offset": "slipped", "loose": "slipped"}
+        return np.array([FAULTS.index(names.get(kind, kind)) for kind, *_ in self._listed])
+
+    @cached_property
+    def reading(self) -> NDArray[np.int_]:
+        """The readings that they concern, (K,); -1: none."""
+        return np.array([reading for _, reading, _ in self._listed])
+
+    @cached_property
+    def joint(self) -> NDArray[np.int_]:
+        """The first joint of what is softer, (K,)."""
+        return np.array([joint for *_, joint in self._listed])
+
+    @cached_property
+    def log_prior(self) -> Array:
+        """Logarithms of the odds against `healthy` before anything is read, (K,): each kind is as probable."""
+        counts = np.bincount(self.kind, minlength=len(FAULTS))
+        kinds = np.count_nonzero(counts) - 1
+        prior = self.usual.probability / kinds / counts[self.kind]
+        return np.where(self.kind == 0, 0.0, np.log(prior))
+
+    @cached_property
+    def sign(self) -> Array:
+        """The sign that f must have, (K,); 0: any."""
+        sign = np.zeros(len(self.kind))
+        for name in ("loose", "leak", "cut"):
+            sign[self.of(name)] = np.sign(getattr(self.usual, name)[0])
+        return sign
+
+    @cached_property
+    def full_scale(self) -> float:
+        """The largest measured quantity of the free finger at the usual load pressure."""
+        finger = self.layout.finger
+        torque = self.load_pressure * finger.pressure_gain
+        return float(np.abs(self.layout.predict(finger.angle(torque))).max())
+
+    @cached_property
+    def size(self) -> tuple[Array, Array]:
+        """Mean and standard deviation of f and f' at their onset, (K, 2) each."""
+        usual, scale = self.usual, self.full_scale
+        mean, std = np.zeros((len(self.kind), 2)), np.zeros((len(self.kind), 2))
+        for name in ("dead", "saturated"):
+            std[self.of(name), 0] = scale
+        std[self.of("offset"), 0] = usual.offset * scale
+        std[self.of("drifting"), 1] = usual.drift * scale
+        for name in ("loose", "leak", "cut"):
+            mean[self.of(name), 0], std[self.of(name), 0] = getattr(usual, name)
+        return mean, std
+
+    @cached_property
+    def by_load(self) -> Array:
+        """B, from the bends of the load to the readings, (R, S)."""
+        sensitivity = self.layout.sensitivity
+        by_value = sensitivity[..., None] * np.eye(sensitivity.shape[-1])
+        return by_value.reshape(self.layout.readings, -1)

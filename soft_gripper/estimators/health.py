@@ -1,0 +1,419 @@
+"""How probable each fault is, from sample to sample: a bank of tests, one for every hypothesis of `faults`.
+
+Ten samples make a look: their mean is compared with the readings that every hypothesis predicts, by a Kalman filter
+(extended where the load multiplies the fault) over the bends of the load, lasting errors of the sensors, and the
+parameters of the fault. The load changes with the drive, as a blocked finger does, along the shapes that contact forces
+bend it into (`gaussian`), and now and then at any time; lasting errors change with the strain, by the gain error and
+hysteresis assumed. While the drive changes the finger lags, which counts as noise.
+
+Evidence for a fault k is the logarithm of the ratio of its likelihood and that of the healthy finger since its onset,
+which is unknown: after every look the better of going on and beginning anew is kept,
+
+    e_k = max(e_k, 0) + log p(look | k) - log p(look | healthy)
+
+(Page 1954, Continuous inspection schemes, doi 10.1093/biomet/41.1-2.100; Willsky and Jones 1976, doi
+10.1109/TAC.1976.1101146, with the fault's size integrated out instead of maximised). Beginning anew starts from what
+the healthy filter knew before the look. With the odds  o_k  before,  P_k  is proportional to  o_k exp(e_k).
+
+Two things that means do not show count as well. A reading that repeats itself to the last bit while others change is
+not that of a working sensor with noise: how often it repeated itself so far says how improbable that is. And whatever
+the faults, the load is one contact at most, with the misfit X that `force_posterior` finds for the best of them: it
+multiplies the likelihood by exp(-X / 2) once a second, as consecutive looks at one contact are not independent.
+Only under `held` any load may be, for a fixed price.
+
+R readings, S values, N joints, K hypotheses, n = 2 S + R + 2 states.
+"""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.estimators.contact import force_cells
+from soft_gripper.estimators.faults import FAULTS, Hypotheses
+from soft_gripper.estimators.force_posterior import one_contact_misfit
+from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.kinematics import gravity_torque
+from soft_gripper.sensors.measurement import MeasurementModel
+
+LOOK = 10  # samples
+_LAG = 0.3  # of the change of the free bends within a look: standard deviation of the lag, common to all sections
+_STEADY = 0.1  # of a usual load per usual pressure: how the load's rate changes from look to look
+_UNEVEN = 0.1  # likewise, independent
+_SUDDEN = 0.02  # probability that the load jumps at a look without the drive
+_WALK = 0.1  # of the reading's standard deviation: random walk of lasting errors from look to look
+_REST = 3e-4  # rad, random walk of the load's bends at rest
+_SPREAD = 0.03  # of the load's bends: how far a spread contact is from a single force
+_HELD = 14.0  # price of any load, as a misfit
+_MOST = 80.0  # of a misfit: beyond, no assumption is good enough to be counted
+_STUCK, _LOST = 0.98, 0.02  # probabilities that a stuck sensor repeats itself, and that a working one is not read
+_ALIVE = 0.3  # evidence of hypotheses whose load is examined; of others it is that of the healthy finger
+_MOST_EVIDENCE = 200.0
+_LEAST_LIMIT = 0.05  # of the full scale
+_OTHER_MOTION = 2.0  # times the lag of a finger as built: that of a cut one
+_INEXACT = 0.05  # of what a cut changes: how far that is from proportional
+_WEIGHED = 0.05  # of the full scale: how far it is from that because the weight pulls otherwise
+_ABSURD = 3.0  # standard deviations
+_EXTREME = 2.5  # evidence that a reading that stays at its extreme is at a limit
+_MISSING = 1e4  # variances of the full scale of a reading that is not finite
+
+
+class Known(NamedTuple):
+    """What is remembered from sample to sample."""
+
+    mean: Array  # (K, n)
+    covariance: Array  # (K, n, n)
+    evidence: Array  # (K)
+    free: Array  # (S) rad, bends of the free finger at the last look
+    driving: Array  # (N) N m, likewise
+    begun: Array  # (S) rad, bends of the free finger at the first sample of this look
+    counts: Array  # (2, R) samples so far at which a reading repeated itself, and changed
+    last: Array  # (R) the last reading, NaN before the first
+    sums: Array  # (4, R) of this look: measured quantity; samples finite, repeated, changed
+    total: Array  # (N) N m, sum of driving torque and weight over this look
+    sums_of_driving: Array  # (N) N m
+    samples: Array  # () of this look
+    most: Array  # (2, R) least and greatest mean of a look
+
+
+@dataclass(frozen=True)
+class HealthFilter:
+    """The health of one finger and its sensors."""
+
+    layout: MeasurementModel
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    period: float = 0.01  # s
+
+    @cached_property
+    def hypotheses(self) -> Hypotheses:
+        """What may be wrong."""
+        return Hypotheses(self.layout, load_pressure=self.uncertainty.load_pressure)
+
+    def begin(self) -> Known:
+        """Before the first sample; the finger is straight and nothing is wrong."""
+        layout, count = self.layout, len(self.hypotheses.kind)
+        values, readings, joints = len(layout.matrix), layout.readings, layout.finger.segments
+        variance = np.zeros(self._states)
+        variance[values : values + readings] = self.uncertainty.offset**2 + (_WALK * self.uncertainty.reading) ** 2
+        mean, covariance = self._born(np.zeros(self._states), np.diag(variance))
+        nothing, torque = np.zeros(readings), np.zeros(joints)
+        return Known(
+            *(mean, covariance, np.zeros(count), np.zeros(values), torque, np.zeros(values)),
+            *(np.zeros((2, readings)), nothing + np.nan, np.zeros((4, readings)), torque, torque, np.zeros(())),
+            np.zeros((2, readings)),
+        )
+
+    def step(self, known: Known, readings: Array, driving: Array, gravity: Planar | complex) -> Known:
+        """What is known after one more sample; see ShapeFunction for the inputs."""
+        layout, finger = self.layout, self.layout.finger
+        known = self._begun(known) if known.samples >= LOOK else known
+        weight = gravity_torque(finger, finger.angle(driving), np.asarray(gravity)[..., None])
+        free = layout.matrix @ finger.angle(driving + weight)
+        finite = np.isfinite(readings)
+        repeated = readings == known.last
+        changed = finite & np.isfinite(known.last) & ~repeated
+        repeated &= changed.any()
+        measured = np.where(finite, layout.measured(np.where(finite, readings, layout.read(layout.straight))), 0.0)
+        known = known._replace(
+            begun=free if known.samples == 0 else known.begun,
+            last=np.where(finite, readings, known.last),
+            sums=known.sums + np.array([measured, finite, repeated, changed]),
+            total=known.total + driving + weight,
+            sums_of_driving=known.sums_of_driving + driving,
+            samples=known.samples + 1,
+        )
+        return self._look(known, free) if known.samples >= LOOK else known
+
+    def _begun(self, known: Known) -> Known:
+        """The same at the beginning of the next look."""
+        torque = np.zeros_like(known.total)
+        return known._replace(
+            sums=np.zeros_like(known.sums), total=torque, sums_of_driving=torque, samples=np.zeros(())
+        )
+
+    def probabilities(self, known: Known) -> Array:
+        """Of every kind of FAULTS, (len(FAULTS),)."""
+        return np.bincount(self.hypotheses.kind, self._weights(known), minlength=len(FAULTS))
+
+    def of_readings(self, known: Known) -> Array:
+        """Probability that each sensor is at fault, (R,)."""
+        weights, reading = self._weights(known), self.hypotheses.reading
+        return np.bincount(reading[reading >= 0], weights[reading >= 0], minlength=self.layout.readings)
+
+    def _weights(self, known: Known) -> Array:
+        """The probability of every hypothesis, (K,)."""
+        logs = self.hypotheses.log_prior + np.maximum(known.evidence, 0.0)
+        weights = np.exp(logs - logs.max())
+        found: Array = weights / weights.sum()
+        return found
+
+    def _look(self, known: Known, free: Array) -> Known:
+        """After the last sample of a look."""
+        q = self.layout.finger.angle(known.total / LOOK)
+        now = self.layout.matrix @ q
+        driving = known.sums_of_driving / LOOK
+        look = self._seen(known, q, free - known.begun)
+        change, drive = now - known.free, self._pressures(driving - known.driving)
+        born_mean, born_covariance = self._born(known.mean[0], known.covariance[0])
+        mean = np.stack([known.mean, born_mean])
+        covariance = np.stack([known.covariance, born_covariance])
+        mean, covariance = self._predicted(mean, covariance, change, drive)
+        found = self._updated(mean, covariance, look, q, driving)
+        before = np.stack([known.evidence, np.zeros_like(known.evidence)])
+        total = before + found.log_likelihood
+        best = total.argmax(axis=0)
+        best[0] = 0
+        every = np.arange(len(best))
+        mean, covariance = found.mean[best, every], found.covariance[best, every]
+        likelihood = total[best, every]
+        own = likelihood[0] - before[0, 0]
+        evidence = likelihood - own
+        evidence = evidence + self._of_contact(mean, covariance, q, evidence)
+        evidence[self._is_absurd(mean, covariance)] = -_MOST_EVIDENCE
+        evidence = evidence - max(float(evidence.max()) - _MOST_EVIDENCE, 0.0)
+        evidence[0] = 0.0
+        measured = look.measured
+        return known._replace(
+            mean=mean,
+            covariance=covariance,
+            evidence=evidence,
+            free=now,
+            driving=driving,
+            counts=known.counts + known.sums[2:],
+            most=np.array([np.fmin(known.most[0], measured), np.fmax(known.most[1], measured)]),
+        )
+
+    def _is_absurd(self, mean: Array, covariance: Array) -> NDArray[np.bool_]:
+        """Whether the parameter of a hypothesis surely has the wrong sign, (K,)."""
+        f, sign = self._values + self.layout.readings, self.hypotheses.sign
+        absurd: NDArray[np.bool_] = sign * mean[:, f] < -_ABSURD * np.sqrt(covariance[:, f, f])
+        return absurd & (sign != 0)
+
+    def _seen(self, known: Known, q: Array, moved: Array) -> "_Look":
+        measured, finite, repeated, changed = known.sums
+        read = finite > 0
+        mean = np.where(read, measured / np.maximum(finite, 1), np.nan)
+        alpha = known.counts + np.array([[0.3], [3.0]])
+        rate = alpha / alpha.sum(axis=0)
+        seen = np.array([repeated, changed])
+        working = (seen * np.log(rate)).sum(axis=0)
+        stuck = repeated * math.log(_STUCK) + changed * math.log(1 - _STUCK)
+        lost = LOOK - finite
+        silent = lost * math.log(_STUCK) + finite * math.log(1 - _STUCK)
+        working_lost = lost * math.log(_LOST) + finite * math.log(1 - _LOST)
+        stuck = stuck + working_lost
+        return _Look(
+            mean,
+            self.layout.predict(q),
+            read,
+            np.maximum(finite, 1),
+            moved,
+            working + working_lost,
+            np.maximum(stuck, silent + working),
+            stuck,
+            (repeated > LOOK / 2) & (np.abs(mean) > _LEAST_LIMIT * self.hypotheses.full_scale),
+            (repeated > 0) & (repeated <= LOOK / 2),
+            np.where(mean > 0, mean > known.most[1], mean < known.most[0]),
+        )
+
+    def _predicted(self, mean: Array, covariance: Array, change: Array, drive: float) -> tuple[Array, Array]:
+        """A look later, for a load that follows the drive and one that jumps, (2, ...) more."""
+        values, readings, hypotheses = self._values, self.layout.readings, self.hypotheses
+        assumed, size, dt = self.uncertainty, hypotheses.size[1], LOOK * self.period
+        walk = np.zeros((2, *covariance.shape[-3:]))
+        of_load = self._of_usual_load
+        shares = (_STEADY * abs(drive), _STEADY * min(abs(drive) / dt, 1)), (max(abs(drive), 0.2), 1.0)
+        for i, (of_bend, of_slope) in enumerate(shares):
+            walk[i, :, :values, :values] = of_bend**2 * of_load + (_REST**2) * np.eye(values)
+            walk[i, :, -values:, -values:] = of_slope**2 * of_load
+        model = np.outer(change, change) * assumed.bend_per_pressure**2
+        walk[:, :, :values, :values] += model
+        expected = hypotheses.by_load @ change
+        lasting = (_WALK * assumed.reading) ** 2 + (assumed.gain * expected) ** 2 + assumed.drift**2 * dt
+        bends, i = np.arange(values), hypotheses.of("cut")[:, None]
+        walk[:, i, bends, bends] += (_INEXACT * change) ** 2
+        i = np.arange(values, values + readings)
+        walk[:, :, i, i] += lasting
+        f = values + readings
+        resting = (_WALK * assumed.reading) ** 2 + _REST**2 * (hypotheses.by_load**2).sum(axis=-1)
+        for name in ("dead", "saturated"):
+            of = hypotheses.of(name)
+            walk[:, of, f, f] += resting[hypotheses.reading[of]]
+        for name in ("offset", "loose"):  # a look may hold the onset: what it says of the size is wrong
+            of = hypotheses.of(name)
+            walk[1, of, f, f] += size[of, 0] ** 2
+        of = hypotheses.of("drifting")
+        walk[:, of, f + 1, f + 1] += (0.02 * size[of, 1]) ** 2
+        F = np.eye(self._states)
+        F[f, f + 1] = dt
+        F[:values, -values:] = drive * np.eye(values)
+        covariance = F @ covariance @ F.T
+        return mean @ F.T, covariance[None] + walk[:, None]
+
+    def _updated(self, mean: Array, covariance: Array, look: "_Look", q: Array, driving: Array) -> "_Updated":
+        """After a look, the better of the two loads.
+
+        mean (B, K, n); covariance (2, B, K, n, n).
+        """
+        hypotheses, values, R = self.hypotheses, self._values, self.layout.readings
+        f = values + R
+        assumed, B = self.uncertainty, hypotheses.by_load
+        K = len(hypotheses.kind)
+        every = mean.shape[:-1]
+        H = np.zeros((*every, R, self._states))
+        H[..., :values] = B
+        H[..., values:f] = np.eye(R)
+        load = mean[..., :values]
+        with_load = look.expected + load @ B.T  # (B, K, R)
+        residual = np.where(look.read, look.measured - look.expected, 0.0)
+        z = np.broadcast_to(residual, (*every, R)).copy()
+        lag = B @ look.moved
+        common = np.broadcast_to(_LAG * lag, (K, R)).copy()
+        noise = np.broadcast_to(
+            (assumed.reading**2) / look.count + (_UNEVEN * lag) ** 2 + (1e-4 * hypotheses.full_scale) ** 2, (K, R)
+        ).copy()
+        floor = assumed.reading**2 / look.count
+        for name in ("offset", "drifting"):
+            k = hypotheses.of(name)
+            H[:, k, hypotheses.reading[k], f] = 1
+        k = hypotheses.of("loose")
+        i = hypotheses.reading[k]
+        H[:, k, i, f] = with_load[:, k, i]
+        dead = hypotheses.of("dead")
+        saturated = hypotheses.of("saturated")
+        i = hypotheses.reading[saturated]
+        at_limit = saturated[look.at_limit[i]]
+        for k in (dead, at_limit):
+            i = hypotheses.reading[k]
+            H[:, k, i, :] = 0
+            H[:, k, i, f] = 1
+            z[:, k, i] = np.where(look.read[i], look.measured[i], 0.0)
+            common[k, i] = 0
+            noise[k, i] = floor[i]
+        partly = saturated[look.partly[hypotheses.reading[saturated]]]
+        noise[partly, hypotheses.reading[partly]] = hypotheses.full_scale**2
+        noise[:, ~look.read] = _MISSING * hypotheses.full_scale**2
+        k = hypotheses.of("leak")
+        H[..., f][:, k] = -(B @ (self.layout.matrix @ (self._gaussian.compliance(q) * driving)))
+        k = hypotheses.of("cut")
+        angles = q + load[:, k] @ self._shared.T
+        beyond = np.arange(len(q)) >= hypotheses.joint[k][:, None]
+        H[..., f][:, k] = (angles * beyond) @ (B @ self.layout.matrix).T
+        common[k] *= _OTHER_MOTION
+        noise[k] += (_OTHER_MOTION * _UNEVEN * lag) ** 2
+        noises = common[..., :, None] * common[..., None, :] + noise[..., :, None] * np.eye(R)
+        crossed = covariance @ np.swapaxes(H, -1, -2)
+        spread = H @ crossed + noises
+        left = z - (H @ mean[..., None])[..., 0]
+        inverse = np.linalg.inv(spread)
+        square = (left * (inverse @ left[..., None])[..., 0]).sum(axis=-1)
+        log_likelihood = -0.5 * (square + np.linalg.slogdet(spread)[1])
+        log_likelihood += np.log([1 - _SUDDEN, _SUDDEN])[:, None, None]
+        best = log_likelihood.argmax(axis=0)[None]
+        chosen = np.take_along_axis(log_likelihood, best, 0)[0]
+        best = best[..., None, None]
+        gain = np.take_along_axis(crossed, best, 0)[0] @ np.take_along_axis(inverse, best, 0)[0]
+        mean = mean + (gain @ left[..., None])[..., 0]
+        keep = np.eye(self._states) - gain @ H
+        covariance = keep @ np.take_along_axis(covariance, best, 0)[0] @ np.swapaxes(keep, -1, -2)
+        covariance = covariance + gain @ noises @ np.swapaxes(gain, -1, -2)
+        # repetitions
+        chosen = chosen + look.working.sum()
+        i = hypotheses.reading[dead]
+        chosen[:, dead] += look.stuck[i] - look.working[i]
+        i = hypotheses.reading[at_limit]
+        chosen[:, at_limit] += look.limited[i] - look.working[i]
+        chosen[1, at_limit] += _EXTREME * look.furthest[i]
+        c = look.measured[i]
+        true = with_load[:, at_limit, i]
+        Bi = B[i]
+        P = covariance[:, at_limit, :values, :values]
+        std = np.sqrt(np.einsum("ki,bkij,kj->bk", Bi, P, Bi) + floor[i])
+        chosen[:, at_limit] += log_ndtr(np.sign(c) * (true - c) / std)
+        return _Updated(mean, covariance, chosen)
+
+    def _of_contact(self, mean: Array, covariance: Array, q: Array, evidence: Array) -> Array:
+        """Evidence against every hypothesis from its load, relative to the healthy one, (K,)."""
+        values, alive = self._values, evidence > _ALIVE
+        alive[0] = True
+        load = mean[alive, :values]
+        size = (load**2).sum(axis=-1)[:, None, None]
+        shape = q + load[0] @ self._shared.T
+        floor = (self.uncertainty.bend_per_pressure * (self.layout.matrix @ q)) ** 2 + 1e-6
+        cut = (self.hypotheses.joint >= 0)[:, None] * mean[:, values + self.layout.readings, None]
+        bend = _WEIGHED * self.hypotheses.full_scale / np.abs(self.hypotheses.by_load).max()
+        bend = bend * np.clip(cut[alive], 0, 1)
+        cut = (_INEXACT * cut[alive] * (self.layout.matrix @ q)) ** 2 + bend**2
+        spread = covariance[alive, :values, :values]
+        spread = spread + (_SPREAD**2 * size + (floor + cut)[..., None]) * np.eye(values)
+        cells = force_cells(self.layout, shape, self._gaussian.compliance(shape))
+        X = np.zeros_like(evidence)
+        X[alive] = np.minimum(one_contact_misfit(load, spread, cells, self.uncertainty.largest_force), _MOST)
+        X[~alive] = X[0]
+        X[self.hypotheses.of("held")] = np.minimum(X[0], _HELD)
+        return (X[0] - X) / 2 * LOOK * self.period
+
+    def _born(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
+        """Every hypothesis at its onset, from what the healthy filter knows."""
+        average, std = self.hypotheses.size
+        f = self._values + self.layout.readings
+        count = len(average)
+        means, covariances = np.tile(mean, (count, 1)), np.tile(covariance, (count, 1, 1))
+        means[:, f : f + 2] = average
+        covariances[:, f, f], covariances[:, f + 1, f + 1] = (std**2).T
+        return means, covariances
+
+    @property
+    def _values(self) -> int:
+        return len(self.layout.matrix)
+
+    @property
+    def _states(self) -> int:
+        return 2 * self._values + self.layout.readings + 2
+
+    def _pressures(self, torque: Array) -> float:
+        """A torque of the drive as a share of that of the usual load pressure."""
+        gain = self.layout.finger.pressure_gain
+        return float(torque @ gain / (gain @ gain) / self.uncertainty.load_pressure)
+
+    @cached_property
+    def _shared(self) -> Array:
+        """From bends to joint angles that share them equally, (N, S)."""
+        return np.linalg.pinv(self.layout.matrix)
+
+    @cached_property
+    def _of_usual_load(self) -> Array:
+        A = self.layout.matrix
+        return A @ self._gaussian.prior(np.zeros(A.shape[-1]), np.zeros(A.shape[-1])) @ A.T
+
+    @cached_property
+    def _gaussian(self) -> GaussianShape:
+        return GaussianShape(self.layout, self.uncertainty)
+
+
+class _Look(NamedTuple):
+    """The mean of some samples."""
+
+    measured: Array  # (R)
+    expected: Array  # (R) of the free finger
+    read: NDArray[np.bool_]  # (R) whether any sample is finite
+    count: Array  # (R) of finite samples
+    moved: Array  # (S) rad, by which the free bends changed within the look
+    working: Array  # (R) log-likelihoods of what repeated itself and what was lost: of a working sensor,
+    stuck: Array  # (R) a dead
+    limited: Array  # (R) and one at its limit
+    at_limit: NDArray[np.bool_]  # (R)
+    partly: NDArray[np.bool_]  # (R)
+    furthest: NDArray[np.bool_]  # (R) whether it is beyond all looks before
+
+
+class _Updated(NamedTuple):
+    mean: Array
+    covariance: Array
+    log_likelihood: Array

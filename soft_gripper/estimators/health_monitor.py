@@ -1,0 +1,94 @@
+"""HealthMonitor: the health of a finger and its sensors as a block."""
+
+import numpy as np
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
+from soft_gripper.estimators.faults import FAULTS
+from soft_gripper.estimators.health import HealthFilter, Known
+from soft_gripper.estimators.plane import bending_plane
+
+NAMED = 0.95  # probability that something is wrong from which a fault is named, and a sensor dropped
+
+
+def usable(quantity: str) -> str:
+    """Name of the port with the readings of sensors that are not judged faulty."""
+    return f"usable_{quantity}"
+
+
+class HealthMonitor(ArrayBlock):
+    """Names the fault of one finger or of its sensors, and drops the readings of a faulty sensor.
+
+    ::
+
+        strain (R) ---------------> +---------------+ ---> fault_probabilities  (8), see `faults.FAULTS`
+        driving_torque (N) N m ---> | HealthMonitor | ---> fault                (1) 0 healthy, 1 dead ... 7 held
+        X_WB (12) [R | p] --------> |               | ---> sensor_fault         (R) probability that a sensor is faulty
+                                    +---------------+ ---> usable_strain        (R) readings, NaN of a faulty sensor
+
+    `strain` holds the readings, and is called after what the sensors measure. Give it inputs that are sampled together
+    every period of its function, from time 0, in discrete state.
+    """
+
+    takes_axes = False  # the filter has an axis of hypotheses, and follows one finger
+
+    def __init__(self, function: HealthFilter, gravity: Array):
+        """`gravity` in the world, (3,) m/s^2, zero for none.
+
+        Raises:
+            InputError: if the finger leaves its plane, or no pressure bends it.
+        """
+        check_monitored(function)
+        super().__init__(function.period)
+        layout, start = function.layout, function.begin()
+        self.function = function
+        self.take(layout.quantity, layout.readings)
+        self.take(DRIVING_TORQUE, layout.finger.segments)
+        self.take("X_WB", 12)
+        self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
+        self.remember(
+            "known",
+            lambda before, *sample: function.step(_unflat(before, start), *sample),
+            *(layout.quantity, DRIVING_TORQUE, "gravity"),
+            begin=_flat(start),
+            keep=_flat,
+        )
+        self.derive("probabilities", function.probabilities, "known")
+        self.derive("of_readings", function.of_readings, "known")
+        self.put_out("fault_probabilities", lambda found: found, "probabilities", fault=FAULTS)
+        self.put_out("fault", named, "probabilities", meanings=FAULTS)
+        self.put_out("sensor_fault", lambda found: found, "of_readings", **layout.axes)
+        self.put_out(
+            *(usable(layout.quantity), lambda of, readings: np.where(of < NAMED, readings, np.nan)),
+            *("of_readings", layout.quantity),
+            unit=layout.unit,
+            **layout.axes,
+        )
+
+
+def named(probabilities: Array) -> Array:
+    """The fault that is named, as its place in FAULTS, (...): the most probable, once something is surely wrong."""
+    most: Array = 1.0 + probabilities[..., 1:].argmax(axis=-1)
+    return np.where(probabilities[..., 0] < 1 - NAMED, most, 0.0)
+
+
+def check_monitored(function: HealthFilter) -> None:
+    """Raises an InputError if the finger leaves its plane, or no pressure bends it."""
+    layout = function.layout
+    if layout.ways != ("bending",) or not np.any(layout.finger.pressure_gain):
+        expected = "works for fingers that bend in their plane, by pressure; set it to false"
+        raise InputError("estimator", "health", True, f"{expected} (finger '{layout.finger.name}')")
+
+
+def _flat(known: Known) -> Array:
+    """All parts in a row, (n,)."""
+    return np.concatenate([np.ravel(part) for part in known])
+
+
+def _unflat(numbers: Array, like: Known) -> Known:
+    """The inverse of flattening, with the part sizes of another state of knowledge."""
+    ends = np.cumsum([np.size(part) for part in like])[:-1]
+    parts = zip(np.split(numbers, ends), like, strict=True)
+    return Known._make(part.reshape(np.shape(own)) for part, own in parts)

@@ -1,0 +1,27 @@
+"""Leak: chambers that lose a share of their pressure from a time on."""
+
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from soft_gripper.arrays import Array
+from soft_gripper.cached import weakly
+
+
+class Leak(LeafSystem):
+    """What is left of the pressure behind a leak.
+
+    ::
+
+        pressure (C) Pa ---> Leak ---> pressure_left (C) Pa
+    """
+
+    def __init__(self, shares: Array, time: float):
+        """Loses the `shares`, (C), from `time` s on."""
+        super().__init__()
+        self._left, self._time = 1 - shares, time
+        port = self.DeclareVectorInputPort("pressure", len(shares))
+        tickets = {port.ticket(), self.time_ticket()}
+        self.DeclareVectorOutputPort("pressure_left", len(shares), weakly(self._calc), tickets)
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        pressure = self.GetInputPort("pressure").Eval(context)
+        output.SetFromVector(pressure * self._left if context.get_time() >= self._time else pressure)
