@@ -15,6 +15,7 @@ from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.diagrams.wiring.sensors import IDEAL
 from soft_gripper.errors import InputError, described
 from soft_gripper.estimators.finger_shape import ANGLES
+from soft_gripper.estimators.health_monitor import usable
 from soft_gripper.scenario.own_functions import is_own
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
@@ -112,7 +113,9 @@ def check_values(blocks: Iterable[OwnBlock], recording: Recording) -> None:
     """
     for own in blocks:
         name = f"{own.place}.{own.port}"
-        readings = recording[f"{own.place.partition('.')[0]}.{own.quantity}"]
+        finger = own.place.partition(".")[0]
+        taken = f"{finger}.{usable(own.quantity)}"
+        readings = recording[taken if taken in recording.data else f"{finger}.{own.quantity}"]
         if own.port == own.quantity:
             ideal = f"{own.place}.{IDEAL}{own.quantity}"
             name = ideal if ideal in recording.data else name

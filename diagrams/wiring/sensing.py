@@ -29,7 +29,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, ObjectWidth
 from soft_gripper.scenario.nominal_model import NominalModel
 from soft_gripper.scenario.schema import EstimatorConfig, RecordConfig, SensorConfig
-from soft_gripper.scenario.sensor_presets import MakeSensor, uncertainty
+from soft_gripper.scenario.sensor_presets import ALL, MakeSensor, uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
@@ -92,6 +92,7 @@ def add_sensing(
     known_uncertainty = uncertainty(config.estimator, config.sensor)
     config = replace(config, estimator=replace(config.estimator, uncertainty=known_uncertainty))
     check_finalized(fingers)
+    _check_faults(fingers, config.sensor)
     is_scored = config.record.truth != "none"
     signals = add_true_poses(builder, fingers, config.sensor.period) if fingers and is_scored else {}
     layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
@@ -120,6 +121,15 @@ def add_sensing(
         if true_width is not None:
             signals["grip.object_width_error"] = add_width_error(builder, width, true_width)
     return signals
+
+
+def _check_faults(fingers: Sequence[PlantFinger], config: SensorConfig) -> None:
+    """Raises an InputError if a sensor that fails is on no finger."""
+    known = [finger.name for finger in fingers]
+    for i, fault in enumerate(config.faults):
+        if fault.finger not in (*known, ALL):
+            expected = f"no such finger; known: {', '.join((*known, ALL))}"
+            raise InputError("sensor", f"faults[{i}].finger", fault.finger, expected)
 
 
 def _add_true_contact(

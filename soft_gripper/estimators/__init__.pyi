@@ -16,9 +16,12 @@ from .driving_torque import recorded_driving as recorded_driving
 from .estimate import ContactForce as ContactForce
 from .estimate import ShapeEstimate as ShapeEstimate
 from .estimate import ShapeFunction as ShapeFunction
+from .faults import FAULTS as FAULTS
 from .finger_shape import FingerShape as FingerShape
 from .force_posterior import ContactPosterior as ContactPosterior
 from .gaussian import GaussianShape as GaussianShape
+from .health import HealthFilter as HealthFilter
+from .health_monitor import HealthMonitor as HealthMonitor
 from .plane import bending_plane as bending_plane
 from .plane import pose_entries as pose_entries
 from .recursive import RecursiveEstimator as RecursiveEstimator

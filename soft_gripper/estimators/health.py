@@ -44,6 +44,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 
 LOOK = 10  # samples
 _LAG = 0.3  # of the change of the free bends within a look: standard deviation of the lag, common to all sections
+_EXACT = 1e-4  # of the full scale: standard deviation of the model itself
 _STEADY = 0.1  # of a usual load per usual pressure: how the load's rate changes from look to look
 _UNEVEN = 0.1  # likewise, independent
 _SUDDEN = 0.02  # probability that the load jumps at a look without the drive
@@ -54,6 +55,7 @@ _HELD = 14.0  # price of any load, as a misfit
 _MOST = 80.0  # of a misfit: beyond, no assumption is good enough to be counted
 _STUCK, _LOST = 0.98, 0.02  # probabilities that a stuck sensor repeats itself, and that a working one is not read
 _ALIVE = 0.3  # evidence of hypotheses whose load is examined; of others it is that of the healthy finger
+_BEFORE = np.array([[0.3], [3.0]])  # samples at which a reading repeated itself, and changed, before any is read
 _MOST_EVIDENCE = 200.0
 _LEAST_LIMIT = 0.05  # of the full scale
 _OTHER_MOTION = 2.0  # times the lag of a finger as built: that of a cut one
@@ -139,12 +141,13 @@ class HealthFilter:
 
     def probabilities(self, known: Known) -> Array:
         """Of every kind of FAULTS, (len(FAULTS),)."""
-        return np.bincount(self.hypotheses.kind, self._weights(known), minlength=len(FAULTS))
+        found: Array = (self.hypotheses.kind == np.arange(len(FAULTS))[:, None]) @ self._weights(known)
+        return found
 
     def of_readings(self, known: Known) -> Array:
         """Probability that each sensor is at fault, (R,)."""
-        weights, reading = self._weights(known), self.hypotheses.reading
-        return np.bincount(reading[reading >= 0], weights[reading >= 0], minlength=self.layout.readings)
+        found: Array = (self.hypotheses.reading == np.arange(self.layout.readings)[:, None]) @ self._weights(known)
+        return found
 
     def _weights(self, known: Known) -> Array:
         """The probability of every hypothesis, (K,)."""
@@ -164,21 +167,17 @@ class HealthFilter:
         mean = np.stack([known.mean, born_mean])
         covariance = np.stack([known.covariance, born_covariance])
         mean, covariance = self._predicted(mean, covariance, change, drive)
-        found = self._updated(mean, covariance, look, q, driving)
+        found = _updated(mean, covariance, self._observation(mean, look, q, driving))
         before = np.stack([known.evidence, np.zeros_like(known.evidence)])
-        total = before + found.log_likelihood
-        best = total.argmax(axis=0)
-        best[0] = 0
-        every = np.arange(len(best))
+        total = before + found.log_likelihood + self._of_repetitions(found, mean, look)
+        total[1, 0] = -np.inf  # that nothing is wrong has no onset
+        best, every = total.argmax(axis=0), np.arange(total.shape[1])
         mean, covariance = found.mean[best, every], found.covariance[best, every]
-        likelihood = total[best, every]
-        own = likelihood[0] - before[0, 0]
-        evidence = likelihood - own
+        evidence = total[best, every] - total[0, 0]
         evidence = evidence + self._of_contact(mean, covariance, q, evidence)
         evidence[self._is_absurd(mean, covariance)] = -_MOST_EVIDENCE
         evidence = evidence - max(float(evidence.max()) - _MOST_EVIDENCE, 0.0)
         evidence[0] = 0.0
-        measured = look.measured
         return known._replace(
             mean=mean,
             covariance=covariance,
@@ -186,7 +185,7 @@ class HealthFilter:
             free=now,
             driving=driving,
             counts=known.counts + known.sums[2:],
-            most=np.array([np.fmin(known.most[0], measured), np.fmax(known.most[1], measured)]),
+            most=np.array([np.fmin(known.most[0], look.measured), np.fmax(known.most[1], look.measured)]),
         )
 
     def _is_absurd(self, mean: Array, covariance: Array) -> NDArray[np.bool_]:
@@ -199,24 +198,21 @@ class HealthFilter:
         measured, finite, repeated, changed = known.sums
         read = finite > 0
         mean = np.where(read, measured / np.maximum(finite, 1), np.nan)
-        alpha = known.counts + np.array([[0.3], [3.0]])
-        rate = alpha / alpha.sum(axis=0)
-        seen = np.array([repeated, changed])
-        working = (seen * np.log(rate)).sum(axis=0)
+        before = known.counts + _BEFORE
+        working = (np.array([repeated, changed]) * np.log(before / before.sum(axis=0))).sum(axis=0)
         stuck = repeated * math.log(_STUCK) + changed * math.log(1 - _STUCK)
         lost = LOOK - finite
         silent = lost * math.log(_STUCK) + finite * math.log(1 - _STUCK)
-        working_lost = lost * math.log(_LOST) + finite * math.log(1 - _LOST)
-        stuck = stuck + working_lost
+        of_lost = lost * math.log(_LOST) + finite * math.log(1 - _LOST)
         return _Look(
             mean,
             self.layout.predict(q),
             read,
-            np.maximum(finite, 1),
+            np.clip(1 + changed, 1, np.maximum(finite, 1)),
             moved,
-            working + working_lost,
-            np.maximum(stuck, silent + working),
-            stuck,
+            working + of_lost,
+            np.maximum(stuck + of_lost, silent + working),
+            stuck + of_lost,
             (repeated > LOOK / 2) & (np.abs(mean) > _LEAST_LIMIT * self.hypotheses.full_scale),
             (repeated > 0) & (repeated <= LOOK / 2),
             np.where(mean > 0, mean > known.most[1], mean < known.most[0]),
@@ -229,15 +225,15 @@ class HealthFilter:
         walk = np.zeros((2, *covariance.shape[-3:]))
         of_load = self._of_usual_load
         shares = (_STEADY * abs(drive), _STEADY * min(abs(drive) / dt, 1)), (max(abs(drive), 0.2), 1.0)
-        for i, (of_bend, of_slope) in enumerate(shares):
-            walk[i, :, :values, :values] = of_bend**2 * of_load + (_REST**2) * np.eye(values)
-            walk[i, :, -values:, -values:] = of_slope**2 * of_load
+        for load, (of_bend, of_slope) in enumerate(shares):
+            walk[load, :, :values, :values] = of_bend**2 * of_load + (_REST**2) * np.eye(values)
+            walk[load, :, -values:, -values:] = of_slope**2 * of_load
         model = np.outer(change, change) * assumed.bend_per_pressure**2
         walk[:, :, :values, :values] += model
         expected = hypotheses.by_load @ change
         lasting = (_WALK * assumed.reading) ** 2 + (assumed.gain * expected) ** 2 + assumed.drift**2 * dt
-        bends, i = np.arange(values), hypotheses.of("cut")[:, None]
-        walk[:, i, bends, bends] += (_INEXACT * change) ** 2
+        bends, cut = np.arange(values), hypotheses.of("cut")[:, None]
+        walk[:, cut, bends, bends] += (_INEXACT * change) ** 2
         i = np.arange(values, values + readings)
         walk[:, :, i, i] += lasting
         f = values + readings
@@ -256,87 +252,63 @@ class HealthFilter:
         covariance = F @ covariance @ F.T
         return mean @ F.T, covariance[None] + walk[:, None]
 
-    def _updated(self, mean: Array, covariance: Array, look: "_Look", q: Array, driving: Array) -> "_Updated":
-        """After a look, the better of the two loads.
-
-        mean (B, K, n); covariance (2, B, K, n, n).
-        """
-        hypotheses, values, R = self.hypotheses, self._values, self.layout.readings
-        f = values + R
-        assumed, B = self.uncertainty, hypotheses.by_load
-        K = len(hypotheses.kind)
-        every = mean.shape[:-1]
-        H = np.zeros((*every, R, self._states))
-        H[..., :values] = B
-        H[..., values:f] = np.eye(R)
-        load = mean[..., :values]
-        with_load = look.expected + load @ B.T  # (B, K, R)
-        residual = np.where(look.read, look.measured - look.expected, 0.0)
-        z = np.broadcast_to(residual, (*every, R)).copy()
-        lag = B @ look.moved
-        common = np.broadcast_to(_LAG * lag, (K, R)).copy()
-        noise = np.broadcast_to(
-            (assumed.reading**2) / look.count + (_UNEVEN * lag) ** 2 + (1e-4 * hypotheses.full_scale) ** 2, (K, R)
-        ).copy()
-        floor = assumed.reading**2 / look.count
+    def _observation(self, mean: Array, look: "_Look", q: Array, driving: Array) -> "_Observation":
+        """How a look depends on the states of every hypothesis, near their means, (B, K, n)."""
+        hypotheses, values, B = self.hypotheses, self._values, self.hypotheses.by_load
+        f, load = values + self.layout.readings, mean[..., :values]
+        H = np.zeros((*mean.shape[:-1], self.layout.readings, self._states))
+        H[..., :values], H[..., values:f] = B, np.eye(self.layout.readings)
+        z = np.tile(np.where(look.read, look.measured - look.expected, 0.0), (*mean.shape[:-1], 1))
+        lag, white = B @ look.moved, self.uncertainty.reading**2 / look.apart
+        common = np.tile(_LAG * lag, (len(hypotheses.kind), 1))
+        floor = (_EXACT * hypotheses.full_scale) ** 2
+        noise = np.tile(white + (_UNEVEN * lag) ** 2 + floor, (len(hypotheses.kind), 1))
         for name in ("offset", "drifting"):
             k = hypotheses.of(name)
             H[:, k, hypotheses.reading[k], f] = 1
         k = hypotheses.of("loose")
         i = hypotheses.reading[k]
-        H[:, k, i, f] = with_load[:, k, i]
-        dead = hypotheses.of("dead")
-        saturated = hypotheses.of("saturated")
-        i = hypotheses.reading[saturated]
-        at_limit = saturated[look.at_limit[i]]
-        for k in (dead, at_limit):
-            i = hypotheses.reading[k]
-            H[:, k, i, :] = 0
-            H[:, k, i, f] = 1
-            z[:, k, i] = np.where(look.read[i], look.measured[i], 0.0)
-            common[k, i] = 0
-            noise[k, i] = floor[i]
-        partly = saturated[look.partly[hypotheses.reading[saturated]]]
-        noise[partly, hypotheses.reading[partly]] = hypotheses.full_scale**2
-        noise[:, ~look.read] = _MISSING * hypotheses.full_scale**2
+        H[:, k, i, f] = (look.expected + load @ B.T)[:, k, i]
         k = hypotheses.of("leak")
         H[..., f][:, k] = -(B @ (self.layout.matrix @ (self._gaussian.compliance(q) * driving)))
         k = hypotheses.of("cut")
         angles = q + load[:, k] @ self._shared.T
-        beyond = np.arange(len(q)) >= hypotheses.joint[k][:, None]
-        H[..., f][:, k] = (angles * beyond) @ (B @ self.layout.matrix).T
+        H[..., f][:, k] = (angles * (np.arange(len(q)) >= hypotheses.joint[k][:, None])) @ (B @ self.layout.matrix).T
         common[k] *= _OTHER_MOTION
         noise[k] += (_OTHER_MOTION * _UNEVEN * lag) ** 2
-        noises = common[..., :, None] * common[..., None, :] + noise[..., :, None] * np.eye(R)
-        crossed = covariance @ np.swapaxes(H, -1, -2)
-        spread = H @ crossed + noises
-        left = z - (H @ mean[..., None])[..., 0]
-        inverse = np.linalg.inv(spread)
-        square = (left * (inverse @ left[..., None])[..., 0]).sum(axis=-1)
-        log_likelihood = -0.5 * (square + np.linalg.slogdet(spread)[1])
-        log_likelihood += np.log([1 - _SUDDEN, _SUDDEN])[:, None, None]
-        best = log_likelihood.argmax(axis=0)[None]
-        chosen = np.take_along_axis(log_likelihood, best, 0)[0]
-        best = best[..., None, None]
-        gain = np.take_along_axis(crossed, best, 0)[0] @ np.take_along_axis(inverse, best, 0)[0]
-        mean = mean + (gain @ left[..., None])[..., 0]
-        keep = np.eye(self._states) - gain @ H
-        covariance = keep @ np.take_along_axis(covariance, best, 0)[0] @ np.swapaxes(keep, -1, -2)
-        covariance = covariance + gain @ noises @ np.swapaxes(gain, -1, -2)
-        # repetitions
-        chosen = chosen + look.working.sum()
+        for k in (hypotheses.of("dead"), self._at_limit(look)):
+            i = hypotheses.reading[k]
+            H[:, k, i, :], H[:, k, i, f] = 0, 1
+            z[:, k, i] = np.where(look.read[i], look.measured[i], 0.0)
+            common[k, i], noise[k, i] = 0, white[i]
+        saturated = hypotheses.of("saturated")
+        partly = saturated[look.partly[hypotheses.reading[saturated]]]
+        noise[partly, hypotheses.reading[partly]] = hypotheses.full_scale**2
+        noise[:, ~look.read] = _MISSING * hypotheses.full_scale**2
+        each = noise[..., :, None] * np.eye(self.layout.readings)
+        return _Observation(H, z, common[..., :, None] * common[..., None, :] + each)
+
+    def _at_limit(self, look: "_Look") -> NDArray[np.int_]:
+        """The hypotheses of a sensor that is at its limit in a look."""
+        saturated = self.hypotheses.of("saturated")
+        limited: NDArray[np.int_] = saturated[look.at_limit[self.hypotheses.reading[saturated]]]
+        return limited
+
+    def _of_repetitions(self, found: "_Updated", mean: Array, look: "_Look") -> Array:
+        """Log-likelihood of what repeated itself and of what was not read, (B, K), and of limits being exceeded."""
+        hypotheses, values, B = self.hypotheses, self._values, self.hypotheses.by_load
+        likelihood = np.full(found.log_likelihood.shape, look.working.sum())
+        dead, limited = hypotheses.of("dead"), self._at_limit(look)
         i = hypotheses.reading[dead]
-        chosen[:, dead] += look.stuck[i] - look.working[i]
-        i = hypotheses.reading[at_limit]
-        chosen[:, at_limit] += look.limited[i] - look.working[i]
-        chosen[1, at_limit] += _EXTREME * look.furthest[i]
-        c = look.measured[i]
-        true = with_load[:, at_limit, i]
-        Bi = B[i]
-        P = covariance[:, at_limit, :values, :values]
-        std = np.sqrt(np.einsum("ki,bkij,kj->bk", Bi, P, Bi) + floor[i])
-        chosen[:, at_limit] += log_ndtr(np.sign(c) * (true - c) / std)
-        return _Updated(mean, covariance, chosen)
+        likelihood[:, dead] += look.stuck[i] - look.working[i]
+        i = hypotheses.reading[limited]
+        likelihood[:, limited] += look.limited[i] - look.working[i]
+        likelihood[1, limited] += _EXTREME * look.furthest[i]
+        beyond = np.sign(look.measured[i]) * (look.expected + mean[..., :values] @ B.T - look.measured)[:, limited, i]
+        covariance = found.covariance[:, limited, :values, :values]
+        variance = np.einsum("ki,bkij,kj->bk", B[i], covariance, B[i]) + self.uncertainty.reading**2 / look.apart[i]
+        likelihood[:, limited] += log_ndtr(beyond / np.sqrt(variance))
+        return likelihood
 
     def _of_contact(self, mean: Array, covariance: Array, q: Array, evidence: Array) -> Array:
         """Evidence against every hypothesis from its load, relative to the healthy one, (K,)."""
@@ -403,7 +375,7 @@ class _Look(NamedTuple):
     measured: Array  # (R)
     expected: Array  # (R) of the free finger
     read: NDArray[np.bool_]  # (R) whether any sample is finite
-    count: Array  # (R) of finite samples
+    apart: Array  # (R) number of samples that differ: those that repeat themselves average out no rounding
     moved: Array  # (S) rad, by which the free bends changed within the look
     working: Array  # (R) log-likelihoods of what repeated itself and what was lost: of a working sensor,
     stuck: Array  # (R) a dead
@@ -413,7 +385,38 @@ class _Look(NamedTuple):
     furthest: NDArray[np.bool_]  # (R) whether it is beyond all looks before
 
 
+class _Observation(NamedTuple):
+    """z = H x + noise, of R readings."""
+
+    by_state: Array  # H, (B, K, R, n)
+    values: Array  # z, (B, K, R)
+    noise: Array  # its covariance, (K, R, R)
+
+
 class _Updated(NamedTuple):
-    mean: Array
-    covariance: Array
-    log_likelihood: Array
+    """After a look, for the likelier of the two loads."""
+
+    mean: Array  # (B, K, n)
+    covariance: Array  # (B, K, n, n)
+    log_likelihood: Array  # (B, K)
+
+
+def _updated(mean: Array, covariance: Array, look: _Observation) -> _Updated:
+    """A Kalman update of means (B, K, n) with covariances (2, B, K, n, n), one for each load."""
+    H, noise = look.by_state, look.noise
+    crossed = covariance @ np.swapaxes(H, -1, -2)
+    spread = H @ crossed + noise
+    left, inverse = look.values - (H @ mean[..., None])[..., 0], np.linalg.inv(spread)
+    square = (left * (inverse @ left[..., None])[..., 0]).sum(axis=-1)
+    log_likelihood = np.log([1 - _SUDDEN, _SUDDEN])[:, None, None] - (square + np.linalg.slogdet(spread)[1]) / 2
+    best = log_likelihood.argmax(axis=0)[None]
+
+    def of_best(values: Array) -> Array:
+        index = best.reshape(*best.shape, *[1] * (values.ndim - best.ndim))
+        chosen: Array = np.take_along_axis(values, index, 0)[0]
+        return chosen
+
+    gain = of_best(crossed) @ of_best(inverse)
+    keep = np.eye(H.shape[-1]) - gain @ H  # Joseph's form, which stays positive
+    after = keep @ of_best(covariance) @ np.swapaxes(keep, -1, -2) + gain @ noise @ np.swapaxes(gain, -1, -2)
+    return _Updated(mean + (gain @ left[..., None])[..., 0], after, of_best(log_likelihood))

@@ -10,7 +10,7 @@ from soft_gripper.files.document import check_config, require
 from soft_gripper.quantity import Misfit
 from soft_gripper.scenario.drake_values import plain_values, without_numpy
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.scenario.sensor_presets import strain_errors
+from soft_gripper.scenario.sensor_presets import sensor_faults, strain_errors
 from soft_gripper.sensors.response_curve import ResponseCurve
 
 MOST_STEPS = 2_000_000  # of the plant: a quarter of an hour with one finger
@@ -83,6 +83,7 @@ def _sensors(scenario: Scenario) -> Iterator[Misfit]:
     for part, response in responses.items():
         if response is not None:
             yield from _complaint(part, ResponseCurve, response)
+    yield from _complaint("sensor", sensor_faults, scenario.sensor)
     yield from _complaint("sensor.errors", strain_errors, scenario.sensor)
 
 

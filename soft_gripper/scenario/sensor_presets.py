@@ -95,10 +95,7 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
     Raises:
         InputError: for an unknown preset, a number out of range, or a dead sensor that does not exist.
     """
-    named = enumerate(sensor.faults)
-    faults = tuple(
-        _fault(sensor, i, fault) for i, fault in named if finger is not None and fault.finger in (finger, ALL)
-    )
+    faults = sensor_faults(sensor, finger)
     config = sensor.errors or (StrainErrorsConfig() if faults else None)
     if config is None:
         return None
@@ -123,9 +120,15 @@ def uncertainty(estimator: EstimatorConfig, sensor: SensorConfig) -> Uncertainty
     return uncertainty_of(strain_errors(sensor), sensor.pressure_errors) if given is None else given
 
 
-def _fault(sensor: SensorConfig, i: int, fault: SensorFaultConfig) -> SensorFault:
-    reading = _reading(sensor, "sensor", f"faults[{i}]", fault)
-    return SensorFault(fault.kind, reading, fault.time, fault.size)
+def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:
+    """The faults of the strain sensors on a finger; None: of none, all are checked.
+
+    Raises:
+        InputError: for a sensor that does not exist.
+    """
+    each = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
+    chosen = [one for one in each if finger is not None and one[0].finger in (finger, ALL)]
+    return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in chosen)
 
 
 def _reading(sensor: SensorConfig, where: str, field: str, of: DeadSensorConfig | SensorFaultConfig) -> int:

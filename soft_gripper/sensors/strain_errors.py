@@ -166,8 +166,8 @@ def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, perio
     correlation = math.exp(-period / errors.correlation_time)
     innovation = errors.low_frequency_noise * math.sqrt(1 - correlation**2)
     slow = correlation * memory.low_frequency + innovation * low_frequency
-    measured = 1 + memory.gain * lagging_strain(plays, crept, errors.hysteresis) + memory.offset
-    measured = _with_faults(errors, memory.time, measured)
+    lagging = 1 + memory.gain * lagging_strain(plays, crept, errors.hysteresis) + memory.offset
+    measured = _with_faults(errors, memory.time, lagging)
     reading = _read_out(errors, measured + memory.drift + slow + errors.noise * white)
     reading = _with_failed(errors, memory, reading)
     line, arrived = pass_delay_line(memory.line, reading)
@@ -236,8 +236,8 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
     for fault in errors.faults:
         if fault.kind in ("offset", "loose", "drifting") and fault.size is not None:
             since, strain = time[..., fault.reading] - fault.time, ratio[..., fault.reading] - 1
-            added = {"offset": fault.size, "loose": -fault.size * strain, "drifting": fault.size * since}[fault.kind]
-            ratio = ratio.copy()
+            per_size: dict[str, Array | float] = {"offset": 1.0, "loose": -strain, "drifting": since}
+            added, ratio = fault.size * per_size[fault.kind], ratio.copy()
             ratio[..., fault.reading] += np.where(since > -_BEGUN, added, 0.0)
     return ratio
 
