@@ -246,6 +246,7 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
         left.set_xticks(range(len(FAULTS)), FAULTS, rotation=30, ha="right")
         left.set_yticks(range(len(truths)), truths)
         left.tick_params(length=0)
+        left.grid(visible=False)
         left.set(xlabel="named at the end", ylabel="fault of the run")
         for i, kind in enumerate(KINDS):
             delays = np.sort([run.delay for run in runs if run.fault == kind and run.found])
@@ -253,7 +254,9 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
             if len(delays):
                 right.plot(np.median(delays), i, "|", ms=14, mew=2, color="0.15")
         right.set_yticks(range(len(KINDS)), KINDS)
-        right.set(xscale="log", xlabel="delay [s], and its median", ylim=(len(KINDS) - 0.5, -0.5))
+        right.set_xscale("log")
+        right.xaxis.set_major_formatter("{x:g}")
+        right.set(xlabel="delay [s], and its median", ylim=(len(KINDS) - 0.5, -0.5))
     return figure
 
 
