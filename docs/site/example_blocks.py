@@ -19,7 +19,7 @@ _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
     "pick_and_place_box": [],
     "arm_motion": ["external=[tool]", "task=null"],
-    "tip_distance_steps": [],
+    "tip_distance_steps": ["estimator.health=true", "pressure.leaks={left_finger: 0.1}"],
     "three_chambers": [],
     "tendon_grasp": [],
     "turned_box_grasp": ["estimator.type=gaussian", "sensor.layout=four_faces_and_diagonal"],
