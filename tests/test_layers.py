@@ -25,6 +25,7 @@ PARTS = (
     "play",
     "evaluation",
     "placement",
+    "benchmark",
     "learning",
     "commands",
 )

@@ -555,6 +555,17 @@ COMMANDS = (
         ("--data ~/recordings",),
         (*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
     ),
+    Command(
+        "benchmark",
+        "score estimators of shape and load on recorded hardware, with fixed splits",
+        ("--data ~/recordings", "--data ~/recordings --estimator mine:estimator"),
+        (
+            *CONSOLE,
+            DATA,
+            option("--estimator", "your own estimator, beside the baselines", "MODULE:FUNCTION"),
+            option("--out", "file to write (default: %(default)s)", "FILE", path, default=Path("benchmark.json")),
+        ),
+    ),
     Command("list", "list the shipped scenarios", ("--json",), CONSOLE),
     Command(
         "show",
