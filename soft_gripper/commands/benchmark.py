@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from soft_gripper.benchmark.scores import Score, score_task
 from soft_gripper.benchmark.tasks import TASKS, Task, missing_files, read_task
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
+from soft_gripper.hardware.recordings import DATA_FOLDER
 from soft_gripper.scenario.own_functions import find_function
 
 SCHEMA = 1
@@ -18,16 +20,17 @@ SCHEMA = 1
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command."""
-    if options.data is None or not options.data.is_dir():
-        raise InputError("benchmark", "--data", str(options.data), "must be a folder with the recordings")
+    folder = options.data or Path(os.environ.get(DATA_FOLDER) or "not given")
+    if not folder.is_dir():
+        raise InputError("benchmark", "--data", str(folder), f"give a folder of recordings, or set ${DATA_FOLDER}")
     estimators = dict(BASELINES)
     if options.estimator is not None:
         estimators[options.estimator] = find_function("--estimator", options.estimator)
     scores: list[Score] = []
     for task in TASKS:
-        scores += _scored(task, options.data, estimators)
+        scores += _scored(task, folder, estimators)
     if not scores:
-        raise InputError("benchmark", "--data", str(options.data), "has the files of no task")
+        raise InputError("benchmark", "--data", str(folder), "has the files of no task")
     print_scores(scores)
     options.console.table("scores", scores)
     with atomic_file(options.out) as partial:
