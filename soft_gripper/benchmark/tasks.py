@@ -1,14 +1,16 @@
 """Tasks of the benchmark: recorded files, what is measured and estimated, and what is trained and tested on."""
 
 import hashlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.benchmark.contacts import FOLDER, ContactSample
 from soft_gripper.errors import InputError
+from soft_gripper.files.csv_table import read_csv
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ class Task:
     trained: tuple[Part, ...]
     tested: Mapping[str, tuple[Part, ...]]
     read: Callable[[Path], Recorded]
+    folder: Path | None = None  # of files that ship with the package
 
 
 def missing_files(task: Task, folder: Path) -> list[str]:
@@ -139,7 +142,45 @@ _SEEN = 0.8  # share trained on: the same commands were run with every load, so 
 _LIGHT, _MIDDLE, _HEAVY = _TRUNK_LOADS
 _LATER = {f"{mass:.0f} g": (Part(file, _SEEN),) for file, mass in _TRUNK_LOADS.items()}
 
+
+def _read_contacts(outputs: Sequence[str]) -> Callable[[Path], Recorded]:
+    def read(path: Path) -> Recorded:
+        table = read_csv(path, ContactSample)
+        names = [each.name for each in fields(ContactSample)]
+        values = np.array([astuple(row) for row in table])
+        return Recorded(values[:, :_MEASURED], values[:, [names.index(name) for name in outputs]])
+
+    return read
+
+
+_MEASURED = 7  # columns of a contact: readings, pressure and gravity
+_CONTACT_FILES = {
+    "contacts_train.csv": "b173dc9c27a2f654d2851e987796a9438f8c5a7a8030e22bd2a3511717649246",
+    "contacts_test.csv": "9cd9e4f2099c1491451a55d2f4ef1e35eab3d8a2ba7fe330b0dde706dc4c04cf",
+}
+_CONTACT_INPUTS = _channels("1", "reading_0 reading_1 reading_2 reading_3")
+_CONTACT_INPUTS += _channels("Pa", "pressure") + _channels("m/s^2", "gravity_x gravity_z")
+_SHARES = {"near base": (0, 1 / 3), "middle": (1 / 3, 2 / 3), "near tip": (2 / 3, 1)}  # of the contacts, by place
+
+
+def _contacts(name: str, unit: str, outputs: Sequence[str]) -> Task:
+    return Task(
+        name,
+        "simulated by python -m soft_gripper.benchmark.contacts",
+        _CONTACT_FILES,
+        _CONTACT_INPUTS,
+        _channels(unit, " ".join(outputs)),
+        (Part("contacts_train.csv"),),
+        {region: (Part("contacts_test.csv", *share),) for region, share in _SHARES.items()},
+        _read_contacts(outputs),
+        FOLDER,
+    )
+
+
 TASKS = (
+    _contacts("contact_tip", "m", ["tip_x", "tip_z"]),
+    _contacts("contact_force", "N", ["force"]),
+    _contacts("contact_place", "m", ["place"]),
     Task(
         "arm_tip",
         "https://github.com/ASU-RISE-Lab/4-chamber-softarm-control, data-collection/2023/apr 4",

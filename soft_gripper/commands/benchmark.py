@@ -3,45 +3,52 @@
 import argparse
 import json
 import os
-from importlib.metadata import version
+import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from soft_gripper.benchmark.baselines import BASELINES, Estimator
+from soft_gripper.benchmark.ours import OURS
+from soft_gripper.benchmark.report import by_region, document, figure, load_scores
 from soft_gripper.benchmark.scores import Score, score_task
 from soft_gripper.benchmark.tasks import TASKS, Task, missing_files, read_task
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
 from soft_gripper.hardware.recordings import DATA_FOLDER
+from soft_gripper.pictures.style import save_figure
 from soft_gripper.scenario.own_functions import find_function
-
-SCHEMA = 1
 
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command."""
-    folder = options.data or Path(os.environ.get(DATA_FOLDER) or "not given")
-    if not folder.is_dir():
-        raise InputError("benchmark", "--data", str(folder), f"give a folder of recordings, or set ${DATA_FOLDER}")
-    estimators = dict(BASELINES)
+    if options.compare:
+        compare(options.compare)
+        return 0
+    given = options.data or (Path(named) if (named := os.environ.get(DATA_FOLDER)) else None)
+    if given is not None and not given.is_dir():
+        raise InputError("benchmark", "--data", str(given), "give a folder of recordings")
+    own: dict[str, Estimator] = {}
     if options.estimator is not None:
-        estimators[options.estimator] = find_function("--estimator", options.estimator)
+        own[options.estimator] = find_function("--estimator", options.estimator)
     scores: list[Score] = []
     for task in TASKS:
-        scores += _scored(task, folder, estimators)
-    if not scores:
-        raise InputError("benchmark", "--data", str(folder), "has the files of no task")
+        scores += _scored(task, task.folder or given, BASELINES | OURS.get(task.name, {}) | own)
     print_scores(scores)
     options.console.table("scores", scores)
     with atomic_file(options.out) as partial:
         partial.write_text(json.dumps(document(scores), indent=2) + "\n")
-    options.console.wrote(options.out)
+    save_figure(figure(scores), options.out.with_suffix(""))
+    options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")))
     return 0
 
 
-def _scored(task: Task, folder: Path, estimators: dict[str, Estimator]) -> list[Score]:
+def _scored(task: Task, folder: Path | None, estimators: dict[str, Estimator]) -> list[Score]:
+    if folder is None:
+        print(f"{task.name}: skipped; download {task.source}, and give the folder with --data", file=sys.stderr)
+        return []
     if missing := missing_files(task, folder):
-        print(f"{task.name}: skipped, {folder} has no {', '.join(missing)}; they are at {task.source}")
+        where = f"skipped, {folder} has no {', '.join(missing)}; they are at {task.source}"
+        print(f"{task.name}: {where}", file=sys.stderr)
         return []
     train, tested = read_task(task, folder)
     return [score for name, found in estimators.items() for score in score_task(task, name, found, train, tested)]
@@ -56,12 +63,14 @@ def print_scores(scores: list[Score]) -> None:
         print(f"{score.task:12} {score.region:10} {score.estimator:20} {errors} {score.unit:3} {band:>8}")
 
 
-def document(scores: list[Score]) -> dict[str, Any]:
-    """What the JSON file holds: versions, checksums and scores."""
-    scored = {score.task for score in scores}
-    return {
-        "schema": SCHEMA,
-        "soft_gripper": version("soft-gripper"),
-        "sha256": {task.name: task.sha256 for task in TASKS if task.name in scored},
-        "scores": [vars(score) for score in scores],
-    }
+def compare(files: list[Path]) -> None:
+    """Prints the mean errors of several results files beside each other; the least of a region has a star."""
+    scores = [
+        replace(score, estimator=f"{file.stem}: {score.estimator}") for file in files for score in load_scores(file)
+    ]
+    for (task, region), found in by_region(scores).items():
+        least = min(score.mean for score in found.values())
+        print(f"{task}, {region} [{next(iter(found.values())).unit}]")
+        for name, score in found.items():
+            band = "no band" if score.within_band_percent is None else f"{score.within_band_percent:.1f} % in band"
+            print(f"  {'*' if score.mean == least else ' '} {name:40} {score.mean:9.4g}   {band}")

@@ -557,12 +557,17 @@ COMMANDS = (
     ),
     Command(
         "benchmark",
-        "score estimators of shape and load on recorded hardware, with fixed splits",
-        ("--data ~/recordings", "--data ~/recordings --estimator mine:estimator"),
+        "score estimators of shape, force, location and load, with fixed splits",
+        (
+            "                                           simulated contacts, which ship",
+            "--data ~/recordings --estimator mine:estimator    recorded hardware too, and your own estimator",
+            "--compare benchmark.json theirs.json",
+        ),
         (
             *CONSOLE,
             DATA,
             option("--estimator", "your own estimator, beside the baselines", "MODULE:FUNCTION"),
+            option("--compare", "print results files beside each other instead", "FILE", path, nargs="+", default=[]),
             option("--out", "file to write (default: %(default)s)", "FILE", path, default=Path("benchmark.json")),
         ),
     ),

@@ -17,11 +17,73 @@ def test_a_missing_folder_is_named(tmp_path, capsys):
     assert "--data" in capsys.readouterr().err
 
 
-def test_a_folder_without_recordings_is_told_where_they_are(tmp_path, capsys):
-    assert main(["benchmark", "--data", str(tmp_path)]) == 2
-    printed = capsys.readouterr()
-    assert "has the files of no task" in printed.err
-    assert all(task.source in printed.out for task in TASKS)
+SHIPPED = {"contact_tip", "contact_force", "contact_place"}
+
+
+def scored(tmp_path, *arguments):
+    out = tmp_path / "scores.json"
+    assert main(["benchmark", "--out", str(out), *arguments]) == 0
+    found = json.loads(out.read_text())["scores"]
+    return {(score["task"], score["region"], score["estimator"]): score for score in found}
+
+
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory):
+    return scored(tmp_path_factory.mktemp("benchmark"))
+
+
+def test_contacts_that_ship_are_scored_without_data(shipped):
+    assert {task for task, _, _ in shipped} == SHIPPED
+    assert {name for task, _, name in shipped if task == "contact_tip"} == {
+        *("ridge", "nearest", "arcs", "gaussian", "contact")
+    }
+
+
+def test_numbers_in_the_docs(shipped):
+    """docs/benchmark.md, in mm and N."""
+    lines = (Path(__file__).parents[2] / "docs/benchmark.md").read_text().splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| contact_")]
+    rows = [row for row in rows if len(row) == 7]
+    assert len(rows) == len(shipped)
+    for task, region, name, *errors, band in rows:
+        score = shipped[task, region, name]
+        factor = 1.0 if score["unit"] == "N" else 1e3
+        expected = [factor * score[of] for of in ("mean", "median", "percentile_95")]
+        assert [float(error) for error in errors] == pytest.approx(expected, rel=0.02)
+        if band == "none":
+            assert score["within_band_percent"] is None
+        else:
+            assert float(band) == pytest.approx(score["within_band_percent"], abs=0.6)
+
+
+def test_what_is_missing_is_where_it_is(tmp_path, capsys):
+    scored(tmp_path, "--data", str(tmp_path))
+    said = capsys.readouterr().err
+    assert all(task.source in said for task in TASKS if task.name not in SHIPPED)
+
+
+def test_results_are_compared(tmp_path, capsys):
+    scored(tmp_path)
+    file = str(tmp_path / "scores.json")
+    assert main(["benchmark", "--compare", file, file]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("scores: contact ") == 2 * 9 - 9  # the same name in both files
+    assert "contact_force, near tip [N]" in printed
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{}", "was not written by"),
+        ("nothing", "was not written by"),
+        ('{"schema": 7, "sha256": {}, "scores": []}', "schema"),
+        ('{"schema": 1, "sha256": {"contact_tip": {}}, "scores": []}', "other data"),
+    ],
+)
+def test_files_that_cannot_be_compared(tmp_path, capsys, text, said):
+    (tmp_path / "other.json").write_text(text)
+    assert main(["benchmark", "--compare", str(tmp_path / "other.json")]) == 2
+    assert said in capsys.readouterr().err
 
 
 def test_an_estimator_that_does_not_exist_is_named(tmp_path, capsys):
@@ -31,12 +93,8 @@ def test_an_estimator_that_does_not_exist_is_named(tmp_path, capsys):
 
 def test_the_example_is_scored_beside_the_baselines(tmp_path, monkeypatch):
     folder = Path(os.environ.get("SOFT_GRIPPER_DATA", "nowhere"))
-    if any(missing_files(task, folder) for task in TASKS):
+    if any(missing_files(task, folder) for task in TASKS if task.folder is None):
         pytest.skip("$SOFT_GRIPPER_DATA has no recordings")
     monkeypatch.syspath_prepend(EXAMPLES)
-    out = tmp_path / "scores.json"
-    assert (
-        main(["benchmark", "--data", str(folder), "--estimator", "benchmark_estimator:linear", "--out", str(out)]) == 0
-    )
-    scores = json.loads(out.read_text())["scores"]
-    assert {score["estimator"] for score in scores} == {"ridge", "nearest", "benchmark_estimator:linear"}
+    found = scored(tmp_path, "--data", str(folder), "--estimator", "benchmark_estimator:linear")
+    assert {name for task, _, name in found if task == "arm_tip"} == {"ridge", "nearest", "benchmark_estimator:linear"}

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from soft_gripper.benchmark.baselines import BASELINES
+from soft_gripper.benchmark.report import document
 from soft_gripper.benchmark.scores import score_task
 from soft_gripper.benchmark.tasks import TASKS, Channel, Part, Recorded, Task, missing_files, read_task
-from soft_gripper.commands.benchmark import document
 from soft_gripper.errors import InputError
 
 NOISE = 0.1
