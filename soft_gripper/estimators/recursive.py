@@ -7,7 +7,8 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
           k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
 
-All but the load are slow: next to constant, the offsets drift. They are learnt in free motion alone. Whether the
+All but the load are slow: next to constant, the offsets drift, and the bend does as far as the finger may creep in a
+way that its model does not know (`creep`). They are learnt in free motion alone. Whether the
 finger is free is seen from what the readings differ from those of the free finger, averaged over some samples: as
 long as it is no more than noise and the uncertainty of the slow states explain, the slow states are corrected, and
 cautiously, for errors of sensors are not white. While the finger is loaded they are kept as they are, with their
@@ -24,6 +25,7 @@ The force estimate uses `effective_driving_torque`, which therefore moves as the
 twice, would amount to 8 mN m.
 """
 
+import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -173,8 +175,9 @@ class RecursiveShape:
     @cached_property
     def _walks(self) -> Array:
         """Variances added per period, (n,)."""
-        readings = self.layout.readings
-        slow = [_SLOW_BEND, 0.0] + [_SLOW_GAIN] * readings + [self.uncertainty.drift] * readings
+        assumed, readings = self.uncertainty, self.layout.readings
+        slow = [math.hypot(_SLOW_BEND, assumed.creep), 0.0]
+        slow += [_SLOW_GAIN] * readings + [assumed.drift] * readings
         variances = np.concatenate([_LOAD_CHANGE**2 * self._strongest[0], np.square(slow)])
         return variances * self.period
 

@@ -48,6 +48,8 @@ class Uncertainty:
     gain: float = quantity(0.0, least=0)  # fraction of the strain, per sensor; estimated by `recursive`
     offset: float = quantity(0.0, least=0)  # of the extension ratio, per sensor; estimated by `recursive`
     drift: float = quantity(0.0, "1/sqrt(s)", least=0)  # random walk of the offsets; followed by `recursive`
+    # Random walk of the bend per pressure, of creep that the model does not know; followed by `recursive`
+    creep: float = quantity(0.0, "1/sqrt(s)", least=0)
     # Whose largest torque at a joint is that of a usual load at the base.
     load_pressure: float = quantity(1.5e5, "Pa", above=0)
     largest_force: float = quantity(10.0, "N", above=0)  # that the scene can exert on a finger

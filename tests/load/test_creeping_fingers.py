@@ -1,6 +1,7 @@
 """Fingers of which a fifth of the settled bend comes slowly: what their estimators make of it, knowing it or not."""
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,6 +63,38 @@ def test_in_free_air_creep_is_no_contact(free: dict[str, Recording]) -> None:
 def test_who_knows_nothing_of_creep_takes_it_for_contact(free: dict[str, Recording]) -> None:
     assert values(free["unaware"], "contact", 3.0).all()
     assert values(free["unaware"], "pose_error", 3.0).min() > 1e-4
+
+
+_REALISTIC = (
+    *("sensor.errors.preset=realistic", "sensor.sections=2", "estimator.type=recursive", "nominal.creep=false"),
+    "estimator.contact_threshold=8.5e-3",
+)
+_ASSUMED = "reading: 2.0e-3, bend_per_pressure: 0.03, pressure: 500.0, gain: 0.01, offset: 1.0e-3, drift: 3.0e-4"
+
+
+def assuming(creep: float) -> tuple[str, ...]:
+    """Realistic sensors, and an estimator that assumes so much creep beyond its model."""
+    return (*_REALISTIC, f"estimator.uncertainty={{{_ASSUMED}, creep: {creep}}}")
+
+
+@pytest.mark.parametrize(("creep", "least", "most"), [(0.0, 0.40, 0.60), (0.2, 0.0, 0.08)])
+def test_recursive_follows_creep_that_it_does_not_know(tmp_path: Path, creep: float, least: float, most: float) -> None:
+    """Of samples in free air, as docs/estimators.md states."""
+    files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, SHARE, 2.0)}" for i in range(2)]
+    steps = [-30e3, 0.0, 50e3, 100e3, 150e3, 60e3]
+    run = simulate(free_bending(steps, 3.0, *files, *assuming(creep)))
+    assert least <= np.nanmean(values(run, "contact", 0.0) > 0) <= most
+
+
+def test_true_contacts_are_still_detected(tmp_path: Path) -> None:
+    """Within 0.1 s, and for as long as they last."""
+    gripper = f"models.0.file={write_creeping(GRIPPER, tmp_path, SHARE, 2.0)}"
+    run = simulate(load_scenario("box_grasp", [gripper, *assuming(0.2)]))
+    touched = np.abs(values(run, "true_contact_force", 0.0)) > 0.02
+    for true, loaded in zip(touched, values(run, "loaded", 0.0), strict=True):
+        begin = int(true.argmax())
+        assert not loaded[:begin].any()  # of a hanging finger, before it closes
+        assert loaded[begin + round(0.1 / PERIOD) :][true[begin + round(0.1 / PERIOD) :]].all()
 
 
 def test_memory_is_that_of_the_true_angles(free: dict[str, Recording], shipped_finger: Finger) -> None:

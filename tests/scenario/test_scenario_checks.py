@@ -85,6 +85,7 @@ OUT_OF_RANGE = {
     "estimator.uncertainty.pressure": ["-1", INFINITE],
     "estimator.uncertainty.load_pressure": ["-1", "0", NAN],
     "estimator.uncertainty.largest_force": ["-1", "0", NAN],
+    "estimator.uncertainty.creep": ["-0.1", NAN],
     "estimator.uncertainty.nearest_contact": ["-0.1", "1", NAN],
     "estimator.contact_threshold": ["0", "-0.01", NAN, INFINITE],
     "sensor.period": ["0", "-0.01", NAN, INFINITE],
