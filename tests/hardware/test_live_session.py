@@ -244,9 +244,23 @@ def test_zeroing_removes_offsets(messages, offline):
     for message in shifted[100:]:
         live.session._take(encoded(message, "json"), 0.0)
     found = by_count(live.results)
+    assert all(found[i][COMMAND] == 0.0 for i in range(61, 101))  # nothing moves meanwhile
+    assert found[150][COMMAND] != 0.0
     errors = [np.linalg.norm(found[i][TIP][:2] - offline[i][TIP][:2]) for i in (90, 190)]
     assert errors[0] > 2e-3
     assert errors[1] < 1e-4
+
+
+def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
+    live = made(lambda timeout: [])
+    live.session.zero()
+    for message in messages[60:100]:
+        silent = dict(by_entry(message)) | {"left_finger.strain[3]": None}
+        live.session._take(json.dumps(silent).encode(), 0.0)
+    live.session.zeroed()
+    offsets = live.session._offsets["left_finger.strain"]
+    assert offsets[3] == 0.0
+    assert np.isfinite(offsets).all()
 
 
 def test_zeroing_without_readings():

@@ -141,7 +141,7 @@ class Session:
         return self._watch.counts
 
     def zero(self) -> None:
-        """From now on, readings are collected, until `zeroed`; the fingers are free and at rest."""
+        """From now on, readings are collected, until `zeroed`, and commands are safe; fingers are free and at rest."""
         self._zeroing = []
 
     def zeroed(self) -> None:
@@ -155,9 +155,10 @@ class Session:
                 "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
             )
         for name in self._zeroing[0]:
-            self._offsets[name] = self._offsets.get(name, 0.0) + np.nanmean(
-                [each[name] for each in self._zeroing], axis=0
-            )
+            found = np.array([each[name] for each in self._zeroing])
+            number = np.isfinite(found).sum(axis=0)
+            # A sensor that was never read stays as it is.
+            self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
         self._zeroing = None
 
     def run(self, is_over: Callable[[], bool]) -> None:
@@ -193,7 +194,7 @@ class Session:
         self._use(reading)
         self._last, self._arrived, self._is_silent = reading, arrived, False
         self._due = arrived + 1.5 * self._bench.period
-        self._send(self._header(0.0) | self._bench.read([*self._sent, *self._commands]))
+        self._send(self._header(0.0) | self._bench.read(self._sent) | self._commanded())
         self._spread.note()
         self.latencies.append(self._clock() - arrived)
 
@@ -216,12 +217,19 @@ class Session:
             self._send(header | self._commands_only())
             return
         found = self._spread.widened(self._bench.read(self._sent), age)
-        commands = self._commands_only() if header["stale"] else self._bench.read(self._commands)
+        commands = self._commands_only() if header["stale"] else self._commanded()
         if header["stale"] and not self._is_silent:
             self.counts.silences, self._is_silent = self.counts.silences + 1, True
         self._send(header | found | commands)
 
-    def _commands_only(self) -> dict[str, Any]:
+    def _commanded(self) -> dict[str, Array]:
+        """The commands of the controller; safe ones while sensors are zeroed, and where it has none."""
+        if self._zeroing is not None:
+            return self._commands_only()
+        safe = self._config.safe_command
+        return {name: np.where(np.isfinite(u), u, safe) for name, u in self._bench.read(self._commands).items()}
+
+    def _commands_only(self) -> dict[str, Array]:
         """What is commanded while nothing is known."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
