@@ -62,7 +62,8 @@ class Cells(NamedTuple):
     response: Array  # (..., C, S) rad/N, bends due to 1 N
     spreads: Array  # (..., C, D, S) rad/N, standard deviations of the response within the cell, independent
     place: NDArray[np.int_]  # (C) number of the place, from 0 at the base to P - 1
-    side: NDArray[np.int_]  # (C) -1, then 1
+    # (C) rising; in the plane -1, then 1; in space from 0 on around the finger, so that each adjoins two others.
+    side: NDArray[np.int_]
     prior: Array  # (C) probability
 
     def whitened(self, whitening: Array) -> "Cells":
@@ -86,7 +87,7 @@ class ContactPosterior(NamedTuple):
     misfit: Array  # (...) normalised, of the best single force, 1 where noise leaves more in 1 of 1000 samples
 
 
-class _Fits(NamedTuple):
+class Fits(NamedTuple):
     """The force in every cell, each (..., C)."""
 
     force: Array  # N, most likely, of either sign
@@ -96,7 +97,14 @@ class _Fits(NamedTuple):
 
 
 def posterior(
-    bends: Array, covariance: Array, read: Array, cells: Cells, length: float, largest: float, nearest: float
+    bends: Array,
+    covariance: Array,
+    read: Array,
+    cells: Cells,
+    length: float,
+    largest: float,
+    nearest: float,
+    several: Cells | None = None,
 ) -> ContactPosterior:
     """The posterior of one force.
 
@@ -108,23 +116,48 @@ def posterior(
         length: of the finger, m.
         largest: force that the scene can exert on the finger, N.
         nearest: place from which the second bound holds, m.
+        several: where each of several forces may act, if other than one alone.
     """
+    return in_cells(fitted(bends, covariance, cells, largest), read, length, largest, nearest, several)
+
+
+class FittedCells(NamedTuple):
+    """The most likely force in every cell. Bends and cells are whitened: multiplied by R^-1/2."""
+
+    whitening: Array  # R^-1/2, (..., S, S)
+    r: Array  # (..., S)
+    cells: Cells
+    fits: Fits
+    chi_squared: Array  # (..., C), of the best possible force
+
+
+def fitted(bends: Array, covariance: Array, cells: Cells, largest: float) -> FittedCells:
+    """The force in every cell, as of `posterior`."""
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     r, cells = (whitening @ bends[..., None])[..., 0], cells.whitened(whitening)
-    fits, most_of_noise = _fits(r, cells, largest), chdtri(np.maximum(read - 2, 1), _CHANCE)
-    chi_squared = _chi_squared(fits, largest)
+    fits = _fits(r, cells, largest)
+    return FittedCells(whitening, r, cells, fits, _chi_squared(fits, largest))
+
+
+def in_cells(
+    found: FittedCells, read: Array, length: float, largest: float, nearest: float, several: Cells | None = None
+) -> ContactPosterior:
+    """The posterior of one force that is fitted in every cell; see `posterior`."""
+    r, cells, fits, chi_squared = found[1:]
+    several = cells if several is None else several.whitened(found.whitening)
+    most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
     misfit = chi_squared.min(axis=-1) / most_of_noise
     quantiles, probability = _integrated(fits, (r**2).sum(axis=-1), cells.prior, largest, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
     one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
-    several = _several(r, cells, beyond, most_of_noise, largest)
+    total = _several(r, several, several.place >= cells.place[beyond].min(), most_of_noise, largest)
     places, (forces, chosen) = _places(chi_squared, ends), _modes(fits, cells, chi_squared, largest)
     explained, detected = misfit <= 1, probability > DETECTED
     located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
     stated, placed = explained[..., None], (explained & detected)[..., None]
-    several = np.maximum(several, np.where(explained, one_beyond, 0.0))
-    bounds = np.where(explained, one, largest), np.where(explained, one_beyond, several), several
+    total = np.maximum(total, np.where(explained, one_beyond, 0.0))
+    bounds = np.where(explained, one, largest), np.where(explained, one_beyond, total), total
     return ContactPosterior(
         probability,
         np.where(detected, np.where(located, HERE, SOMEWHERE), NOTHING),
@@ -140,12 +173,10 @@ def posterior(
 
 def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: float) -> Array:
     """What the best single force leaves of bends, in variances, (...); see `posterior`."""
-    whitening = np.linalg.inv(np.linalg.cholesky(covariance))
-    r = (whitening @ bends[..., None])[..., 0]
-    return _chi_squared(_fits(r, cells.whitened(whitening), largest), largest).min(axis=-1)
+    return fitted(bends, covariance, cells, largest).chi_squared.min(axis=-1)
 
 
-def _fits(r: Array, cells: Cells, largest: float) -> _Fits:
+def _fits(r: Array, cells: Cells, largest: float) -> Fits:
     """The force in every cell, all whitened: each deviation u of the response turns the identity into I + u u^T.
 
     Vectors are multiplied by the inverse square root of that, one u after the other.
@@ -164,7 +195,7 @@ def _fits(r: Array, cells: Cells, largest: float) -> _Fits:
     information = _dot(c, c) + (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
     explained = _dot(c, r)
     force = explained / information
-    return _Fits(force, information**-0.5, np.maximum(_dot(r, r) - force * explained, 0), log_determinant)
+    return Fits(force, information**-0.5, np.maximum(_dot(r, r) - force * explained, 0), log_determinant)
 
 
 def _dot(x: Array, y: Array) -> Array:
@@ -172,13 +203,13 @@ def _dot(x: Array, y: Array) -> Array:
     return product
 
 
-def _chi_squared(fits: _Fits, largest: float) -> Array:
+def _chi_squared(fits: Fits, largest: float) -> Array:
     """The misfit of the best possible force of every cell, (..., C)."""
     chi_squared: Array = fits.misfit + ((np.clip(fits.force, 0, largest) - fits.force) / fits.std) ** 2
     return chi_squared
 
 
-def _range(fits: _Fits, chi_squared: Array, possible: NDArray[np.bool_], level: float, largest: float) -> Array:
+def _range(fits: Fits, chi_squared: Array, possible: NDArray[np.bool_], level: float, largest: float) -> Array:
     """Least and largest force within `level` of the best of the possible cells, (..., 2) N."""
     limit = np.where(possible, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
     inside = possible & (chi_squared <= limit)
@@ -234,7 +265,7 @@ def _sum_and_misfit(columns: Array, r: Array, weight: float, largest: float) -> 
     return float(forces.sum()), float(left @ left)
 
 
-def _modes(fits: _Fits, cells: Cells, chi_squared: Array, largest: float) -> tuple[Array, NDArray[np.int_]]:
+def _modes(fits: Fits, cells: Cells, chi_squared: Array, largest: float) -> tuple[Array, NDArray[np.int_]]:
     """Forces, (..., 2) N, NaN where there is none, and cells, (..., 2), of the two likeliest pieces of the set."""
     begins = np.flatnonzero(np.diff(cells.place, prepend=-1))
     groups = np.cumsum(np.diff(cells.place, prepend=-1) != 0) - 1
@@ -250,7 +281,7 @@ def _modes(fits: _Fits, cells: Cells, chi_squared: Array, largest: float) -> tup
     return forces, chosen
 
 
-def _integrated(fits: _Fits, nothing: Array, prior: Array, largest: float, scale: Array) -> tuple[Array, Array]:
+def _integrated(fits: Fits, nothing: Array, prior: Array, largest: float, scale: Array) -> tuple[Array, Array]:
     """Quantiles of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
     std, by = fits.std * np.sqrt(scale)[..., None], scale[..., None]
     logs = np.log(prior) - fits.misfit / by / 2 - fits.spread / 2 + np.log(std)

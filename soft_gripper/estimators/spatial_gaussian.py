@@ -49,29 +49,44 @@ class SpatialGaussianShape:
             driving: torque at the joints that is known before anything is read, (..., D) N m, and N where they slide.
             gravity: in B, (..., 3) m/s^2.
         """
-        measured = self.layout.measured(readings)
-        read = np.isfinite(measured)
-        measured = np.where(read, measured, 0.0)
-        assumed = self.uncertainty
-        variance = np.where(read, assumed.any_reading**2 + (assumed.gain * measured) ** 2, UNKNOWN)
+        measured, variance = self.measured(readings)
         q = self._free(driving)
         for _ in range(_PASSES):
-            at = posture(self._chain, q[..., self._in_chain])
-            free, H = self._free(driving + self._weight(at, gravity)), self.layout.slopes(q)
+            at = self.posture(q)
+            free, H = self._free(driving + self.weight(at, gravity)), self.layout.slopes(q)
             gain, covariance = condition(H, self.prior(at, q, driving), variance)
             left = measured - self.layout.predict(q) - (H @ (free - q)[..., None])[..., 0]
             q = free + (gain @ left[..., None])[..., 0]
         return SpatialShape(q, covariance)
 
+    def measured(self, readings: Array) -> tuple[Array, Array]:
+        """The measured quantity, 0 where nothing is read, and its variance, (..., R) each."""
+        measured, assumed = self.layout.measured(readings), self.uncertainty
+        read = np.isfinite(measured)
+        measured = np.where(read, measured, 0.0)
+        return measured, np.where(read, assumed.any_reading**2 + (assumed.gain * measured) ** 2, UNKNOWN)
+
+    def posture(self, q: Array) -> Posture:
+        """Of the chain at joint positions (..., D)."""
+        return posture(self.chain, q[..., self.in_chain])
+
     def prior(self, at: Posture, q: Array, driving: Array) -> Array:
         """The covariance of the joints before the sensors are read, (..., D, D), about the posture of `q`."""
+        load = self.compliance(q)[..., None] * self._torques(at)
+        factors = np.concatenate([load, self._of_drive(q, driving)], axis=-1)
+        return np.asarray(factors @ np.swapaxes(factors, -1, -2) + self._deviations)
+
+    def of_model(self, q: Array, driving: Array) -> Array:
+        """The part of the prior that is due to deviations of finger and pressure from the nominal model."""
+        known = self._of_drive(q, driving)
+        return np.asarray(known @ np.swapaxes(known, -1, -2) + self._deviations)
+
+    def _of_drive(self, q: Array, driving: Array) -> Array:
+        """Standard deviations of the joints due to bend per pressure and to pressure, (..., D, 2)."""
         compliance, assumed = self.compliance(q), self.uncertainty
         of_driving = compliance * (assumed.bend_per_pressure * driving)
         of_pressure = compliance * (assumed.pressure * self._pressure_gain)
-        known = np.stack(np.broadcast_arrays(of_driving, of_pressure), axis=-1)
-        load = compliance[..., None] * self._torques(at)
-        factors = np.concatenate([load, known], axis=-1)
-        return np.asarray(factors @ np.swapaxes(factors, -1, -2) + self._deviations)
+        return np.stack(np.broadcast_arrays(of_driving, of_pressure), axis=-1)
 
     def compliance(self, q: Array) -> Array:
         """Of the joints, rad/(N m), and m/N where they slide, (D,) or, under an elastic law, (..., D)."""
@@ -93,44 +108,44 @@ class SpatialGaussianShape:
         """At the joints, of forces of one standard deviation at all places in three directions, (..., D, 3 K)."""
         frames, points, scale = self._places
         places = at.origins[..., frames, :] + points[:, None] * at.rotations[..., frames, :, :][..., 2]
-        screws = at.screws[..., self._from_chain, None, :]
+        screws = at.screws[..., self.from_chain, None, :]
         moved = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]  # (..., D, K, 3)
         moved = moved * scale[..., None]
         return moved.reshape(*moved.shape[:-2], -1)
 
-    def _weight(self, at: Posture, gravity: Array) -> Array:
+    def weight(self, at: Posture, gravity: Array) -> Array:
         """Torques of the weight at the joints, (..., D)."""
         x, z = self.layout.finger.links.center
-        mass, R = self.layout.finger.links.mass, at.rotations[..., self._links, :, :]
-        centres = at.origins[..., self._links, :] + x[:, None] * R[..., 0] + z[:, None] * R[..., 2]
+        mass, R = self.layout.finger.links.mass, at.rotations[..., self.links, :, :]
+        centres = at.origins[..., self.links, :] + x[:, None] * R[..., 0] + z[:, None] * R[..., 2]
         moments = self._carried @ (mass[:, None] * centres)  # of what lies beyond every joint
         forces, screws = (self._carried @ mass)[:, None] * gravity[..., None, :], at.screws
         turning = vector_product(moments, gravity[..., None, :])
         torques = (screws[..., :3] * turning + screws[..., 3:] * forces).sum(axis=-1)
-        return np.asarray(torques[..., self._from_chain])
+        return np.asarray(torques[..., self.from_chain])
 
     @cached_property
-    def _chain(self) -> SpatialChain:
+    def chain(self) -> SpatialChain:
         return spatial_chain(self.layout.finger)
 
     @cached_property
-    def _from_chain(self) -> NDArray[np.int_]:
+    def from_chain(self) -> NDArray[np.int_]:
         """Joints of the chain in the order way after way, (D,)."""
-        return np.argsort(self._in_chain)
+        return np.argsort(self.in_chain)
 
     @cached_property
-    def _in_chain(self) -> NDArray[np.int_]:
-        return self._chain.places(self.layout.ways)
+    def in_chain(self) -> NDArray[np.int_]:
+        return self.chain.places(self.layout.ways)
 
     @cached_property
-    def _links(self) -> NDArray[np.int_]:
+    def links(self) -> NDArray[np.int_]:
         """Frames that are fixed to the links, (N + 1,)."""
-        return self._chain.beyond(np.arange(self.layout.finger.segments + 1))
+        return self.chain.beyond(np.arange(self.layout.finger.segments + 1))
 
     @cached_property
     def _carried(self) -> Array:
         """Whether a joint of the chain carries a link, (D, N + 1)."""
-        return (self._links > np.arange(len(self._chain.ways))[:, None]).astype(float)
+        return (self.links > np.arange(len(self.chain.ways))[:, None]).astype(float)
 
     @cached_property
     def _places(self) -> tuple[NDArray[np.int_], Array, Array]:
@@ -139,12 +154,12 @@ class SpatialGaussianShape:
         The scale is 0 where a place is not moved by a joint. The last place is the tip.
         """
         finger, lengths = self.layout.finger, np.diff(self.layout.finger.link_ends)
-        frames = np.append(np.repeat(self._links, 2), self._links[-1])
+        frames = np.append(np.repeat(self.links, 2), self.links[-1])
         points = np.append((lengths[:, None] * (0.5 + _GAUSS)).ravel(), lengths[-1])
         base = self.uncertainty.load_pressure * finger.pressure_gain.max()  # N m, torque of a usual load
         along = np.repeat(lengths / 2, 2) * 3 / finger.length**3
         forces = base * np.sqrt(np.append((1 - TIP_SHARE) * along, TIP_SHARE / finger.length**2))
-        return frames, points, (frames > self._from_chain[:, None]) * forces
+        return frames, points, (frames > self.from_chain[:, None]) * forces
 
     @cached_property
     def _stiffness(self) -> Array:
