@@ -47,11 +47,23 @@ class ShapeEstimate(NamedTuple):
         return curve.points
 
 
+class SpatialContact(NamedTuple):
+    """The contact on a finger in space, as one force."""
+
+    across: ContactForce  # across the finger in the bending plane of the link that is pressed, as in the plane
+    force: Array  # (..., 3) N in B, 0 without contact
+    force_std: Array  # (..., 3) N, along x, y and z of B
+    direction_std: Array  # (...) rad, root mean square of the angle to the true force, NaN without contact
+    # (...) rad around the finger, where it is pressed: 0 on the inner side, pi / 2 toward +y; NaN without contact
+    side: Array
+
+
 class SpatialShape(NamedTuple):
     """The estimated shape of a finger in space: its joints way after way (`MeasurementModel.ways`), D in all."""
 
     q: Array  # (..., D) rad, and m where joints slide
     covariance: Array  # (..., D, D)
+    contact: SpatialContact | None = None
 
 
 class ShapeFunction(Protocol):

@@ -52,6 +52,7 @@ _CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
 _DECADES = 3  # of forces, below the largest
 _HALVINGS = 10  # of the logarithm of a weight
 _EDGES, _FINER = 49, 13  # of the bins of force, and of each that holds a quantile
+_FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
 _NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
 _TINY = 1e-30
 
@@ -62,8 +63,7 @@ class Cells(NamedTuple):
     response: Array  # (..., C, S) rad/N, bends due to 1 N
     spreads: Array  # (..., C, D, S) rad/N, standard deviations of the response within the cell, independent
     place: NDArray[np.int_]  # (C) number of the place, from 0 at the base to P - 1
-    # (C) rising; in the plane -1, then 1; in space from 0 on around the finger, so that each adjoins two others.
-    side: NDArray[np.int_]
+    side: NDArray[np.int_]  # (C) rising: in the plane -1 and 1, in space from 1 on, around the finger
     prior: Array  # (C) probability
 
     def whitened(self, whitening: Array) -> "Cells":
@@ -97,14 +97,7 @@ class Fits(NamedTuple):
 
 
 def posterior(
-    bends: Array,
-    covariance: Array,
-    read: Array,
-    cells: Cells,
-    length: float,
-    largest: float,
-    nearest: float,
-    several: Cells | None = None,
+    bends: Array, covariance: Array, read: Array, cells: Cells, length: float, largest: float, nearest: float
 ) -> ContactPosterior:
     """The posterior of one force.
 
@@ -116,9 +109,8 @@ def posterior(
         length: of the finger, m.
         largest: force that the scene can exert on the finger, N.
         nearest: place from which the second bound holds, m.
-        several: where each of several forces may act, if other than one alone.
     """
-    return in_cells(fitted(bends, covariance, cells, largest), read, length, largest, nearest, several)
+    return in_cells(fitted(bends, covariance, cells, largest), read, length, largest, nearest)
 
 
 class FittedCells(NamedTuple):
@@ -131,18 +123,26 @@ class FittedCells(NamedTuple):
     chi_squared: Array  # (..., C), of the best possible force
 
 
-def fitted(bends: Array, covariance: Array, cells: Cells, largest: float) -> FittedCells:
-    """The force in every cell, as of `posterior`."""
+def fitted(bends: Array, covariance: Array, cells: Cells, largest: float, refined: bool = False) -> FittedCells:
+    """The force in every cell, as of `posterior`.
+
+    If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R: where what is
+    uncertain within a cell changes the bends as much as the force does, as friction on the side of a finger does, the
+    best force under R is far too small.
+    """
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     r, cells = (whitening @ bends[..., None])[..., 0], cells.whitened(whitening)
-    fits = _fits(r, cells, largest)
+    fits = _fits(r, cells, largest, refined)
     return FittedCells(whitening, r, cells, fits, _chi_squared(fits, largest))
 
 
 def in_cells(
     found: FittedCells, read: Array, length: float, largest: float, nearest: float, several: Cells | None = None
 ) -> ContactPosterior:
-    """The posterior of one force that is fitted in every cell; see `posterior`."""
+    """The posterior of one force that is fitted in every cell, as of `posterior`.
+
+    `several` is where each of several forces may act, if not in the cells of one.
+    """
     r, cells, fits, chi_squared = found[1:]
     several = cells if several is None else several.whitened(found.whitening)
     most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
@@ -152,7 +152,7 @@ def in_cells(
     anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
     one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
     total = _several(r, several, several.place >= cells.place[beyond].min(), most_of_noise, largest)
-    places, (forces, chosen) = _places(chi_squared, ends), _modes(fits, cells, chi_squared, largest)
+    places, (forces, chosen, _) = _places(chi_squared, ends), modes(found, largest)
     explained, detected = misfit <= 1, probability > DETECTED
     located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
     stated, placed = explained[..., None], (explained & detected)[..., None]
@@ -165,7 +165,7 @@ def in_cells(
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
         np.stack(bounds, axis=-1),
         np.where(placed, places, np.nan),
-        np.where(placed, forces, np.nan),
+        np.where(placed, np.sign(cells.side)[chosen] * forces, np.nan),
         np.where(placed & np.isfinite(forces), ends.mean(axis=-1)[chosen], np.nan),
         misfit,
     )
@@ -176,14 +176,22 @@ def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: f
     return fitted(bends, covariance, cells, largest).chi_squared.min(axis=-1)
 
 
-def _fits(r: Array, cells: Cells, largest: float) -> Fits:
-    """The force in every cell, all whitened: each deviation u of the response turns the identity into I + u u^T.
+def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
+    """The force in every cell, all whitened."""
+    c = cells.response
+    if not refined:
+        return _fit(r, cells, np.clip(_dot(c, r[..., None, :]) / (_dot(c, c) + _TINY), 0, largest), largest)
+    first = _fit(r, cells, np.full(c.shape[:-1], _FIRST), largest)
+    return _fit(r, cells, np.clip(first.force, 0, largest), largest)
+
+
+def _fit(r: Array, cells: Cells, guess: Array, largest: float) -> Fits:
+    """The same for guesses F_0 of the forces: each deviation u of the response turns the identity into I + u u^T.
 
     Vectors are multiplied by the inverse square root of that, one u after the other.
     """
-    c, r = cells.response, r[..., None, :]
-    guess = np.clip(_dot(c, r) / (_dot(c, c) + _TINY), 0, largest)
-    vectors = np.stack(np.broadcast_arrays(c, r, *np.moveaxis(guess[..., None, None] * cells.spreads, -2, 0)))
+    spreads = np.moveaxis(guess[..., None, None] * cells.spreads, -2, 0)
+    vectors = np.stack(np.broadcast_arrays(cells.response, r[..., None, :], *spreads))
     log_determinant = np.zeros_like(guess)
     while len(vectors) > 2:
         vectors, u = vectors[:-1], vectors[-1]
@@ -265,20 +273,45 @@ def _sum_and_misfit(columns: Array, r: Array, weight: float, largest: float) -> 
     return float(forces.sum()), float(left @ left)
 
 
-def _modes(fits: Fits, cells: Cells, chi_squared: Array, largest: float) -> tuple[Array, NDArray[np.int_]]:
-    """Forces, (..., 2) N, NaN where there is none, and cells, (..., 2), of the two likeliest pieces of the set."""
-    begins = np.flatnonzero(np.diff(cells.place, prepend=-1))
-    groups = np.cumsum(np.diff(cells.place, prepend=-1) != 0) - 1
+class Modes(NamedTuple):
+    """The two likeliest pieces of the likelihood set; the second has a force of NaN where there is one piece only."""
+
+    forces: Array  # (..., 2) N, absolute values
+    cells: NDArray[np.int_]  # (..., 2) the likeliest of each
+    first: NDArray[np.bool_]  # (..., C) cells of the first
+
+
+def modes(found: FittedCells, largest: float) -> Modes:
+    """The modes of a likelihood set."""
+    cells, chi_squared = found.cells, found.chi_squared
+    begins = np.flatnonzero(np.diff(cells.place, prepend=-1))  # of each side and place
+    sides = len(np.unique(cells.side))
     by_place = np.minimum.reduceat(chi_squared, begins, axis=-1)
     likely = by_place <= by_place.min(axis=-1, keepdims=True) + _SET
-    apart = ~likely | (cells.place[begins] == 0)  # what is on the other side is another piece
-    piece = np.cumsum(apart, axis=-1)
-    of_best = np.take_along_axis(piece, by_place.argmin(axis=-1)[..., None], axis=-1)
-    others = np.where((likely & (piece != of_best))[..., groups], chi_squared, np.inf)
+    best = np.arange(len(begins)) == by_place.argmin(axis=-1)[..., None]
+    grid = (*by_place.shape[:-1], sides, -1)
+    piece = _joined(best.reshape(grid), likely.reshape(grid), around=sides > 2).reshape(by_place.shape)
+    groups = np.repeat(np.arange(len(begins)), np.diff(begins, append=len(cells.place)))
+    first, likely = piece[..., groups], likely[..., groups]
+    others = np.where(likely & ~first, chi_squared, np.inf)
     chosen = np.stack([chi_squared.argmin(axis=-1), others.argmin(axis=-1)], axis=-1)
-    forces = cells.side[chosen] * np.take_along_axis(np.clip(fits.force, 0, largest), chosen, axis=-1)
+    forces = np.take_along_axis(np.clip(found.fits.force, 0, largest), chosen, axis=-1)
     forces[..., 1] = np.where(np.isfinite(others).any(axis=-1), forces[..., 1], np.nan)
-    return forces, chosen
+    return Modes(forces, chosen, first)
+
+
+def _joined(piece: NDArray[np.bool_], likely: NDArray[np.bool_], around: bool) -> NDArray[np.bool_]:
+    """The likely places that join on to a piece along the finger, and around it, (..., sides, places)."""
+    while True:
+        wider = piece.copy()
+        wider[..., 1:] |= piece[..., :-1]
+        wider[..., :-1] |= piece[..., 1:]
+        if around:
+            wider |= np.roll(piece, 1, axis=-2) | np.roll(piece, -1, axis=-2)
+        wider &= likely
+        if (wider == piece).all():
+            return piece
+        piece = wider
 
 
 def _integrated(fits: Fits, nothing: Array, prior: Array, largest: float, scale: Array) -> tuple[Array, Array]:

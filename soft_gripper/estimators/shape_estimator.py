@@ -11,13 +11,13 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES, put_out_arcs, put_out_pose
-from soft_gripper.estimators.force_posterior import ANSWERS, PROBABILITIES, ContactPosterior
+from soft_gripper.estimators.force_posterior import ANSWERS, PROBABILITIES
 from soft_gripper.estimators.plane import bending_plane
 from soft_gripper.estimators.uncertainty import position_std
 from soft_gripper.sensors.measurement import MeasurementModel
 
 CONTACT_UNITS = {"force": "N", "arc_length": "m", "force_std": "N", "arc_length_std": "m"}
-_ENDS, _MODES = ("least", "most"), ("first", "second")
+_ENDS, MODES = ("least", "most"), ("first", "second")
 POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactPosterior
     "probability": ("1", {}),
     "answer": ("1", {}),
@@ -25,8 +25,8 @@ POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fie
     "force_set": ("N", {"end": _ENDS}),
     "force_bounds": ("N", {"given": ("one", "one beyond", "several beyond")}),
     "arc_length_set": ("m", {"end": _ENDS}),
-    "mode_forces": ("N", {"mode": _MODES}),
-    "mode_arc_lengths": ("m", {"mode": _MODES}),
+    "mode_forces": ("N", {"mode": MODES}),
+    "mode_arc_lengths": ("m", {"mode": MODES}),
     "misfit": ("1", {}),
 }
 
@@ -87,11 +87,7 @@ class ShapeEstimator(ArrayBlock):
         if estimate_posterior is None:
             return
         self.derive("posterior", estimate_posterior, readings, DRIVING_TORQUE, "gravity")
-        for field, (unit, axes) in POSTERIOR.items():
-            meanings = ANSWERS if field == "answer" else ()
-            self.put_out(
-                *(f"contact_{field}", _posterior_field(field), "posterior"), unit=unit, meanings=meanings, **axes
-            )
+        put_out_posterior(self, "posterior")
 
     def _put_out_shape(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
         finger, joints = layout.finger, range(layout.finger.segments)
@@ -109,8 +105,7 @@ class ShapeEstimator(ArrayBlock):
                 point=(*map(str, joints), "tip"),
             )
         if found.contact is not None:
-            for field in ContactForce._fields:
-                self.put_out(f"contact_{field}", _contact_field(field), "shape", unit=CONTACT_UNITS[field])
+            put_out_contact(self, lambda shape: shape.contact, "shape")
         if found.curve is not None:
             self._put_out_curve(range(layout.sections), joints)
         if found.external_torque is not None:
@@ -148,9 +143,20 @@ def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...])
         raise InputError("ShapeEstimator", "function", name, f"{given}; {expected}, rad")
 
 
-def _contact_field(field: str) -> Callable[[ShapeEstimate], Array]:
-    return lambda shape: getattr(shape.contact, field)
+def put_out_contact(block: ArrayBlock, contact: Callable[[Any], ContactForce], step: str) -> None:
+    """Puts out the contact that follows from a step."""
+    for field in ContactForce._fields:
+        block.put_out(f"contact_{field}", _field(field, contact), step, unit=CONTACT_UNITS[field])
 
 
-def _posterior_field(field: str) -> Callable[[ContactPosterior], Array]:
-    return lambda posterior: getattr(posterior, field)
+def put_out_posterior(block: ArrayBlock, step: str) -> None:
+    """Puts out the fields of a step that is a ContactPosterior."""
+    for field, (unit, axes) in POSTERIOR.items():
+        meanings = ANSWERS if field == "answer" else ()
+        block.put_out(
+            *(f"contact_{field}", _field(field, lambda known: known), step), unit=unit, meanings=meanings, **axes
+        )
+
+
+def _field(name: str, part: Callable[[Any], Any]) -> Callable[[Any], Array]:
+    return lambda found: getattr(part(found), name)

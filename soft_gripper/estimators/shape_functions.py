@@ -13,6 +13,7 @@ from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
+from soft_gripper.estimators.spatial_contact import SpatialContactShape
 from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
 from soft_gripper.estimators.spatial_estimator import SpatialFunction
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
@@ -41,6 +42,7 @@ SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
 
 SPATIAL_FUNCTIONS: dict[str, Callable[[MeasurementModel, Uncertainty], SpatialFunction]] = {
     "gaussian": SpatialGaussianShape,
+    "contact": SpatialContactShape,
     "constant_curvature": SpatialCurvatureShape,
 }
 

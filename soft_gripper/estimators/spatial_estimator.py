@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import driving_port
-from soft_gripper.estimators.estimate import SpatialShape
+from soft_gripper.estimators.estimate import SpatialContact, SpatialShape
 from soft_gripper.estimators.finger_shape import POSE_UNITS, put_out_arcs, segment_arcs
+from soft_gripper.estimators.shape_estimator import MODES, put_out_contact, put_out_posterior
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain, vector_product
@@ -69,12 +70,22 @@ class SpatialEstimator(ArrayBlock):
                                     |                  | ---> position_std                (N + 1) m, of joints and tip
                                     |                  | ---> tip_position_std            (3) m, along x, y and z of B
                                     |                  | ---> twist_std                   (1) rad
-                                    +------------------+ ---> arcs ... tip_pose           as of FingerShape
+                                    |                  | ---> arcs ... tip_pose           as of FingerShape
+                                    |                  | ---> contact_force ...           as of ShapeEstimator
+                                    |                  | ---> contact_force_vector        (3) N in B
+                                    |                  | ---> contact_force_vector_std    (3) N, along x, y and z of B
+                                    |                  | ---> contact_force_world         (3) N in the world
+                                    |                  | ---> contact_direction_std       (1) rad, of the force
+                                    |                  | ---> contact_side                (1) rad around the section:
+                                    |                  |                                  0 inside, pi / 2 at +y
+                                    +------------------+ ---> contact_mode_sides          (2) rad, likewise
 
     There is an output for every way in which the finger yields, `estimated_stretch_lengths` (N) m among them, and an
     input such as `sideways_driving_torque` (N) N m for every other way in which it is driven. `position_std` is that of
-    the distance from the estimated place, in all directions. Of the ports as of FingerShape, `joint_positions` and
-    `tip_pose` are the shape in space as seen in the bending plane, and `arcs` has its bends in the plane. Stateless.
+    the distance from the estimated place, in all directions. The contact is there if the function has a method
+    `posterior`; `contact_force` is the part across the finger in the bending plane. Of the ports as of FingerShape,
+    `joint_positions` and `tip_pose` are the shape in space as seen in the bending plane, and `arcs` has its bends in
+    the plane. Stateless.
     """
 
     def __init__(self, function: SpatialFunction, layout: MeasurementModel, gravity: Array):
@@ -105,6 +116,10 @@ class SpatialEstimator(ArrayBlock):
         self._put_out_pose(finger)
         if "twist" in ways:
             self._put_out_twist(ways.index("twist") * finger.segments + np.arange(finger.segments))
+        posterior = getattr(function, "posterior", None)
+        if posterior is not None:
+            self.derive("posterior", posterior, layout.quantity, "driving", "gravity")
+            self._put_out_contact()
 
     def _put_out_joints(self, finger: Finger, ways: tuple[str, ...]) -> None:
         joints = range(finger.segments)
@@ -146,6 +161,23 @@ class SpatialEstimator(ArrayBlock):
 
         self.put_out("estimated_twist", lambda shape: shape.q[..., joints].sum(axis=-1), "shape", unit="rad")
         self.put_out("twist_std", std, "shape", unit="rad")
+
+    def _put_out_contact(self) -> None:
+        self.derive("contact", lambda shape: shape.contact, "shape")
+        self.derive("known", lambda posterior: posterior.known, "posterior")
+        put_out_contact(self, lambda contact: contact.across, "contact")
+        self.put_out("contact_force_vector", lambda contact: contact.force, "contact", unit="N", xyz=XYZ)
+        self.put_out("contact_force_vector_std", lambda contact: contact.force_std, "contact", unit="N", xyz=XYZ)
+        self.put_out("contact_force_world", _turned, "contact", "X_WB", unit="N", xyz=XYZ)
+        self.put_out("contact_direction_std", lambda contact: contact.direction_std, "contact", unit="rad")
+        self.put_out("contact_side", lambda contact: contact.side, "contact", unit="rad")
+        put_out_posterior(self, "known")
+        self.put_out("contact_mode_sides", lambda posterior: posterior.mode_sides, "posterior", unit="rad", mode=MODES)
+
+
+def _turned(contact: SpatialContact, X_WB: Array) -> Array:
+    X = X_WB.reshape(*X_WB.shape[:-1], 3, 4)
+    return np.asarray((X[..., :3] @ contact.force[..., None])[..., 0])
 
 
 def _rows(rows: slice) -> Any:

@@ -97,6 +97,15 @@ class SpatialGaussianShape:
         found[..., : finger.segments] = 1 / finger.joint_law.slope(q[..., : finger.segments])
         return found
 
+    def unloaded(self, q: Array, driving: Array, gravity: Array) -> Array:
+        """Joint positions under driving torque and weight alone, linearized about those of a bent finger, `q`."""
+        finger, torque = self.layout.finger, driving + self.weight(self.posture(q), gravity)
+        if finger.elastic_law is None:
+            return self._free(torque)
+        elastic = self._stiffness * q
+        elastic[..., : finger.segments] = finger.elastic_torque(q[..., : finger.segments])
+        return np.asarray(q + self.compliance(q) * (torque - elastic))
+
     def _free(self, torque: Array) -> Array:
         finger = self.layout.finger
         q = torque / self._stiffness

@@ -108,9 +108,8 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
     angle = (q * turning)[..., None, None]
     turns = np.eye(3) + np.sin(angle) * chain.across + (1 - np.cos(angle)) * chain.twice_across
     rotations = np.empty((*q.shape[:-1], len(axes) + 1, 3, 3))
-    rotations[..., 0, :, :] = R = np.eye(3)
-    for j in range(len(axes)):
-        rotations[..., j + 1, :, :] = R = R @ turns[..., j, :, :]
+    rotations[..., 0, :, :] = np.eye(3)
+    rotations[..., 1:, :, :] = _one_after_the_other(turns, len(axes) // (chain.segments[-1] + 1))
     before = rotations[..., :-1, :, :]
     along = (before @ axes[:, :, None])[..., 0]
     origins, slid = np.zeros((*q.shape[:-1], len(axes) + 1, 3)), (q * (1 - turning))[..., None] * along
@@ -119,6 +118,21 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
     turn = turning[:, None] * along
     moving = vector_product(origins[..., 1:, :] - slid, turn) + (1 - turning)[:, None] * along
     return Posture(rotations, origins, np.concatenate([turn, moving], axis=-1))
+
+
+def _one_after_the_other(turns: Array, each: int) -> Array:
+    """Products of J turns up to each of them, (..., J, 3, 3); `each` is how many a segment has.
+
+    Those of all segments are multiplied at once first: then one product a segment is left to do in turn.
+    """
+    within = turns.reshape(*turns.shape[:-3], turns.shape[-3] // each, each, 3, 3)
+    for j in range(1, each):
+        within[..., j, :, :] = within[..., j - 1, :, :] @ within[..., j, :, :]
+    before, R = np.empty(within[..., 0, :, :].shape), np.eye(3)
+    for i in range(within.shape[-4]):
+        before[..., i, :, :] = R
+        R = R @ within[..., i, -1, :, :]
+    return np.asarray(before[..., None, :, :] @ within).reshape(turns.shape)
 
 
 def vector_product(a: Array, b: Array) -> Array:
@@ -131,13 +145,13 @@ class Loads(NamedTuple):
     """Dead loads on M points of a chain: forces and moments that keep their directions in B."""
 
     frames: NDArray[np.int_]  # (M) to which the points are fixed, see `Posture`
-    points: Array  # (M, 3) m in these frames
+    points: Array  # (..., M, 3) m in these frames
     forces: Array  # (..., M, 3) N
     moments: Array  # (..., M, 3) N m
 
     def places(self, at: Posture) -> Array:
         """Of the points, (..., M, 3) m in B."""
-        turned = at.rotations[..., self.frames, :, :] @ self.points[:, :, None]
+        turned = at.rotations[..., self.frames, :, :] @ self.points[..., None]
         places: Array = at.origins[..., self.frames, :] + turned[..., 0]
         return places
 

@@ -12,7 +12,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
 
-from soft_gripper.diagrams.simulation import make_simulator
+from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -25,7 +25,7 @@ FORCE = 0.3  # N
 
 
 def in_space(layout):
-    return ["record.live=true", "estimator.type=gaussian", "estimator.alongside=[constant_curvature]",
+    return ["record.live=true", "estimator.type=gaussian", "estimator.alongside=[constant_curvature, contact]",
             f"sensor.layout={layout}", "sensor.sections=2"]  # fmt: skip
 
 
@@ -86,10 +86,33 @@ def test_tip_errors_of_fingers_in_space_are_those_that_are_printed():
     for layout in LAYOUTS:
         columns = [run(in_space(layout)) for run in runs]
         found[f"gaussian` with `{layout}"] = [column["gaussian"] for column in columns]
-    found[f"constant_curvature` with `{LAYOUTS[-1]}"] = [column["constant_curvature"] for column in columns]
+    for kind in ("constant_curvature", "contact"):
+        found[f"{kind}` with `{LAYOUTS[-1]}"] = [column[kind] for column in columns]
     for row, values in found.items():
         print(f"| {row} | " + " | ".join(f"{value:.2f}" for value in values) + " |")
     table = printed()
     assert table.keys() == found.keys()
     for row, values in found.items():
         np.testing.assert_allclose(table[row], values, atol=5.1e-3)
+
+
+@pytest.mark.slow
+def test_the_force_of_a_turned_box_is_found_as_a_vector_with_its_friction():
+    """In Drake's contacts, friction and all: medians over the grasp, of which the page says the magnitude and angle."""
+    scenario = load_scenario(
+        "turned_box_grasp",
+        ["sensor.layout=four_faces_and_diagonal", "sensor.sections=2", "estimator.type=contact"],
+    )
+    data = simulate(scenario).data
+    for name in ("left_finger", "right_finger"):
+        found, true = (data[f"{name}.{kind}contact_force_world"].values for kind in ("", "true_"))
+        sizes = np.linalg.norm(found, axis=-1), np.linalg.norm(true, axis=-1)
+        touched = (sizes[0] > 0) & (sizes[1] > 0.05)
+        cosine = (found * true).sum(axis=-1)[touched] / (sizes[0] * sizes[1])[touched]
+        magnitude = np.median(np.abs(sizes[0][touched] / sizes[1][touched] - 1))
+        angle = np.median(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+        bound, pressing = data[f"{name}.contact_force_bounds"].values[:, 0], data[f"{name}.true_contact_force"].values
+        print(f"{name}: {100 * magnitude:.2f} %, {angle:.2f} degrees, bound {np.mean(bound >= np.abs(pressing.ravel())):.4f}")
+        text = " ".join(PAGE.read_text(encoding="utf-8").split())
+        assert f"{100 * magnitude:.0f} % of its magnitude and {angle:.0f} degrees" in text
+        assert np.mean(bound >= np.abs(pressing.ravel())) > 0.98

@@ -1,0 +1,456 @@
+"""A contact in space: the force as a vector, its place along and around the finger, and how well they are known.
+
+Driving torque and weight leave the readings r = y - h(q) - H (q_0 - q) unexplained: q is a shape close to the true one,
+first that of `gaussian`, then that under the force found so; H are the slopes of the readings there, and q_0 the joints
+without a load. A load on a link, with the wrench f = (moment about the link's origin, force) in its frame, changes them
+by
+
+    G f ,   G = H C J^T ,
+
+with J the motion of the link and C the compliance of the joints. All that lies beyond a joint turns it alike, so that
+the sums of  (H C) (screw of the joint)  from the base to a link give its G.
+
+Cells are places along the finger, faces and edges around it, each smooth or rough, and the rim and the end of the tip.
+In a cell a force of 1 N presses inward; friction in both directions of the surface, the place along and across the
+cell, and the link on which it acts, change its wrench linearly, each by an independent standard normal variable.
+`force_posterior` says what follows for the size F of the force. These variables are then Gaussian again,
+
+    z ~ N((I + U U^T)^-1 U (r - F c), (I + U U^T)^-1) ,   all whitened, U = F times the spreads,
+
+which gives friction, hence the force as a vector, and the place within the cell. The contact that is reported is that
+of the most probable cell of the likeliest mode; its standard deviations are over all cells of that mode, weighted by
+their probabilities, about the most probable one.
+
+Contacts are smooth, with a probability of 0.3, or rough: the standard deviation of the friction in each direction is
+then the coefficient at the limit of the cone. So a force without friction is found as closely as the readings allow,
+and one at the limit is not excluded.
+
+Leading axes are free; R readings, D joint positions, way after way, L links, P places, C cells.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtri
+
+from soft_gripper.arrays import Array
+from soft_gripper.estimators.contact import CONE
+from soft_gripper.estimators.estimate import ContactForce, SpatialContact, SpatialShape
+from soft_gripper.estimators.force_posterior import Cells, ContactPosterior, FittedCells, fitted, in_cells, modes
+from soft_gripper.estimators.gaussian import condition
+from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.spatial_chain import Posture, vector_product
+from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
+
+_FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for the torques change there
+_SMOOTH, _ROUGH = 0.01, CONE  # of the force, standard deviation of the friction in each direction of the surface
+_FRICTIONS = (_SMOOTH, 0.3), (_ROUGH, 0.7)  # with their probabilities
+_AROUND = 8  # faces, and the edges between them
+_ON_EDGE = 0.04  # probability of each edge
+_TURNED = np.radians(45) / math.sqrt(3)  # standard deviation of the direction of an edge's normal
+_ON_TIP = 0.6  # probability of rim and end of the tip, relative to that of a place
+_STRADDLED = 1.5e-3  # m, standard deviation of the lever at the joint next to a contact, which may lie on both links
+_Z = np.array([0.0, 0.0, 1.0])
+_CHANCE = 1e-3  # probability that noise alone exceeds the noise level
+_PASSES = 2
+_FEWEST = 3  # readings, for a force to be estimated
+_LIKELIEST = 48  # cells of a mode, over which means are taken
+_AT_ONCE = 16  # samples that are computed together
+_TINY = 1e-30
+# Friction along both tangents at the limit of the cone, and the place at the sides of a face, in standard deviations.
+_CORNERS = np.array(
+    [[i, j, 0, k] for i, j in ((-1, 0), (1, 0), (0, -1), (0, 1)) for k in (-math.sqrt(3), math.sqrt(3))]
+)
+
+
+class _Surface(NamedTuple):
+    """A part of the surface that may be pressed; vectors in the frame of its link, (3)."""
+
+    point: Array  # m
+    normal: Array  # outward
+    tangents: tuple[Array, Array]
+    extents: tuple[float, float]  # m, along the tangents
+    friction: float  # of the force, standard deviation
+    turned: float = 0.0  # rad, standard deviation of the normal's direction, toward the second tangent
+
+    def wrenches(self) -> Array:
+        """Of a force of 1 N, and what changes it, (5, 6): friction and place, by the tangents."""
+        frictions = self.friction, math.hypot(self.friction, self.turned)
+        rubbing = [_wrench(self.point, share * along) for share, along in zip(frictions, self.tangents, strict=True)]
+        moved = [
+            np.append(np.cross(extent / math.sqrt(12) * along, -self.normal), np.zeros(3))
+            for extent, along in zip(self.extents, self.tangents, strict=True)
+        ]
+        return np.array([_wrench(self.point, -self.normal), *rubbing, *moved])
+
+
+def _wrench(point: Array, force: Array) -> Array:
+    return np.append(np.cross(point, force), force)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCells:
+    """Where a finger may be pressed: C cells, ordered by sides around the finger and places along it."""
+
+    place: NDArray[np.int_]  # (C)
+    side: NDArray[np.int_]  # (C) from 1, the inner one, toward +y
+    prior: Array  # (C)
+    arc_length: Array  # (C) m
+    link: NDArray[np.int_]  # (C)
+    nearest: NDArray[np.int_]  # (C) joint next to it
+    wrenches: Array  # (C, 5, 6) in the frame of the link
+    straddled: Array  # (C, 3) N m, moment at the joint next to it
+    directions: Array  # (C, 3, 3) of a force of 1 N, and what friction adds to it
+    extent: Array  # (C) m, standard deviation of the place along the finger
+    angle: Array  # (C) rad around the finger, from the inner side toward +y
+    rough: NDArray[np.bool_]  # (C) whether friction may be large
+
+    @classmethod
+    def of(cls, finger: Finger) -> "SurfaceCells":
+        """Those of a finger."""
+        place, side, share, s, surfaces = zip(*_surfaces(finger), strict=True)
+        joints, arc_length, wrenches = (
+            finger.joint_arc_lengths,
+            np.array(s),
+            np.array([each.wrenches() for each in surfaces]),
+        )
+        middles = (np.array(place) + 0.5) / (max(place) + 1) * finger.length
+        return cls(
+            np.array(place),
+            np.array(side),
+            np.array(share) / np.sum(share),
+            arc_length,
+            np.searchsorted(joints, arc_length),
+            np.abs(middles[:, None] - joints).argmin(axis=-1),
+            wrenches,
+            np.array([np.cross(_STRADDLED * _Z, -each.normal) for each in surfaces]),
+            wrenches[:, :3, 3:],
+            np.array([each.extents[0] * each.tangents[0][2] / math.sqrt(12) for each in surfaces]),
+            np.angle(np.exp(2j * math.pi * (np.array(side) - 1) / _AROUND)),
+            np.array([each.friction > _SMOOTH for each in surfaces]),
+        )
+
+
+def _surfaces(finger: Finger) -> Iterator[tuple[int, int, float, float, _Surface]]:
+    """Place, side, share, arc length and surface of all cells, by sides and places."""
+    count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
+    s, begins = (np.arange(count) + 0.5) / count * finger.length, np.append(0.0, finger.joint_arc_lengths)
+    section = finger.section(s)
+    outer, inner, width = (
+        np.broadcast_to(each, s.shape) for each in (section.outer_face, section.inner_face, section.width)
+    )
+    heights = s - begins[np.searchsorted(begins, s) - 1]
+    for side in range(_AROUND):
+        on_edge = side % 2 == 1
+        share = _ON_EDGE if on_edge else (1 - _ON_EDGE * _AROUND / 2) / (_AROUND / 2)
+        for i in range(count):
+            outline = _Outline(outer[i], inner[i], width[i])
+            for friction, likely in _FRICTIONS:
+                surface = _beside(side, outline, heights[i], finger.length / count, friction)
+                yield i, side + 1, likely * share, s[i], surface
+        for surface in [] if on_edge else _at_the_tip(side, outline, finger.length - begins[-1]):
+            yield count - 1, side + 1, _ON_TIP / _AROUND, finger.length, surface
+
+
+class _Outline(NamedTuple):
+    """Of a section."""
+
+    outer: float  # m, along x
+    inner: float  # m
+    width: float  # m
+
+    def toward(self, side: int) -> tuple[Array, Array, float, float]:
+        """Of a face or edge: the middle, the outward normal, the depth behind it, and its extent across, m."""
+        normal, across = _normal(side)
+        half = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
+        middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])
+        point = middle + np.round(normal * math.sqrt(2)).clip(-1, 1) * half
+        return point, normal, float(np.abs(normal) @ half), 2 * float(np.abs(across) @ half)
+
+
+def _normal(side: int) -> tuple[Array, Array]:
+    """The outward normal of a face or edge, and the direction across it, (3) each."""
+    angle = 2 * math.pi * side / _AROUND
+    return np.array([math.cos(angle), math.sin(angle), 0.0]), np.array([-math.sin(angle), math.cos(angle), 0.0])
+
+
+def _beside(side: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surface:
+    """A face, or the edge between two, at a height above the origin of its link."""
+    point, normal, _, reach = outline.toward(side)
+    across, on_edge = _normal(side)[1], side % 2 == 1
+    reach, turned = (0.0, _TURNED) if on_edge else (reach, 0.0)
+    return _Surface(point + height * _Z, normal, (_Z, across), (extent, reach), friction, turned)
+
+
+def _at_the_tip(side: int, outline: _Outline, height: float) -> list[_Surface]:
+    """The rim of a face at the tip, and the part of its end beside that face."""
+    point, normal, depth, reach = outline.toward(side)
+    across, rim, up = _normal(side)[1], (normal + _Z) / math.sqrt(2), (_Z - normal) / math.sqrt(2)
+    return [
+        _Surface(point + height * _Z, rim, (across, up), (reach, 0.0), _ROUGH, _TURNED),
+        _Surface(point - depth / 2 * normal + height * _Z, _Z, (across, normal), (reach, depth), _ROUGH),
+    ]
+
+
+class SpatialPosterior(NamedTuple):
+    """What is known of one contact in space; forces are absolute values."""
+
+    known: ContactPosterior
+    mode_sides: Array  # (..., 2) rad around the finger, of the modes, as `SpatialContact.side`
+
+
+class _Unexplained(NamedTuple):
+    """Readings that driving torque and weight do not explain, and the shape about which they are linearized."""
+
+    q: Array  # (..., D)
+    before: SpatialShape  # of `gaussian`
+    at: Posture  # of q
+    slopes: Array  # H, (..., R, D)
+    free: Array  # q_0, (..., D)
+    read: Array  # (...) number of readings
+    variance: Array  # (..., R) of the readings
+    residual: Array  # r, (..., R)
+    covariance: Array  # (..., R, R), of noise and model
+
+
+@dataclass(frozen=True)
+class SpatialContactShape:
+    """The estimator `contact` of one finger whose sensors see it leave its plane."""
+
+    layout: MeasurementModel
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+    def __call__(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
+        """The joint positions, their covariance and the contact; as `SpatialGaussianShape`.
+
+        The contact is NaN where fewer than three sensors are read.
+        """
+        found: SpatialShape = _in_parts(self._shape, readings, driving, gravity)
+        return found
+
+    def posterior(self, readings: Array, driving: Array, gravity: Array) -> SpatialPosterior:
+        """What the readings say of one contact, with whatever trades off against it."""
+        found: SpatialPosterior = _in_parts(self._posterior, readings, driving, gravity)
+        return found
+
+    def _shape(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
+        left, found = self._explained(readings, driving, gravity)
+        contact, torque = self._contact(found, left)
+        free, unknown = (found.r**2).sum(axis=-1) < chdtri(np.maximum(left.read, 1), _CHANCE), left.read < _FEWEST
+        q = self._loaded(left, np.where((free | unknown)[..., None], 0.0, torque), driving)
+        return SpatialShape(q, left.before.covariance, _stated(contact, free, unknown))
+
+    def _posterior(self, readings: Array, driving: Array, gravity: Array) -> SpatialPosterior:
+        left, found = self._explained(readings, driving, gravity)
+        assumed, length, several = (
+            self.uncertainty,
+            self.layout.finger.length,
+            _corners(self._cells(left), self._surface.rough),
+        )
+        nearest = assumed.nearest_contact * length
+        known = in_cells(found, left.read, length, assumed.largest_force, nearest, several)
+        sides = self._surface.angle[modes(found, assumed.largest_force).cells]
+        return SpatialPosterior(known, np.where(np.isfinite(known.mode_forces), sides, np.nan))
+
+    def _explained(self, readings: Array, driving: Array, gravity: Array) -> tuple[_Unexplained, FittedCells]:
+        """The forces in all cells, linearized about the finger under the likeliest of those about `gaussian`."""
+        shape, largest = self._gaussian(readings, driving, gravity), self.uncertainty.largest_force
+        left = self._unexplained(shape.q, shape, readings, driving, gravity)
+        found = fitted(left.residual, left.covariance, self._cells(left), largest, refined=True)
+        for _ in range(_PASSES - 1):
+            q = self._loaded(left, self._contact(found, left)[1], driving)
+            left = self._unexplained(q, shape, readings, driving, gravity)
+            found = fitted(left.residual, left.covariance, self._cells(left), largest, refined=True)
+        return left, found
+
+    def _loaded(self, left: _Unexplained, torque: Array, driving: Array) -> Array:
+        """Joint positions under torques of a contact, (..., D); what they do not explain is shared as by `gaussian`."""
+        loaded = self._gaussian.compliance(left.q) * torque
+        remaining = left.residual - (left.slopes @ loaded[..., None])[..., 0]
+        gain, _ = condition(left.slopes, self._gaussian.prior(left.at, left.q, driving), left.variance)
+        return np.asarray(left.free + loaded + (gain @ remaining[..., None])[..., 0])
+
+    def _unexplained(
+        self, q: Array, before: SpatialShape, readings: Array, driving: Array, gravity: Array
+    ) -> _Unexplained:
+        """Linearized about joint positions `q`.
+
+        The stiffness may be as wrong as the bend per driving torque: then a share of what is read is.
+        """
+        gaussian = self._gaussian
+        measured, variance = gaussian.measured(readings)
+        at, H, free = gaussian.posture(q), self.layout.slopes(q), gaussian.unloaded(q, driving, gravity)
+        residual = measured - self.layout.predict(q) - (H @ (free - q)[..., None])[..., 0]
+        stiffness = self.uncertainty.bend_per_pressure * measured
+        of_model = H @ gaussian.of_model(q, driving) @ np.swapaxes(H, -1, -2)
+        covariance = of_model + _outer(stiffness) + variance[..., None] * np.eye(H.shape[-2])
+        read = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
+        return _Unexplained(q, before, at, H, free, read, variance, residual, covariance)
+
+    def _cells(self, left: _Unexplained) -> Cells:
+        """The readings' changes by forces in all cells."""
+        surface, at, links = self._surface, left.at, self._gaussian.links
+        by_torque = (left.slopes * self._gaussian.compliance(left.q)[..., None, :])[..., self._gaussian.in_chain]
+        by_joint = np.swapaxes(by_torque, -1, -2)[..., :, None, :] * at.screws[..., None]  # (..., D, 6, R)
+        before = np.concatenate([np.zeros_like(by_joint[..., :1, :, :]), by_joint.cumsum(axis=-3)], axis=-3)
+        moments, forces = np.split(before[..., links, :, :], 2, axis=-2)
+        turn, origins = np.swapaxes(at.rotations[..., links, :, :], -1, -2), at.origins[..., links, :]
+        about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
+        forces = forces + np.swapaxes(about, -1, -2)
+        by_link = np.concatenate([turn @ moments, turn @ forces], axis=-2)  # (..., L, 6, R)
+        changes = surface.wrenches @ by_link[..., surface.link, :, :]
+        at_joint = turn[..., surface.link, :, :] @ np.diff(moments, axis=-3)[..., surface.nearest, :, :]
+        straddled = surface.straddled[:, None, :] @ at_joint
+        spreads = np.concatenate([changes[..., 1:, :], straddled], axis=-2)
+        return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior)
+
+    def _contact(self, found: FittedCells, left: _Unexplained) -> tuple[SpatialContact, Array]:
+        """The contact of the likeliest mode, and its torques at the joints, (..., D)."""
+        weights, cells, misfit = _likeliest(found, left.read, self.uncertainty.largest_force)
+        fits, of_cells, surface = found.fits, found.cells, self._surface
+        force = _chosen(fits.force, cells)
+        z, of_z = _within(found.r, force, _chosen(of_cells.response, cells), _chosen(of_cells.spreads, cells))
+        R = _chosen(left.at.rotations, self._gaussian.links[surface.link[cells]])
+        vectors, of_vectors = _forces(R, surface.directions[cells], force, _chosen(fits.std, cells), z, of_z)
+        x = R[..., 0]
+        across = (x * vectors).sum(axis=-1, keepdims=True)
+        of_across = x[..., None, :] @ of_vectors @ x[..., None]
+        extent = surface.extent[cells]
+        place = np.clip(surface.arc_length[cells] + extent * z[..., 2], 0, self.layout.finger.length)[..., None]
+        of_place = (extent**2 * of_z[..., 2, 2])[..., None, None]
+        of_vector = misfit[..., None, None] * _about_best(weights, vectors, of_vectors)
+        across_std = _std(misfit[..., None, None] * _about_best(weights, across, of_across))[..., 0]
+        place_std, best = _std(_about_best(weights, place, of_place))[..., 0], vectors[..., 0, :]
+        contact = SpatialContact(
+            ContactForce(-across[..., 0, 0], place[..., 0, 0], across_std, place_std),
+            *(best, _std(of_vector), _direction_std(best, of_vector), surface.angle[cells[..., 0]]),
+        )
+        wrenches = surface.wrenches[cells[..., 0]]
+        wrench = wrenches[..., 0, :] + (z[..., :1, :4] @ wrenches[..., 1:, :])[..., 0, :]
+        return contact, self._torques(left.at, surface.link[cells[..., :1]], force[..., :1] * wrench)
+
+    def _torques(self, at: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
+        """At the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
+        frames = self._gaussian.links[link]
+        R, origins = _chosen(at.rotations, frames)[..., 0, :, :], _chosen(at.origins, frames)[..., 0, :]
+        moment, force = ((R @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:]))
+        in_base = np.concatenate([moment + vector_product(origins, force), force], axis=-1)
+        moved = frames > np.arange(at.screws.shape[-2])
+        return np.asarray((moved * (at.screws @ in_base[..., None])[..., 0])[..., self._gaussian.from_chain])
+
+    @cached_property
+    def _gaussian(self) -> SpatialGaussianShape:
+        return SpatialGaussianShape(self.layout, self.uncertainty)
+
+    @cached_property
+    def _surface(self) -> SurfaceCells:
+        return SurfaceCells.of(self.layout.finger)
+
+
+def _likeliest(found: FittedCells, read: Array, largest: float) -> tuple[Array, NDArray[np.int_], Array]:
+    """Of the likeliest cells of the first mode, best first: weights that sum to 1, and numbers, (..., K); the misfit.
+
+    Weights are those of the posterior; where no single force explains the readings, variances are scaled by the misfit.
+    """
+    fits, most_of_noise = found.fits, chdtri(np.maximum(read - 2, 1), _CHANCE)
+    misfit = np.maximum(found.chi_squared.min(axis=-1) / most_of_noise, 1.0)
+    logs = np.log(found.cells.prior) - fits.misfit / misfit[..., None] / 2 - fits.spread / 2
+    logs += np.log(fits.std / np.maximum(fits.force, fits.std))
+    logs = np.where(modes(found, largest).first & (fits.force > 0), logs, -np.inf)
+    cells = np.argsort(-logs, axis=-1)[..., :_LIKELIEST]
+    logs = np.take_along_axis(logs, cells, axis=-1)
+    weights = np.exp(logs - np.where(np.isfinite(logs[..., :1]), logs[..., :1], 0.0))
+    return weights / np.maximum(weights.sum(axis=-1, keepdims=True), _TINY), cells, misfit
+
+
+def _chosen(values: Array, numbers: NDArray[np.int_]) -> Array:
+    """Those of each sample, (..., C, ...), by their numbers, (..., K)."""
+    more = values.ndim - numbers.ndim
+    return np.take_along_axis(values, numbers.reshape(*numbers.shape, *[1] * more), axis=numbers.ndim - 1)
+
+
+def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
+    """What spreads a cell's response, (..., K, 5), in standard deviations, and its covariance, given the readings."""
+    U = force[..., None, None] * spreads
+    covariance = np.linalg.inv(np.eye(U.shape[-2]) + U @ np.swapaxes(U, -1, -2))
+    rest = r[..., None, :] - force[..., None] * response
+    return (covariance @ (U @ rest[..., None]))[..., 0], covariance
+
+
+def _forces(R: Array, directions: Array, force: Array, std: Array, z: Array, of_z: Array) -> tuple[Array, Array]:
+    """Forces in B, (..., K, 3) N, and their covariances; see `_within` for z, `SurfaceCells` for the directions."""
+    unit = directions[..., 0, :] + (z[..., None, :2] @ directions[..., 1:, :])[..., 0, :]
+    rubbing = force[..., None, None] * directions[..., 1:, :]
+    covariance = np.swapaxes(rubbing, -1, -2) @ of_z[..., :2, :2] @ rubbing + _outer(std[..., None] * unit)
+    return (R @ (force[..., None] * unit)[..., None])[..., 0], R @ covariance @ np.swapaxes(R, -1, -2)
+
+
+def _outer(vector: Array) -> Array:
+    return vector[..., :, None] * vector[..., None, :]
+
+
+def _about_best(weights: Array, values: Array, covariances: Array) -> Array:
+    """Mean squares of the distance from the first of K values, (..., K, M), with their covariances: (..., M, M)."""
+    return np.asarray((weights[..., None, None] * (covariances + _outer(values - values[..., :1, :]))).sum(axis=-3))
+
+
+def _std(covariance: Array) -> Array:
+    """Standard deviations, (..., M, M) -> (..., M)."""
+    return np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+
+
+def _direction_std(vector: Array, covariance: Array) -> Array:
+    """Root mean square of the angle between a vector, (..., 3), and what it may be, rad, (...)."""
+    square = np.maximum((vector**2).sum(axis=-1), _TINY)
+    along = ((vector[..., None, :] @ covariance)[..., 0, :] * vector).sum(axis=-1) / square
+    return np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1) - along, 0) / square)
+
+
+def _stated(contact: SpatialContact, free: NDArray[np.bool_], unknown: NDArray[np.bool_]) -> SpatialContact:
+    """No force where nothing touches, and NaN where too little is read."""
+    nan = np.nan
+
+    def of(value: Array, without: float | Array) -> Array:
+        more = (..., *[None] * (value.ndim - free.ndim))
+        return np.where(unknown[more], nan, np.where(free[more], without, value))
+
+    force, place, force_std, place_std = contact.across
+    return SpatialContact(
+        ContactForce(of(force, 0.0), of(place, nan), of(force_std, force_std), of(place_std, nan)),
+        of(contact.force, 0.0),
+        of(contact.force_std, contact.force_std),
+        of(contact.direction_std, nan),
+        of(contact.side, nan),
+    )
+
+
+def _corners(cells: Cells, rough: NDArray[np.bool_]) -> Cells:
+    """What each of several forces may do: on the middles and the sides of faces, with friction at the cone."""
+    chosen = np.flatnonzero(rough & (cells.side % 2 == 1) & (cells.place % 2 == 1))
+    response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :4, :]
+    response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
+    place, side = np.repeat(cells.place[chosen], len(_CORNERS)), np.repeat(cells.side[chosen], len(_CORNERS))
+    return Cells(response, cells.spreads, place, side, np.repeat(cells.prior[chosen], len(_CORNERS)))
+
+
+def _in_parts(function: Any, readings: Array, *others: Array) -> Any:
+    """The results of a function of arrays with a single leading axis, a few samples after the other."""
+    shape = readings.shape[:-1]
+    flat = [readings.reshape(-1, readings.shape[-1])]
+    flat += [np.broadcast_to(each, (*shape, each.shape[-1])).reshape(-1, each.shape[-1]) for each in others]
+    parts = [function(*(each[at : at + _AT_ONCE] for each in flat)) for at in range(0, max(len(flat[0]), 1), _AT_ONCE)]
+    return _put_together(parts, shape)
+
+
+def _put_together(parts: list[Any], shape: tuple[int, ...]) -> Any:
+    if isinstance(parts[0], np.ndarray):
+        joined = np.concatenate(parts)
+        return joined.reshape((*shape, *joined.shape[1:]))
+    return type(parts[0])(*(_put_together(list(each), shape) for each in zip(*parts, strict=True)))
