@@ -3,21 +3,57 @@
 import argparse
 from dataclasses import asdict
 
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.calibration import GAIN
 from soft_gripper.files.output import check_file, keep_inputs
-from soft_gripper.hardware.calibration import calibrate_recordings
-from soft_gripper.scenario.calibration_file import save_calibration
+from soft_gripper.hardware.calibration import LoggedBench, calibrate_recordings
+from soft_gripper.hardware.live.bench_schema import load_bench
+from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
+from soft_gripper.scenario.scenario_file import load_scenario
+
+_UNKNOWN = 0.5  # of the standard deviation before, above which a gain counts as not determined
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     keep_inputs(options.recording, [options.out])
     check_file(options.out)
-    calibration = calibrate_recordings(options.recording)
+    calibration = calibrate_recordings(options.recording, _logged(options))
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():
-        print(f"{name}: bends {finger.bend_ratio:.4f} times as far as nominal; residual {finger.residual:.2g}")
-        print("  gains  ", *(f"{gain:8.4f}" for gain in finger.gains))
-        print("  offsets", *(f"{offset:8.4f}" for offset in finger.offsets))
+        _print(name, finger)
     print(f"assumed: {calibration.assumed}")
     options.console.document["fingers"] = {name: asdict(finger) for name, finger in calibration.fingers.items()}
     options.console.wrote(options.out)
+
+
+def _logged(options: argparse.Namespace) -> LoggedBench | None:
+    """How logs are read; None: these are recordings of this project."""
+    if (options.bench is None) != (options.scenario is None):
+        missing = "--bench" if options.bench is None else "--scenario"
+        raise InputError("calibrate", missing, None, "logs need both: --bench names the fields, --scenario the fingers")
+    if options.bench is None:
+        return None
+    return LoggedBench(load_bench(options.bench), load_scenario(options.scenario))
+
+
+def _print(name: str, finger: FingerCalibrationConfig) -> None:
+    ratio = f"{finger.bend_ratio:.4f} +- {finger.bend_ratio_std:.4f}"
+    print(f"{name}: bends {ratio} times as far as nominal; residual {finger.residual:.2g}")
+    rows = {
+        "gains": (finger.gains, "{:9.4f}"),
+        "  +-": (finger.gain_stds, "{:9.4f}"),
+        "offsets": (finger.offsets, "{:9.5f}"),
+        "  +- ": (finger.offset_stds, "{:9.5f}"),
+        "drift [%/min]": ([6000 * drift for drift in finger.drifts], "{:9.3f}"),
+    }
+    for title, (values, form) in rows.items():
+        print(f"  {title:<15}", *(form.format(value) for value in values), sep="")
+    print(f"  hysteresis {100 * finger.hysteresis:.2f} % of the stroke")
+    unknown = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNKNOWN * GAIN]
+    if unknown:
+        print(f"  note: the gains of readings {', '.join(unknown)} are not determined: these hardly stretch")
+    if not finger.tip_measured:
+        print("  note: a common gain and the bend ratio cannot be told apart, unless the place of the tip is measured")
+    for hold in finger.doubtful:
+        print(f"  note: {hold} does not fit free bending: was the finger loaded or touched?")

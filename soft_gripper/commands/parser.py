@@ -483,10 +483,15 @@ COMMANDS = (
     Command(
         "calibrate",
         "calibrate sensors and fingers from recordings of free bending",
-        ("results/free_bending/recording.nc --out my_gripper.yaml",),
+        (
+            "results/free_bending/recording.nc --out my_gripper.yaml",
+            "log.csv --bench my_bench.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
+        ),
         (
             *CONSOLE,
-            option("recording", "a recording.nc that `soft-gripper run` wrote", read=path, nargs="+"),
+            option("recording", "a recording.nc that `soft-gripper run` wrote, or a log", read=path, nargs="+"),
+            option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path),
+            option("--scenario", "scenario with the fingers and sensors of a log", "NAME"),
             option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
         ),
     ),

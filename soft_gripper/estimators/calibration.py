@@ -1,4 +1,4 @@
-"""Calibration from free bending: a gain and an offset for every sensor, and how far a finger bends under pressure.
+"""Calibration from free bending: the response of every sensor, and how far a finger bends under pressure.
 
 The stiffness of the nominal finger is scaled: the joint angles q of a finger at rest follow from
 
@@ -6,61 +6,270 @@ The stiffness of the nominal finger is scaled: the joint angles q of a finger at
 
 with k the elastic torque of a finger that has crept, g the torque of the pressure, w that of the weight and r the ratio
 that is found. A finger that is assumed to creep must rest for longer than its slowest branch. The sensor i reads the
-extension ratio 1 + a_i (ratio_i(q) - 1) + b_i. Strain and pressure alone cannot tell larger gains of all sensors from a
-finger that bends further (but for its weight, which is too weak to rely on): the mean of the gains a_i is taken to be
-1.
+extension ratio
+
+    1 + a_i (s_i + h l_i) + b_i + d_i t ,
+
+with s_i the strain, l_i how far the play operators of `strain_errors` lag behind it in the course of the recording, the
+gain a, the offset b, the drift d, and the width h of the hysteresis loop as a share of the stroke, which is that of the
+material, and one for all sensors of a finger.
+
+Every hold of the pressure counts as one observation, the median of its samples: what is left is mostly what lasts
+longer than a hold. Its standard deviation is estimated from what is left. All numbers have priors, `GAIN` of the gains
+and so on, hence a posterior covariance; holds that do not fit count less (Huber). Strain and pressure alone cannot tell
+larger gains of all sensors from a finger that bends further, but for its weight, which is too weak to rely on: their
+mean is known no better than the prior says, unless the place of the tip is measured too.
+
+Leading axes are free; T samples, M holds, R readings.
 """
 
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
 
-_LIKELY = 1e-3  # extension ratio; residuals far beyond it count linearly, not squared
+GAIN, RATIO = 0.05, 0.5  # standard deviations before anything is measured: of gains, of the logarithm of the bend ratio
+OFFSET, DRIFT, HYSTERESIS = 0.1, 2e-3 / MINUTE, 0.02  # extension ratio, 1/s, share of the stroke
+TIP = 5e-4  # m, standard deviation of a measured place of the tip, at least
 _RATIOS = (0.2, 5.0)
+_FIRST, _LEAST = 1e-3, 2e-5  # extension ratio, standard deviations of a median: guess, and least
+_UNKNOWNS, _SHARED = 3.0, 4.0  # of a reading, on average; observations that readings share
+_OF_MEDIAN = 1.4826  # standard deviation over the median of the absolute values, of normal ones
+_UNLIKELY = 2.0  # standard deviations, beyond which residuals count linearly
+_DOUBTFUL = 4.0  # beyond which a hold is not free bending
+_PASSES, _STEP = 5, 1e-4  # in which the noise is estimated; of the logarithm of r, for differences
 
 
-class FreeBending(NamedTuple):
-    """M samples of a finger that bends freely and rests."""
+@dataclass(frozen=True)
+class FreeBending:
+    """A recording of T samples in which a finger bends freely, in M holds of its pressure."""
 
-    pressure: Array  # (M) Pa
-    gravity: Planar  # (M) in the bending plane, z + i x in B, m/s^2
-    ratios: Array  # (M, R) extension ratios that the nominal sensors read
+    time: Array  # (T) s
+    pressure: Array  # (T) Pa
+    gravity: Planar  # (T) in the bending plane, z + i x in B, m/s^2
+    ratios: Array  # (T, R) extension ratios that the nominal sensors read, NaN where there is none
+    hold: NDArray[np.int_]  # (T) number of the hold in which the finger rests, -1 where it moves
+    tip: Planar | None = (
+        None  # (T) measured place of the tip in the bending plane, z + i x in B, m; NaN where there is none
+    )
 
 
 class Calibration(NamedTuple):
-    """What was found."""
+    """What was found, and standard deviations."""
 
     bend_ratio: float  # how much further the finger bends under the same pressure than nominal
     gains: Array  # (R)
     offsets: Array  # (R) extension ratio
-    residual: float  # root mean square of what is left, extension ratio
+    residual: float  # root mean square of what is left of the holds, extension ratio
+    bend_ratio_std: float
+    gain_stds: Array  # (R)
+    offset_stds: Array  # (R)
+    hysteresis: float  # share of the stroke
+    drifts: Array  # (R) 1/s, mean of the recordings
+    tip_measured: bool  # whether the place of the tip was
+    doubtful: tuple[tuple[int, float], ...]  # recordings, from 0, and times, s, of holds that are not free bending
 
 
-def calibrate(layout: SensorLayout, samples: FreeBending) -> Calibration:
-    """Fits gains, offsets and the ratio to samples, robustly; `layout` is nominal."""
-    readings = layout.readings
+class _Holds(NamedTuple):
+    """M holds, of all recordings."""
 
-    def unpack(x: Array) -> tuple[float, Array, Array]:
-        gains = np.append(x[1:readings], readings - x[1:readings].sum())
-        return float(x[0]), gains, x[readings:]
+    strain: Array  # (M, R) read, NaN where nothing is
+    recording: NDArray[np.int_]  # (M)
+    time: Array  # (M) s since the recording began
+    tip: Planar  # (M) m, NaN where it is not measured
 
-    @lru_cache(maxsize=2)  # the slow part; of all numbers in x it depends on the first alone
-    def strain(ratio: float) -> Array:
-        q = resting_angles(softened(layout.finger, ratio), samples.pressure, samples.gravity)
-        return extension_ratios(layout, q) - 1
 
-    def residuals(x: Array) -> Array:
-        ratio, gains, offsets = unpack(x)
-        return (gains * strain(ratio) + offsets - (samples.ratios - 1)).ravel()
+class _Predicted(NamedTuple):
+    """What a finger of some bend ratio does in the holds."""
 
-    start = np.concatenate([np.ones(readings), np.zeros(readings)])
-    bounds = np.full((2, start.size), [[-np.inf], [np.inf]])
-    bounds[:, 0] = _RATIOS
-    fit = least_squares(residuals, start, bounds=tuple(bounds), loss="soft_l1", f_scale=_LIKELY)
-    return Calibration(*unpack(fit.x), residual=float(np.sqrt(np.mean(residuals(fit.x) ** 2))))
+    strain: Array  # (M, R)
+    lag: Array  # (M, R) of a loop as wide as the stroke
+    tip: Planar  # (M) m
+
+
+def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending]) -> Calibration:
+    """Fits all numbers to recordings, robustly; `layout` is nominal."""
+    holds, parts, prior = _holds(recordings), _Parts(layout.readings), _prior(layout.readings, len(recordings))
+    known = np.isfinite(np.column_stack([holds.strain, holds.tip.real, holds.tip.imag]))
+    noise = _Noise(np.full(layout.readings, _FIRST), TIP)
+    weights: Array = np.ones(len(holds.time))
+    x = _begin(parts, len(prior), _first_ratio(layout, recordings, holds))
+
+    @lru_cache(maxsize=4)
+    def predict(log_ratio: float) -> _Predicted:
+        return _predict(layout, recordings, holds, log_ratio)
+
+    for _ in range(_PASSES):
+        scale = (np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip]))[known]
+
+        def residuals(x: Array, scale: Array = scale) -> Array:
+            return np.concatenate([_left(x, predict(x[0]), holds, parts)[known] * scale, prior @ x])
+
+        def slopes(x: Array, scale: Array = scale) -> Array:
+            found = _slopes(x, predict(x[0]), predict(x[0] + _STEP), holds, parts)[known]
+            return np.vstack([-found * scale[:, None], prior])
+
+        fit = least_squares(residuals, x, slopes, bounds=_bounds(len(x)), x_scale="jac")
+        x = np.asarray(fit.x)
+        noise, weights = _scatter(_left(x, predict(x[0]), holds, parts))
+    covariance = np.linalg.inv(fit.jac.T @ fit.jac)
+    left, gains = _left(x, predict(x[0]), holds, parts), np.exp(x[parts.bends] - x[0])
+    from_bends = np.eye(len(x))[parts.bends] - np.eye(len(x))[0]  # to the logarithms of the gains
+    of_gains, stds = from_bends @ covariance @ from_bends.T, np.sqrt(np.diagonal(covariance))
+    return Calibration(
+        *(float(np.exp(x[0])), gains, x[parts.offsets], float(np.sqrt(np.nanmean(left[:, : layout.readings] ** 2)))),
+        *(float(np.exp(x[0]) * stds[0]), gains * np.sqrt(np.diagonal(of_gains)), stds[parts.offsets]),
+        *(float(x[parts.lag]), x[parts.drifts].reshape(-1, layout.readings).mean(axis=0)),
+        bool(known[:, -1].any()),
+        tuple((int(holds.recording[i]), float(holds.time[i])) for i in np.flatnonzero(weights < _UNLIKELY / _DOUBTFUL)),
+    )
+
+
+class _Parts:
+    """Where in the vector of unknowns they are; first come the logarithm of the bend ratio r, and the hysteresis.
+
+    `bends` are the logarithms of  a r : readings tell them well, and r itself hardly, which makes a fit easy.
+    """
+
+    def __init__(self, readings: int):
+        self.readings = readings
+        self.lag = 1
+        self.bends, self.offsets = (slice(2 + i * readings, 2 + (i + 1) * readings) for i in range(2))
+        self.drifts = slice(2 + 2 * readings, None)  # reading after reading, of one recording after the other
+
+
+def _prior(readings: int, recordings: int) -> Array:
+    """What is expected of the unknowns to be 0, in standard deviations: a row each, of a matrix."""
+    each = [GAIN, OFFSET, *[DRIFT] * recordings]
+    rows = np.diag([1 / RATIO, 1 / HYSTERESIS, *(1 / std for std in each for _ in range(readings))])
+    rows[_Parts(readings).bends, 0] = -1 / GAIN  # gains, not bends, are about 1
+    return rows
+
+
+def _bounds(unknowns: int) -> tuple[Array, Array]:
+    """Of all unknowns."""
+    most: Array = np.full(unknowns, np.inf)
+    least = -most
+    least[0], most[0] = np.log(_RATIOS)
+    return least, most
+
+
+def _holds(recordings: Sequence[FreeBending]) -> _Holds:
+    """The medians of all holds."""
+    found: list[tuple[Array, int, float, complex]] = []
+    for number, recording in enumerate(recordings):
+        for hold in range(recording.hold.max() + 1):
+            at = recording.hold == hold
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)  # of readings that are always NaN
+                strain = np.nanmedian(recording.ratios[at], axis=0) - 1
+                tip = (
+                    complex(np.nan, np.nan)
+                    if recording.tip is None
+                    else complex(np.nanmedian(recording.tip[at].real), np.nanmedian(recording.tip[at].imag))
+                )
+            found.append((strain, number, float(recording.time[at].mean() - recording.time[0]), tip))
+    strains, numbers, times, tips = zip(*found, strict=True)
+    return _Holds(np.array(strains), np.array(numbers), np.array(times), np.array(tips))
+
+
+def _predict(layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds, log_ratio: float) -> _Predicted:
+    """Means over the holds."""
+    finger, parts = softened(layout.finger, float(np.exp(log_ratio))), []
+    for recording in recordings:
+        q = resting_angles(finger, recording.pressure, recording.gravity)
+        strain = extension_ratios(layout, q) - 1
+        tip = forward_kinematics(q, finger.segment_length).points[:, -1]
+        lag = _lags(strain)
+        for hold in range(recording.hold.max() + 1):
+            at = recording.hold == hold
+            parts.append((strain[at].mean(axis=0), lag[at].mean(axis=0), tip[at].mean()))
+    return _Predicted(*(np.array(column) for column in zip(*parts, strict=True)))
+
+
+def _lags(strain: Array) -> Array:
+    """How far sensors with a loop as wide as the stroke are behind, (T, R)."""
+    plays: Array = np.zeros((PLAYS, strain.shape[-1]))
+    lags = np.empty_like(strain)
+    for i, each in enumerate(strain):
+        plays = moved_plays(plays, each)
+        lags[i] = lagging_strain(plays, each, 1.0) - each
+    return lags
+
+
+def _begin(parts: _Parts, unknowns: int, log_ratio: float) -> Array:
+    """Unknowns of ideal sensors."""
+    x: Array = np.zeros(unknowns)
+    x[parts.bends] = x[0] = log_ratio
+    return x
+
+
+def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds) -> float:
+    """The logarithm of the ratio of the strains read to those predicted, of the reading that moves most."""
+    predicted = _predict(layout, recordings, holds, 0.0).strain
+    strain = np.where(np.isfinite(holds.strain), holds.strain, predicted)
+    most = int(np.ptp(predicted, axis=0).argmax())
+    moved, read = (values[:, most] - values[:, most].mean() for values in (predicted, strain))
+    return float(np.log(np.clip((moved @ read) / (moved @ moved), *_RATIOS)))
+
+
+def _left(x: Array, at: _Predicted, holds: _Holds, parts: _Parts) -> Array:
+    """What is measured beyond what is predicted, (M, R + 2): strains, and the place of the tip; NaN if not measured."""
+    drift = x[parts.drifts].reshape(-1, parts.readings)[holds.recording] * holds.time[:, None]
+    strain = np.exp(x[parts.bends] - x[0]) * (at.strain + x[parts.lag] * at.lag) + x[parts.offsets] + drift
+    tip = holds.tip - at.tip
+    return np.column_stack([holds.strain - strain, tip.real, tip.imag])
+
+
+def _slopes(x: Array, at: _Predicted, beyond: _Predicted, holds: _Holds, parts: _Parts) -> Array:
+    """Derivatives of what is predicted by the unknowns, (M, R + 2, unknowns)."""
+    R, M = parts.readings, len(holds.time)
+    slopes = np.zeros((M, R + 2, len(x)))
+    gains = np.exp(x[parts.bends] - x[0])
+    here, there = (each.strain + x[parts.lag] * each.lag for each in (at, beyond))
+    by_ratio = gains * (there - (1 + _STEP) * here)
+    tip = beyond.tip - at.tip
+    slopes[..., 0] = np.column_stack([by_ratio, tip.real, tip.imag]) / _STEP
+    i, drifts = np.arange(R), parts.drifts.start + R * holds.recording[:, None] + np.arange(R)
+    slopes[:, i, parts.bends.start + i] = gains * here
+    slopes[:, i, parts.offsets.start + i] = 1.0
+    slopes[:, :R, parts.lag] = gains * at.lag
+    slopes[np.arange(M)[:, None], i, drifts] = holds.time[:, None]
+    return slopes
+
+
+class _Noise(NamedTuple):
+    """Standard deviations of what is left of a hold."""
+
+    strain: Array  # (R)
+    tip: float  # m
+
+
+def _scatter(left: Array) -> tuple[_Noise, Array]:
+    """The noise that follows from what is left, (M, R + 2), and the weights of the holds, (M).
+
+    From medians, which holds that do not fit hardly move. Readings share some of what is known of their noise, for a
+    few holds say little of it.
+    """
+    count = np.isfinite(left).sum(axis=0)
+    free = np.maximum(count - _UNKNOWNS, 1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of a tip that is not measured
+        deviations = _OF_MEDIAN * np.nanmedian(np.abs(left), axis=0) * np.sqrt(count / free)
+    strain, tip = deviations[:-2] ** 2, np.nan_to_num(deviations[-2:]).max()
+    together = (free[:-2] @ strain) / free[:-2].sum()
+    shared = np.sqrt((free[:-2] * strain + _SHARED * together) / (free[:-2] + _SHARED))
+    noise = _Noise(np.maximum(shared, _LEAST), max(float(tip), TIP))
+    relative = left / np.array([*noise.strain, noise.tip, noise.tip])
+    return noise, np.minimum(1.0, _UNLIKELY / np.maximum(np.sqrt(np.nanmean(relative**2, axis=1)), 1e-9))

@@ -1,86 +1,202 @@
-"""Recordings of free bending -> a calibration of the fingers in them."""
+"""Recordings of free bending -> a calibration of the fingers in them.
 
-from collections.abc import Sequence
-from dataclasses import replace
+Recordings are those of `soft-gripper run` and `play`, or logs of a bench (`live.bench_schema`): rows of text with the
+fields that the bench describes, or a JSON object in each line.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.systems.framework import DiagramBuilder
 
-from soft_gripper.arrays import Array
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.files import text
+from soft_gripper.files.document import require
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.hardware.live.bench_schema import BenchConfig, BenchFinger
+from soft_gripper.hardware.live.messages import MalformedError, decoded
+from soft_gripper.hardware.recordings import Table, read_text
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
-ASSUMED = "the mean gain of the sensors of a finger is 1, and its own weight is the only load"
+ASSUMED = "gains are 1 within 5 %, the shape of the response is right, and the finger's own weight is its only load"
 _REST = 0.3  # s of constant pressure, after which a finger is assumed to be at rest
 _STEADY = 0.02  # share of the pressure range; allowed variation in that time
-_SAMPLES = 300  # number of samples used per recording, spread evenly over those at rest
+_SAMPLES = 3000  # number of samples used per recording, spread evenly
 _MOTION = 0.01  # extension ratio: smallest range of the most stretched sensor
 _LEAST_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
 _RESIDUAL = 0.05  # share of that range; larger residuals indicate contact or a different finger
 
 
-def calibrate_recordings(files: Sequence[Path]) -> CalibrationConfig:
-    """Fits gains, offsets and the bend ratio of each finger to all recordings together.
+@dataclass(frozen=True)
+class LoggedBench:
+    """How a log is read: the fields of a bench, and a scenario with its fingers and sensors."""
+
+    bench: BenchConfig
+    scenario: Scenario
+
+
+class _Recorded(NamedTuple):
+    """A recording of one finger: the nominal layout, and what was measured."""
+
+    layout: SensorLayout
+    samples: FreeBending
+
+
+def calibrate_recordings(files: Sequence[Path], logged: LoggedBench | None = None) -> CalibrationConfig:
+    """Fits gains, offsets, hysteresis, drift and the bend ratio of each finger to all recordings together.
 
     The fit starts from the nominal models of the recordings, without the calibrations loaded in them.
+
+    Args:
+        files: recordings of this project, unless `logged` says how to read logs.
+        logged: of logs.
 
     Raises:
         InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.
     """
     layouts: dict[str, SensorLayout] = {}
-    samples: dict[str, list[FreeBending]] = {}
+    recorded: dict[str, list[FreeBending]] = {}
     for file in files:
-        for layout, found in _free_bending(file):
+        for layout, found in _simulated(file) if logged is None else _logged(file, logged):
             name = layout.finger.name
             if layouts.setdefault(name, layout) != layout:
                 raise InputError(file, "finger", name, f"finger or sensors differ from those in {files[0]}")
-            samples.setdefault(name, []).append(found)
+            recorded.setdefault(name, []).append(found)
     fingers = {}
     for name, layout in layouts.items():
-        together = FreeBending(*map(np.concatenate, zip(*samples[name], strict=True)))
-        calibration = calibrate(layout, together)
-        _check_fit(name, calibration, _range(together.ratios))
-        fingers[name] = as_config(layout, calibration)
+        calibration = calibrate(layout, recorded[name])
+        at_rest = np.concatenate([each.ratios[each.hold >= 0] for each in recorded[name]])
+        _check_fit(name, calibration, _range(at_rest[np.isfinite(at_rest).all(axis=1)]))
+        doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
+        fingers[name] = as_config(layout, calibration, doubtful)
     return CalibrationConfig(ASSUMED, fingers)
 
 
-def _free_bending(file: Path) -> list[tuple[SensorLayout, FreeBending]]:
-    """The nominal layout of each finger of a recording, and its samples at rest."""
+def _simulated(file: Path) -> Iterator[_Recorded]:
+    """The fingers of a recording of this project."""
     recording, scenario, fingers = load_run(file)
-    nominal = read_nominal_model(replace(scenario.nominal, calibration=None))
-    found = []
     for finger in fingers:
-        layout = strain_sensors(nominal.layout(finger.finger, scenario.sensor), str(file))
-        layout = replace(layout, finger=replace(layout.finger, name=finger.name))
-        found.append((layout, _samples(file, recording, scenario, layout)))
-    return found
+        layout, name = _nominal(scenario, finger, file), finger.name
+        pressure = read_signal(file, recording, f"{name}.sampled_pressure")
+        strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, allow_nan=True)
+        X_WB = read_signal(file, recording, f"{name}.X_WB", 3, 4)
+        time = scenario.sensor.period * np.arange(len(pressure))
+        ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
+        gravity = planar_gravity(X_WB, np.array(scenario.gravity))
+        samples = _free_bending(file, layout, time, pressure, gravity, ratios, None)
+        contact = f"{name}.contact"
+        if contact in recording.data and np.any(read_signal(file, recording, contact)[_resting(time, pressure)] > 0):
+            expected = "contact was detected; record free bending, or omit the threshold if that was noise"
+            raise InputError(file, contact, True, expected)
+        yield _Recorded(layout, samples)
 
 
-def _samples(file: Path, recording: Recording, scenario: Scenario, layout: SensorLayout) -> FreeBending:
-    name = layout.finger.name
-    pressure = read_signal(file, recording, f"{name}.sampled_pressure")
-    strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, allow_nan=True)
-    X_WB = read_signal(file, recording, f"{name}.X_WB", 3, 4)
-    ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
+def _logged(file: Path, logged: LoggedBench) -> Iterator[_Recorded]:
+    """The fingers of a log."""
+    bench, scenario = logged.bench, logged.scenario
+    table = _table(file, bench)
+    require(bench.time is not None, file, "bench.time", None, "calibration needs the time of every row")
+    time = table.columns("bench.time", [str(bench.time)])[:, 0]
+    backward = np.flatnonzero(~(np.diff(time) > 0))
+    if len(backward):
+        raise InputError(file, str(bench.time), float(time[backward[0] + 1]), "times must increase from row to row")
+    scene = add_plant(DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, False)
+    for name, config in bench.fingers.items():
+        finger = next((each for each in scene.fingers if each.name == name), None)
+        if finger is None:
+            known = ", ".join(each.name for each in scene.fingers)
+            raise InputError(file, "bench.fingers", name, f"the scenario has no such finger; it has {known}")
+        layout = _nominal(scenario, finger, file)
+        yield _Recorded(layout, _of_table(file, table, time, bench, config, layout, scenario, finger))
+
+
+def _of_table(
+    file: Path,
+    table: Table,
+    time: Array,
+    bench: BenchConfig,
+    config: BenchFinger,
+    layout: SensorLayout,
+    scenario: Scenario,
+    finger: PlantFinger,
+) -> FreeBending:
+    """A finger of a log."""
+    field = f"bench.fingers.{finger.name}"
+    if len(config.readings) != layout.readings:
+        expected = f"give {layout.readings}, as many as the scenario's sensors have"
+        raise InputError(file, f"{field}.readings", config.readings, expected)
+    if len(config.pressures) != 1:
+        raise InputError(file, f"{field}.pressures", config.pressures, "give the one pressure that bends the finger")
+    ratios = layout.response.ratio(table.columns(f"{field}.readings", config.readings))
+    pressure = bench.pressure_factor * table.columns(f"{field}.pressures", config.pressures)[:, 0]
+    unread = np.flatnonzero(np.isnan(pressure))
+    if len(unread):
+        raise InputError(file, config.pressures[0], np.nan, f"in row {table.rows[unread[0]]}: give a pressure")
+    X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(time), 1, 1))
+    if config.base_pose is not None:
+        X_WB = table.columns(f"{field}.base_pose", config.base_pose).reshape(-1, 3, 4)
+    tip = None
+    if config.tip is not None:
+        x, z = table.columns(f"{field}.tip", config.tip).T
+        tip = z + 1j * x
+    gravity = planar_gravity(X_WB, np.array(scenario.gravity))
+    return _free_bending(file, layout, time, pressure, gravity, ratios, tip)
+
+
+def _table(file: Path, bench: BenchConfig) -> Table:
+    """The rows of a log: numbers between commas, with names in the first row unless the bench gives them, or JSON."""
+    lines = text.read_text(file).splitlines()
+    if not lines or not lines[0].lstrip().startswith("{"):
+        return read_text(file, bench.fields or None)
+    rows: list[dict[str, float]] = []
+    for line in lines:
+        with suppress(MalformedError):  # a line that was cut, as a log may end
+            rows.append(decoded(line.encode(), "json", ()))
+    require(len(rows) > 0, file, "file", file.name, "no line of it is a JSON object of numbers")
+    names = tuple(rows[0])
+    values = np.array([[row.get(name, np.nan) for name in names] for row in rows])
+    return Table(file, names, values, np.arange(len(rows)) + 1)
+
+
+def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
+    """The nominal layout of a finger, before any calibration."""
+    nominal = read_nominal_model(replace(scenario.nominal, calibration=None))
+    layout = strain_sensors(nominal.layout(finger.finger, scenario.sensor), str(file))
+    return replace(layout, finger=replace(layout.finger, name=finger.name))
+
+
+def _free_bending(
+    file: Path, layout: SensorLayout, time: Array, pressure: Array, gravity: Planar, ratios: Array, tip: Planar | None
+) -> FreeBending:
+    """The samples of a recording, checked."""
+    name, rest = layout.finger.name, _resting(time, pressure)
     _check_readings(file, name, ratios)
-    rest = _at_rest(pressure, round(_REST / scenario.sensor.period)) & np.isfinite(ratios).all(axis=1)
-    _check_motion(file, name, ratios[rest].reshape(-1, layout.paths, layout.sections))
-    contact = f"{name}.contact"
-    if contact in recording.data and np.any(read_signal(file, recording, contact)[rest] > 0):
-        expected = "contact was detected; record free bending, or omit the threshold if that was noise"
-        raise InputError(file, contact, True, expected)
-    chosen = np.flatnonzero(rest)
-    chosen = chosen[np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen))).astype(int)]
-    gravity = planar_gravity(X_WB[chosen], np.array(scenario.gravity))
-    return FreeBending(pressure[chosen], gravity, ratios[chosen])
+    read = rest & np.isfinite(ratios).all(axis=1)
+    _check_motion(file, name, ratios[read].reshape(-1, layout.paths, layout.sections))
+    begins = rest & ~np.append(False, rest[:-1])
+    hold = np.where(rest, begins.cumsum() - 1, -1)
+    chosen = np.unique(np.linspace(0, len(time) - 1, min(_SAMPLES, len(time))).astype(int))
+    kept = None if tip is None else tip[chosen]
+    return FreeBending(time[chosen], pressure[chosen], gravity[chosen], ratios[chosen], hold[chosen], kept)
+
+
+def _resting(time: Array, pressure: Array) -> NDArray[np.bool_]:
+    """Samples before which the pressure has been steady for long enough, (T,)."""
+    period = float(np.median(np.diff(time))) if len(time) > 1 else _REST
+    return _at_rest(pressure, max(round(_REST / period), 1))
 
 
 def _at_rest(pressure: Array, window: int) -> NDArray[np.bool_]:

@@ -1,6 +1,6 @@
 """Calibration files: their schema, and how they are read and written."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -32,6 +32,16 @@ class FingerCalibrationConfig:
     gains: list[float] = quantity([], above=0)  # of the strain of every reading
     offsets: list[float] = field(default_factory=list)  # of every reading, extension ratio
     residual: float = 0.0  # root mean square of the residuals, extension ratio
+    # Standard deviations, and what estimators do not use: hysteresis, drift, and holds that do not fit
+    bend_ratio_std: float = quantity(0.0, least=0)
+    gain_stds: list[float] = quantity([], least=0)
+    offset_stds: list[float] = quantity([], least=0)
+    hysteresis: float = 0.0  # loop width, share of the stroke
+    drifts: list[float] = quantity([], "1/s")  # of the extension ratio of every reading
+    tip_measured: bool = (
+        False  # if not, a common gain and the bend ratio are known only as well as the gains were before
+    )
+    doubtful: list[str] = field(default_factory=list)  # holds of recordings that are not free bending
 
     def misfits(self) -> Iterator[Misfit]:
         if len(self.offsets) != len(self.gains):
@@ -46,10 +56,20 @@ class CalibrationConfig:
     fingers: dict[str, FingerCalibrationConfig] = field(default_factory=dict)
 
 
-def as_config(layout: SensorLayout, found: Calibration) -> FingerCalibrationConfig:
-    """What the file stores of the calibration of a finger with that nominal layout."""
-    numbers = float(found.bend_ratio), found.gains.tolist(), found.offsets.tolist(), found.residual
-    return FingerCalibrationConfig(*_identity(layout), *numbers)
+def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] = ()) -> FingerCalibrationConfig:
+    """What the file stores of the calibration of a finger with that nominal layout.
+
+    `doubtful` are holds that do not fit, in words.
+    """
+    found_of_readings = "gains", "offsets", "gain_stds", "offset_stds", "drifts"
+    length, spacing, one_sided, sections = _identity(layout)
+    lists = {name: getattr(found, name).tolist() for name in found_of_readings}
+    single = {
+        name: getattr(found, name)
+        for name in ("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured")
+    }
+    found_before = {**lists, **single}
+    return FingerCalibrationConfig(length, spacing, one_sided, sections, **found_before, doubtful=list(doubtful))
 
 
 def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:

@@ -1,64 +1,118 @@
-"""Calibration: gains, offsets and the ratio of a finger that is other than assumed are found again."""
+"""Calibration: gains, offsets and the ratio of a finger unlike the nominal one are found again, with bands."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.calibration import FreeBending, calibrate
+from soft_gripper.estimators.calibration import GAIN, FreeBending, calibrate
 from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.strain_errors import StrainErrors, begin, disturb, draw
 
 GRAVITY = 9.81 * np.exp(0.3j)
-PRESSURE = np.repeat(np.linspace(-30e3, 120e3, 6), 20)
+LEVELS = 0, 40, 80, 120, 150, 110, 70, 30, 0, -30, 0, 60, 120, 60, 0  # kPa
+HELD, PERIOD, TIP = 20, 0.05, 3e-4  # samples; s; m
+BENCH = StrainErrors(hysteresis=0.01, gain_error=0.03, offset=0.005, drift=1e-3, noise=2e-3)
 
 
-def free_bending(layout, ratio, gains, offsets, noise=0.0):
-    """What sensors of these gains and offsets read along a finger that bends by `ratio` further."""
-    gravity = np.full(PRESSURE.shape, GRAVITY)
-    q = resting_angles(softened(layout.finger, ratio), PRESSURE, gravity)
-    ratios = 1 + gains * (extension_ratios(layout, q) - 1) + offsets
-    return FreeBending(PRESSURE, gravity, ratios + noise * np.random.default_rng(1).standard_normal(ratios.shape))
+def free_bending(layout, ratio=1.0, errors=None, seed=1, tip=False, gravity=GRAVITY):
+    """What is recorded of a finger that bends by `ratio` further, and true gains and offsets."""
+    steps = [np.append(np.linspace(p, q, 10), np.full(HELD, q)) for p, q in zip((0, *LEVELS), LEVELS, strict=False)]
+    pressure = 1e3 * np.concatenate(steps)
+    hold = np.concatenate([np.append(np.full(15, -1), np.full(HELD - 5, i)) for i in range(len(LEVELS))])
+    q = resting_angles(softened(layout.finger, ratio), pressure, np.full(pressure.shape, gravity))
+    rng, errors = np.random.default_rng(seed), errors or StrainErrors()
+    draws = draw(rng, (len(q), layout.readings))
+    ratios = disturb(errors, extension_ratios(layout, q), PERIOD, draws)
+    place = forward_kinematics(q, layout.finger.segment_length).points[:, -1]
+    place = place + TIP * (rng.standard_normal(len(q)) + 1j * rng.standard_normal(len(q)))
+    time, gravities = PERIOD * np.arange(len(q)), np.full(pressure.shape, gravity)
+    true = begin(errors, draws.run)
+    return FreeBending(time, pressure, gravities, ratios, hold, place if tip else None), true.gain, true.offset
 
 
-def errors(readings, seed=2):
-    """Gains with a mean of 1, and offsets."""
-    gains, offsets = np.random.default_rng(seed).standard_normal((2, readings)) * [[0.05], [0.005]]
-    return 1 + gains - gains.mean(), offsets
+@pytest.mark.parametrize(("one_sided", "ratio"), [(False, 0.8), (False, 1.25), (True, 1.25)])
+def test_without_errors_everything_is_found(tapered_finger, ratio, one_sided):
+    layout = SensorLayout(tapered_finger, 3, one_sided=one_sided)
+    found = calibrate(layout, [free_bending(layout, ratio)[0]])
+    assert found.bend_ratio == pytest.approx(ratio, rel=2e-3)
+    np.testing.assert_allclose(found.gains, 1, atol=2e-3)
+    np.testing.assert_allclose(found.offsets, 0, atol=2e-5)
+    assert abs(found.hysteresis) < 1e-4
+    assert found.residual < 1e-5
+
+
+def test_errors_of_a_bench_are_found_if_the_tip_is_measured(shipped_finger):
+    """Gains of the outer path within 0.5 %, offsets within 1e-3; the inner path hardly stretches, and it says so."""
+    layout = SensorLayout(shipped_finger, 2)
+    samples, gains, offsets = free_bending(layout, 1.1, BENCH, tip=True)
+    found = calibrate(layout, [samples])
+    assert found.tip_measured
+    assert found.bend_ratio == pytest.approx(1.1, rel=3e-3)
+    np.testing.assert_allclose(found.gains[2:], gains[2:], rtol=5e-3)
+    np.testing.assert_allclose(found.offsets, offsets, atol=1e-3)
+    assert found.hysteresis == pytest.approx(0.01, abs=2e-3)
+    assert np.all(found.gain_stds[:2] > 0.5 * GAIN)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("one_sided", [False, True])
-@pytest.mark.parametrize("ratio", [0.8, 1.25])
-def test_without_noise_everything_is_found(tapered_finger, ratio, one_sided):
-    layout = SensorLayout(tapered_finger, 5, one_sided=one_sided)
-    gains, offsets = errors(layout.readings)
-    found = calibrate(layout, free_bending(layout, ratio, gains, offsets))
-    assert found.bend_ratio == pytest.approx(ratio, rel=1e-4)
-    np.testing.assert_allclose(found.gains, gains, rtol=0, atol=1e-4)
-    np.testing.assert_allclose(found.offsets, offsets, rtol=0, atol=1e-5)
-    assert found.residual < 1e-6
+@pytest.mark.parametrize("tip", [False, True])
+def test_bands_cover_the_truth_in_100_draws(shipped_finger, tip):
+    layout, within, errors = SensorLayout(shipped_finger, 2), [], []
+    for seed in range(100):
+        ratio = 1 + 0.1 * np.random.default_rng(seed).standard_normal()
+        samples, gains, offsets = free_bending(layout, ratio, BENCH, seed, tip)
+        found = calibrate(layout, [samples])
+        true, value = np.concatenate([[ratio], gains, offsets]), [[found.bend_ratio], found.gains, found.offsets]
+        std = np.concatenate([[found.bend_ratio_std], found.gain_stds, found.offset_stds])
+        errors.append(np.concatenate(value) - true)
+        within.append(np.abs(errors[-1]) < 1.96 * std)
+    assert np.mean(within) > 0.95
+    assert np.min(np.mean(within, axis=0)) > 0.88
+    rms = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert rms[5:].max() < 4e-4
+    if tip:
+        assert rms[3:5].max() < 3e-3
 
 
-@pytest.mark.slow
 def test_outliers_do_little_harm(shipped_finger):
     layout = SensorLayout(shipped_finger, 4)
-    gains, offsets = errors(8)
-    samples = free_bending(layout, 1.1, gains, offsets, noise=1e-3)
+    samples, gains, offsets = free_bending(layout, 1.1, replace(BENCH, hysteresis=0.0), tip=True)
     samples.ratios[::15, 3] += 0.1
-    found = calibrate(layout, samples)
+    found = calibrate(layout, [samples])
     assert found.bend_ratio == pytest.approx(1.1, rel=0.01)
-    np.testing.assert_allclose(found.gains, gains, rtol=0, atol=0.04)
+    np.testing.assert_allclose(found.gains[4:], gains[4:], rtol=0, atol=0.02)
     np.testing.assert_allclose(found.offsets, offsets, rtol=0, atol=1e-3)
 
 
-def test_a_common_gain_is_taken_for_bend(shipped_finger):
-    """Documented: strain and pressure do not tell them apart."""
+def test_a_hold_in_which_the_finger_is_touched_is_doubtful(shipped_finger):
     layout = SensorLayout(shipped_finger, 4)
-    found = calibrate(layout, free_bending(layout, 1.0, np.full(8, 1.1), np.zeros(8)))
-    assert found.gains.mean() == pytest.approx(1.0)
+    samples, *_ = free_bending(layout, 1.1, replace(BENCH, hysteresis=0.0), tip=True)
+    touched = samples.hold == 3
+    samples.ratios[touched, 4:] -= 0.02
+    found = calibrate(layout, [samples])
+    (hold,) = found.doubtful
+    assert hold[1] == pytest.approx(samples.time[touched].mean())
     assert found.bend_ratio == pytest.approx(1.1, rel=0.01)
+
+
+def test_a_common_gain_is_taken_for_bend(shipped_finger):
+    """Documented: strain and pressure do not tell them apart; the stated deviation does."""
+    layout = SensorLayout(shipped_finger, 4)
+    samples, *_ = free_bending(layout)
+    found = calibrate(layout, [replace(samples, ratios=1 + 1.02 * (samples.ratios - 1))])
+    assert found.bend_ratio > 1.005
+    assert np.all(np.abs(found.gains[4:] - 1.02) < 2 * found.gain_stds[4:])
+
+
+def test_a_reading_that_is_lost_is_left_out(shipped_finger):
+    layout = SensorLayout(shipped_finger, 2)
+    samples, gains, _ = free_bending(layout, 1.1, BENCH, tip=True)
+    samples.ratios[samples.hold == 2, 2] = np.nan
+    np.testing.assert_allclose(calibrate(layout, [samples]).gains[2:], gains[2:], rtol=5e-3)
 
 
 @pytest.mark.slow
@@ -66,5 +120,5 @@ def test_a_finger_that_creeps_is_calibrated_as_it_rests(shipped_finger):
     """It bends as one does that is softer by what has crept away."""
     creeps = SensorLayout(replace(shipped_finger, creep=(CreepBranch(0.15, 0.3), CreepBranch(0.05, 2.0))), 4)
     softer = SensorLayout(softened(shipped_finger, 1 / 0.8), 4)
-    found = calibrate(creeps, free_bending(softer, 1.1, np.ones(8), np.zeros(8)))
-    assert found.bend_ratio == pytest.approx(1.1, rel=1e-4)
+    found = calibrate(creeps, [free_bending(softer, 1.1)[0]])
+    assert found.bend_ratio == pytest.approx(1.1, rel=2e-3)

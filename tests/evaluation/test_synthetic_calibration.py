@@ -57,8 +57,8 @@ def test_the_truth_is_found(recorded, tmp_path):
     assert np.abs(inner).max() < 0.012  # near the layer, where the strain is some ten times its noise
     assert np.abs(outer).max() < 3e-3
     np.testing.assert_allclose(found.offsets, CALIBRATION.offsets, atol=3e-4)
-    assert CALIBRATION.noise < found.residual < 1.5 * CALIBRATION.noise
-    assert f"{found.bend_ratio:.4f} times as far as nominal" in result.out
+    assert found.residual < CALIBRATION.noise  # of medians
+    assert f"bends {found.bend_ratio:.4f} +- " in result.out
 
 
 @pytest.mark.slow
@@ -83,7 +83,7 @@ def test_weight_pulls_as_the_base_stands_in_each_sample(recorded):
     data = Recording.load(file).data
     data["left_finger.X_WB"].values[data.sizes["time"] // 2 :, :, :3] = np.diag([-1.0, 1.0, -1.0])
     Recording(data).save(file)
-    ((_, samples),) = calibration._free_bending(file)
+    ((_, samples),) = calibration._simulated(file)
     half = len(samples.gravity) // 2
     np.testing.assert_allclose(samples.gravity[: half - 5], -9.81)
     np.testing.assert_allclose(samples.gravity[half + 5 :], 9.81)

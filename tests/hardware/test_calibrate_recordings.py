@@ -49,9 +49,10 @@ def changed(path, tmp_path, **signals):
 def test_ideal_sensors_show_how_far_the_finger_bends(recorded):
     """Believed 15 % too stiff, it bends 1.15 times as far."""
     for finger in calibrate_recordings([recorded("free_bending", *IDEAL)]).fingers.values():
-        assert finger.bend_ratio == pytest.approx(1.15, rel=2e-3)
+        assert finger.bend_ratio == pytest.approx(1.15, rel=3e-3)
         np.testing.assert_allclose(finger.gains, 1, atol=5e-3)
-        np.testing.assert_allclose(finger.offsets, 0, atol=2e-4)
+        np.testing.assert_allclose(finger.offsets, 0, atol=4e-4)  # hysteresis, which is free too, shifts them
+        assert abs(finger.hysteresis) < 2e-3
 
 
 def test_a_calibrated_nominal_model_estimates_better(recorded, tmp_path):
@@ -59,7 +60,7 @@ def test_a_calibrated_nominal_model_estimates_better(recorded, tmp_path):
     path, out = recorded("free_bending", *WRONG), tmp_path / "calibration.yaml"
     result = soft_gripper("calibrate", path, "--out", out)
     assert result.code == 0, result.err
-    assert "assumed: the mean gain" in result.out
+    assert "a common gain and the bend ratio cannot be told apart" in result.out
     assert load_calibration(str(out)).fingers["left_finger"].bend_ratio == pytest.approx(1.15, rel=0.05)
     after = simulate(load_scenario("free_bending", [*WRONG, f"nominal.calibration={out}"]))
     for signal, part in (("pose_error", 0.6), ("external_torque", 0.4)):
@@ -71,12 +72,14 @@ def mean_of_fingers(recording, signal):
 
 
 def test_recordings_are_fitted_together(recorded):
-    """Twice the same says the same."""
+    """Twice the same says the same, and a little more surely: priors count once."""
     path = recorded("free_bending", *IDEAL)
     once, twice = calibrate_recordings([path]), calibrate_recordings([path, path])
     for name, finger in once.fingers.items():
-        assert finger.bend_ratio == pytest.approx(twice.fingers[name].bend_ratio, abs=1e-5)
-        np.testing.assert_allclose(finger.gains, twice.fingers[name].gains, rtol=0, atol=1e-5)
+        both = twice.fingers[name]
+        assert finger.bend_ratio == pytest.approx(both.bend_ratio, rel=5e-3)
+        np.testing.assert_allclose(finger.gains, both.gains, rtol=0, atol=5e-3)
+        assert np.all(np.array(both.gain_stds) < 1.01 * np.array(finger.gain_stds))
 
 
 def refused(*paths):
@@ -121,7 +124,7 @@ def test_lost_samples_are_left_out(recorded, tmp_path):
     samples = Recording.load(path).data.sizes["time"]
     holes = np.where(np.arange(samples) % 3 == 0, np.nan, 1.0)[:, None, None]
     found = calibrate_recordings([changed(path, tmp_path, strain=holes)]).fingers["left_finger"]
-    assert found.bend_ratio == pytest.approx(1.15, rel=2e-3)
+    assert found.bend_ratio == pytest.approx(1.15, rel=3e-3)
 
 
 def test_what_is_no_recording_is_refused(tmp_path):

@@ -26,8 +26,9 @@ def layout(tapered_finger):
 
 @pytest.fixture
 def calibration(layout):
-    found = Calibration(1.25, np.array([1.1, 0.9, 1.0, 1.0]), np.array([0.01, 0.0, 0.0, -0.01]), 1e-3)
-    return CalibrationConfig("in words", {"tapered": as_config(layout, found)})
+    gains, offsets, stds = np.array([1.1, 0.9, 1.0, 1.0]), np.array([0.01, 0.0, 0.0, -0.01]), np.full(4, 1e-3)
+    found = Calibration(1.25, gains, offsets, 1e-3, 0.02, 5 * stds, stds, 0.01, 1e-2 * stds, True, ((0, 2.5),))
+    return CalibrationConfig("in words", {"tapered": as_config(layout, found, ["log.csv at 2.5 s"])})
 
 
 def test_what_is_written_is_read_again(calibration, tmp_path):

@@ -25,6 +25,8 @@ class BenchFinger:
     tensions: list[str] = field(default_factory=list)  # of the tendons, N
     # Of the base in the world: R row by row, then p, m; None: it stays where the scenario begins
     base_pose: list[str] | None = quantity(None, length=12)
+    # Of the tip, x and z in the frame of the base, m, measured apart; in logs for `soft-gripper calibrate` alone
+    tip: list[str] | None = quantity(None, length=2)
 
 
 @dataclass

@@ -1,0 +1,127 @@
+"""Calibration from logs of a bench: raw counts in rows of text or lines of JSON, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import soft_gripper
+from pydrake.systems.framework import DiagramBuilder
+
+from soft_gripper.diagrams.scene import add_plant
+from soft_gripper.estimators.plane import planar_gravity
+from soft_gripper.fingers.kinematics import forward_kinematics
+from soft_gripper.fingers.statics import resting_angles, softened
+from soft_gripper.scenario.calibration_file import load_calibration
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.strain_errors import StrainErrors, begin, disturb, draw
+
+SCENARIO = """models:
+- name: finger
+  file: package://soft_gripper/grippers/finger.urdf
+gravity: [0, 0, -9.81]
+sensor: {sections: 2, period: 0.02, response: [[1.0, 2048], [1.5, 4048]]}
+"""
+BENCH = """source: "file:log.csv"
+format: text
+fields: [t, a, b, c, d, p, x, z]
+time: t
+pressure_unit: kPa
+fingers:
+  finger: { readings: [a, b, c, d], pressures: [p], tip: [x, z] }
+"""
+LEVELS = 0, 40, 80, 120, 150, 110, 70, 30, 0, -30, 0, 60, 120, 60, 0  # kPa
+ERRORS = StrainErrors(hysteresis=0.01, gain_error=0.03, offset=0.005, drift=1e-3, noise=2e-3)
+
+
+@pytest.fixture
+def bench(tmp_path):
+    """A folder with a scenario, a description and a log of raw counts; true gains and offsets."""
+    (tmp_path / "one.yaml").write_text(SCENARIO)
+    (tmp_path / "bench.yaml").write_text(BENCH)
+    scenario = load_scenario(str(tmp_path / "one.yaml"))
+    (finger,) = add_plant(
+        DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, None, False
+    ).fingers
+    layout, period = SensorLayout(finger.finger, 2), 0.05
+    steps = [np.append(np.linspace(p, q, 10), np.full(20, q)) for p, q in zip((0, *LEVELS), LEVELS, strict=False)]
+    pressure = np.concatenate(steps)
+    gravity = planar_gravity(finger.X_WB.GetAsMatrix34(), np.array(scenario.gravity))
+    q = resting_angles(softened(layout.finger, 1.1), 1e3 * pressure, gravity)
+    draws = draw(np.random.default_rng(4), (len(q), 4))
+    counts = 2048 + 4000 * (disturb(ERRORS, extension_ratios(layout, q), period, draws) - 1)
+    tip = forward_kinematics(q, layout.finger.segment_length).points[:, -1]
+    rows = np.column_stack([period * np.arange(len(q)), counts.round(), pressure, tip.imag.round(4), tip.real.round(4)])
+    np.savetxt(tmp_path / "log.csv", rows, fmt="%.6g", delimiter=",")
+    true = begin(ERRORS, draws.run)
+    return tmp_path, true.gain, true.offset
+
+
+def calibrate(folder, log="log.csv", **options):
+    given = {"bench": folder / "bench.yaml", "scenario": folder / "one.yaml", "out": folder / "mine.yaml"} | options
+    arguments = [part for name, value in given.items() if value is not None for part in (f"--{name}", value)]
+    return soft_gripper("calibrate", folder / log, *arguments)
+
+
+def test_raw_counts_in_rows_of_text_are_calibrated(bench):
+    folder, gains, offsets = bench
+    result = calibrate(folder)
+    assert result.code == 0, result.err
+    found = load_calibration(str(folder / "mine.yaml")).fingers["finger"]
+    assert found.bend_ratio == pytest.approx(1.1, rel=3e-3)
+    np.testing.assert_allclose(found.gains[2:], gains[2:], rtol=5e-3)
+    np.testing.assert_allclose(found.offsets, offsets, atol=1e-3)
+    assert "the gains of readings 0, 1 are not determined" in result.out
+    assert "cannot be told apart" not in result.out
+    scenario = load_scenario(str(folder / "one.yaml"), [f"nominal.calibration={folder / 'mine.yaml'}"])
+    assert scenario.nominal.calibration is not None
+
+
+def test_lines_of_json_say_the_same(bench):
+    folder, *_ = bench
+    assert calibrate(folder).code == 0
+    names = ["t", "a", "b", "c", "d", "p", "x", "z"]
+    rows = np.loadtxt(folder / "log.csv", delimiter=",")
+    lines = [json.dumps(dict(zip(names, row.tolist(), strict=True))) for row in rows]
+    (folder / "log.jsonl").write_text("\n".join([*lines, '{"t": 1']))
+    assert calibrate(folder, "log.jsonl", out=folder / "other.yaml").code == 0
+    text, found = (load_calibration(str(folder / name)).fingers["finger"] for name in ("mine.yaml", "other.yaml"))
+    assert found.gains == text.gains
+
+
+def changed(folder, old, new, file="bench.yaml"):
+    (folder / file).write_text((folder / file).read_text().replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("finger: { readings", "thumb: { readings", "the scenario has no such finger; it has finger"),
+        ("[a, b, c, d], pressures", "[a, b, c], pressures", "give 4, as many as the scenario's sensors have"),
+        ("pressures: [p]", "pressures: []", "give the one pressure that bends the finger"),
+        ("time: t\n", "", "calibration needs the time of every row"),
+        ("fields: [t, a, b, c, d, p, x, z]", "fields: [t, a, b, c, d, p, x, y, z]", "no row parses"),
+        ("tip: [x, z]", "tip: [x]", "tip"),
+    ],
+)
+def test_descriptions_that_do_not_fit_are_refused(bench, old, new, message):
+    folder, *_ = bench
+    changed(folder, old, new)
+    result = calibrate(folder)
+    assert result.code == 2
+    assert message in result.err
+    assert not (folder / "mine.yaml").exists()
+
+
+def test_logs_that_do_not_fit_are_refused(bench):
+    folder, *_ = bench
+    rows = (folder / "log.csv").read_text().splitlines()
+    (folder / "back.csv").write_text("\n".join([*rows, rows[0]]))
+    assert "times must increase" in calibrate(folder, "back.csv").err
+    (folder / "gap.csv").write_text("\n".join([*rows[:-1], rows[-1].replace(",0,", ",,")]))
+    assert "give a pressure" in calibrate(folder, "gap.csv").err
+    assert (
+        "there is no such file" in calibrate(folder, "none.csv").err
+        or "cannot be read" in calibrate(folder, "none.csv").err
+    )
+    assert "--scenario the fingers" in calibrate(folder, scenario=None).err
