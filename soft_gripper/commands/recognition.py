@@ -15,13 +15,14 @@ from soft_gripper.evaluation.random_grasps import (
     confusion,
     confusion_figure,
     grasp_row,
+    left_out,
     run_grasps,
     train,
 )
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.recognition.object_classifier import save_object_classifier
+from soft_gripper.recognition.object_classifier import UNKNOWN, save_object_classifier
 from soft_gripper.runs.executor import open_executor
 
 TABLE, FIGURE = "grasps.csv", "recognition"
@@ -44,6 +45,11 @@ def run(options: argparse.Namespace) -> None:
         save_object_classifier(model, out / _model_file(sections))
     save_figure(confusion_figure(list(SHAPES), matrices, numbers[SETS[1]]), out / FIGURE)
     _print_summary(matrices, numbers[SETS[1]])
+    for sections in SECTIONS:
+        unknown = ", ".join(
+            f"{shape} {share:.0f} %" for shape, share in left_out(options.scenario, grasps, sections).items()
+        )
+        print(f"{sections} sections, unknown to a model that was trained without the shape: {unknown}")
     for row in rows:
         if row.cause:
             print(f"{row.set} grasp {row.grasp} of the {row.shape}: {row.cause}")
@@ -59,7 +65,7 @@ def _model_file(sections: int) -> str:
 def _print_summary(matrices: Mapping[int, Array], number: int) -> None:
     """Prints, for each shape, how its test grasps were classified."""
     for sections, matrix in matrices.items():
-        right, total = int(np.trace(matrix)), number * len(SHAPES)
-        title = f"{sections} sections: {right} of {total} right ({100 * right / total:.1f} %)"
+        right, total = float(np.trace(matrix)), number * len(SHAPES)
+        title = f"{sections} sections: {right:.4g} of {total} right ({100 * right / total:.1f} %)"
         rows = [(shape, *counts) for shape, counts in zip(SHAPES, matrix, strict=True)]
-        print_table({"held": "", **dict.fromkeys(SHAPES, "d")}, rows, title)
+        print_table({"held": "", **dict.fromkeys([*SHAPES, UNKNOWN], ".4g")}, rows, title)

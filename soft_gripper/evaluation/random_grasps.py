@@ -21,7 +21,8 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.grip_control import find_gripper
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.recognition.object_classifier import ObjectClassifier, train_object_classifier
+from soft_gripper.recognition.object_classifier import UNKNOWN, ObjectClassifier, train_object_classifier
+from soft_gripper.recognition.recognizer import SAMPLES
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
 from soft_gripper.runs.study import describe, run_study
@@ -37,6 +38,7 @@ SHAPES = {shape: f"package://soft_gripper/objects/{shape}.obj" for shape in ("sp
 SCALES = {"irregular": 0.7}  # of the meshes whose width differs from that of the others
 SECTIONS = (2, 4)
 SETS = ("train", "test")
+DRAWS = 8  # of the sensors of a grasp, if they have errors
 SENSORS = 1  # separates the random numbers of the sensors from those of the object
 OFFSET = 3.0  # mm, from the middle between the fingers, along x and along y
 YAW = 20.0  # degrees
@@ -47,10 +49,10 @@ SIZE = 15  # percent of the mesh's size, rounded, so that few scaled meshes fill
 
 @dataclass(frozen=True)
 class Probe:
-    """Estimates at the end of every pressure step, for one number of sections."""
+    """Means at the end of every pressure step, for one number of sections and E sets of sensors."""
 
-    angles: Array  # rad, (L, F, N)
-    torques: Array  # N m, (L, F, N)
+    angles: Array  # rad, (E, L, F, N)
+    torques: Array  # N m, (E, L, F, N)
 
 
 @dataclass(frozen=True)
@@ -90,26 +92,31 @@ def run_grasp(file: str, seed: int, set: str, number: int, shape: str) -> Grasp:
 def probe(station: Station, recording: Recording, sections: int, rng: np.random.Generator) -> Probe:
     """Estimates at the end of every pressure step with so many sections, from one recording.
 
-    Sensors have the errors of the scenario, drawn from `rng` for every finger.
+    If the scenario's sensors have errors, these are drawn from `rng` for every finger and DRAWS sets of sensors.
     """
     errors = strain_errors(station.scenario.sensor)
-    angles, torques = [], []
+    angles: list[Array] = []
+    torques: list[Array] = []
     for finger in station.fingers:
         again = read_again(station, recording, finger, sections)
-        again = again if errors is None else with_errors(again, errors, rng)
-        q = again.shape().q
-        torque = external_torque_again(station, recording, finger, again)
-        angles.append(held_samples(station.scenario, recording, q)[:, -1])
-        torques.append(held_samples(station.scenario, recording, torque)[:, -1])
-    return Probe(np.stack(angles, axis=1), np.stack(torques, axis=1))
+        sets = [again] if errors is None else with_errors(again, errors, rng)
+        shapes = [each.shape().q for each in sets]
+        loads = [external_torque_again(station, recording, finger, each) for each in sets]
+        for found, values in ((angles, shapes), (torques, loads)):
+            held = [held_samples(station.scenario, recording, each)[:, -SAMPLES:].mean(axis=1) for each in values]
+            found.append(np.array(held))
+    return Probe(np.stack(angles, axis=2), np.stack(torques, axis=2))
 
 
-def with_errors(again: ReadAgain, errors: StrainErrors, rng: np.random.Generator) -> ReadAgain:
-    """The same finger read by sensors with errors. The first sample of a recording occurs twice, as do its readings."""
+def with_errors(again: ReadAgain, errors: StrainErrors, rng: np.random.Generator) -> list[ReadAgain]:
+    """The same finger read by DRAWS sets of sensors.
+
+    The first sample of a recording occurs twice, as do its readings.
+    """
     response = again.layout.response
-    disturbed = disturb(errors, response.ratio(again.readings[1:]), again.period, rng)
-    readings = response.reading(disturbed)
-    return replace(again, readings=np.concatenate([readings[:1], readings]))
+    ratios = np.repeat(response.ratio(again.readings[1:])[:, None], DRAWS, axis=1)
+    readings = response.reading(disturb(errors, ratios, again.period, rng))
+    return [replace(again, readings=np.concatenate([each[:1], each])) for each in np.moveaxis(readings, 1, 0)]
 
 
 def with_object(scenario: Scenario, shape: str, drawn: RandomObject) -> Scenario:
@@ -159,9 +166,9 @@ class GraspNumber:
 
 @dataclass(frozen=True)
 class GraspRow(RandomObject, GraspNumber):
-    """A grasp: its random parameters, and the shape recognized with two and with four sections."""
+    """A grasp: its random parameters, and what each set of sensors recognizes with two and with four sections."""
 
-    recognized_2: str
+    recognized_2: str  # one of SHAPES or UNKNOWN for each set, separated by spaces
     recognized_4: str
     cause: str  # of a failure; empty: none
 
@@ -192,6 +199,9 @@ def check_scenario_for_recognition(file: str) -> None:
         raise InputError(file, "sensor.pressure_errors", "given", "omit them: errors are applied to strain only")
     if scenario.sensor.errors is not None and scenario.sensor.errors.dead:
         raise InputError(file, "sensor.errors.dead", "given", "omit it: readings are also computed for other sections")
+    if scenario.pressure.hold_samples < SAMPLES:
+        value, expected = scenario.pressure.hold_samples, f"give {SAMPLES} or more, whose mean is recognized"
+        raise InputError(file, "pressure.hold_samples", value, expected)
     steps = scenario.pressure.steps
     if list(steps) != ["all"] or len(set(steps["all"])) < len(steps["all"]) or min(steps["all"]) <= 0:
         raise InputError(file, "pressure.steps", steps, "give steps for all, each at another pressure above 0 Pa")
@@ -227,41 +237,68 @@ def run_grasps(
 def train(file: str, grasps: Sequence[Grasp], sections: int) -> ObjectClassifier:
     """The model trained on the training grasps with so many sections; raises as `train_object_classifier`."""
     known = [grasp for grasp in grasps if grasp.set == SETS[0] and grasp.probes]
-    labels = [grasp.shape for grasp in known]
-    if len(set(labels)) < len(SHAPES):
+    if len({grasp.shape for grasp in known}) < len(SHAPES):
         causes = {grasp.cause for grasp in grasps if grasp.cause}
         raise InputError(file, "grasps", sorted(causes), "no grasp of some shape could be simulated")
+    return _trained(file, known, sections)
+
+
+def _trained(file: str, grasps: Sequence[Grasp], sections: int) -> ObjectClassifier:
+    angles, torques = _stacked(grasps, sections)
+    sets = len(angles) // len(grasps)
+    labels = [grasp.shape for grasp in grasps for _ in range(sets)]
+    numbers = [number for number in range(len(grasps)) for _ in range(sets)]
     pressures = load_scenario(file).pressure.steps["all"]
-    return train_object_classifier(labels, *_stacked(known, sections), pressures, sections)
+    return train_object_classifier(labels, angles, torques, pressures, sections, numbers)
+
+
+def left_out(file: str, grasps: Sequence[Grasp], sections: int) -> dict[str, float]:
+    """For each of SHAPES, how often its test grasps are unknown to a model trained without it, %."""
+    known = [grasp for grasp in grasps if grasp.set == SETS[0] and grasp.probes]
+    found = {}
+    for shape in SHAPES:
+        model = _trained(file, [grasp for grasp in known if grasp.shape != shape], sections)
+        tested = [recognized(model, grasp).split() for grasp in grasps if (grasp.set, grasp.shape) == (SETS[1], shape)]
+        answers = [answer for each in tested for answer in each]
+        found[shape] = 100 * answers.count(UNKNOWN) / max(len(answers), 1)
+    return found
 
 
 def recognized(model: ObjectClassifier, grasp: Grasp) -> str:
-    """The likeliest shape; empty if the grasp failed."""
+    """The likeliest answer for each set of sensors, separated by spaces; empty if the grasp failed."""
     if not grasp.probes:
         return ""
     probe = grasp.probes[model.sections]
-    return model.shapes[int(np.argmax(model.probabilities(probe.angles, probe.torques)))]
+    return " ".join(model.answers[i] for i in model.probabilities(probe.angles, probe.torques).argmax(axis=-1))
 
 
 def confusion(rows: Sequence[GraspRow], sections: int) -> Array:
-    """How many test grasps of each of SHAPES (rows) were recognized as each (columns)."""
-    pairs = [(row.shape, getattr(row, f"recognized_{sections}")) for row in rows if row.set == SETS[1]]
-    return np.array([[pairs.count((held, found)) for found in SHAPES] for held in SHAPES])
+    """How many test grasps of each of SHAPES (rows) were recognized as each, and as unknown (columns).
+
+    Each set of sensors counts as its share of a grasp.
+    """
+    answers = [*SHAPES, UNKNOWN]
+    counts = np.zeros((len(SHAPES), len(answers)))
+    for row in rows:
+        found = getattr(row, f"recognized_{sections}").split()
+        for answer in found if row.set == SETS[1] else ():
+            counts[list(SHAPES).index(row.shape), answers.index(answer)] += 1 / len(found)
+    return counts
 
 
 def _stacked(grasps: Sequence[Grasp], sections: int) -> tuple[Array, Array]:
-    """Angles and torques of grasps, (M, L, F, N) each."""
+    """Angles and torques of grasps, set after set of each, (M E, L, F, N) each."""
     probes = [grasp.probes[sections] for grasp in grasps]
-    return np.array([probe.angles for probe in probes]), np.array([probe.torques for probe in probes])
+    return np.concatenate([probe.angles for probe in probes]), np.concatenate([probe.torques for probe in probes])
 
 
 DARK = 0.55  # share of a shape's grasps, above which its number is white
 
 
 def confusion_figure(shapes: Sequence[str], matrices: Mapping[int, Array], number: int) -> Figure:
-    """A confusion matrix (C, C) of counts for each number of sections, of `number` grasps of each shape."""
+    """A confusion matrix (C, C + 1) of counts for each number of sections, of `number` grasps of each shape."""
     with mpl.rc_context({**STYLE, "axes.grid": False}):
-        figure = Figure(figsize=(3.9 * len(matrices), 3.9), layout="constrained")
+        figure = Figure(figsize=(4.4 * len(matrices), 3.9), layout="constrained")
         panels = figure.subplots(1, len(matrices), squeeze=False)[0]
         for axes, (sections, matrix) in zip(panels, matrices.items(), strict=True):
             _draw(axes, shapes, matrix, number)
@@ -276,10 +313,11 @@ def _draw(axes: Axes, shapes: Sequence[str], matrix: Array, number: int) -> None
     axes.imshow(shares, cmap="Blues", vmin=0, vmax=1)
     for (row, column), count in np.ndenumerate(matrix):
         color = "white" if shares[row, column] > DARK else "0.2" if count else "0.7"
-        axes.text(column, row, str(count), ha="center", va="center", color=color, fontsize=12)
-    axes.set_xticks(range(len(shapes)), shapes)
+        axes.text(column, row, f"{round(count, 1):g}", ha="center", va="center", color=color, fontsize=12)
+    answers = [*shapes, UNKNOWN]
+    axes.set_xticks(range(len(answers)), answers)
     axes.set_yticks(range(len(shapes)), shapes)
-    axes.set_xticks(np.arange(0.5, len(shapes) - 1), minor=True)
+    axes.set_xticks(np.arange(0.5, len(answers) - 1), minor=True)
     axes.set_yticks(np.arange(0.5, len(shapes) - 1), minor=True)
     axes.grid(which="minor", color="white", lw=2, alpha=1)
     axes.tick_params(which="both", length=0)

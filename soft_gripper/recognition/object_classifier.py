@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
@@ -35,7 +36,9 @@ def grasp_features(angles: Array, torques: Array) -> Array:
 class ObjectClassifier:
     """A quadratic discriminant of grasp features: the most likely shape of the object, if all are equally common.
 
-    The features are projected onto D components; in those the grasps of each shape are normally distributed.
+    The features are projected onto D components; in those the grasps of each shape are normally distributed. An object
+    of no known shape has the same density everywhere, that of the most compact shape where its squared distance from
+    the mean is `limit`.
 
     Raises:
         InputError: if sizes do not fit, or a number is not finite.
@@ -50,6 +53,12 @@ class ObjectClassifier:
     components: Array  # (D, K)
     means: Array  # of the shapes, (C, D)
     covariances: Array  # of the shapes, (C, D, D)
+    limit: float  # squared Mahalanobis distance; see above
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """What is recognized: the shapes, and then `UNKNOWN`."""
+        return (*self.shapes, UNKNOWN)
 
     def __post_init__(self) -> None:
         levels, shapes, size = self.pressures.size, len(self.shapes), len(self.components)
@@ -69,43 +78,71 @@ class ObjectClassifier:
                 raise InputError("object classifier", name, "NaN or infinite", "give finite numbers")
         if not (self.pressures > 0).all():
             raise InputError("object classifier", "pressures", self.pressures.tolist(), "give pressures above 0, Pa")
+        if not (np.isfinite(self.limit) and self.limit > 0):
+            raise InputError("object classifier", "limit", self.limit, "give a number above 0")
         if not (np.linalg.eigvalsh(self.covariances) > 0).all():
             raise InputError("object classifier", "covariances", "...", "give matrices that are positive definite")
 
     def probabilities(self, angles: Array, torques: Array) -> Array:
-        """Of the shapes, (..., C), from the arguments of `grasp_features`; NaN if any of these is."""
+        """Of the `answers`, (..., C + 1), from the arguments of `grasp_features`; NaN if any of these is."""
+        scores = self.scores(angles, torques)
+        outside = np.full((*scores.shape[:-1], 1), -0.5 * (self.limit + self._volumes.min()))
+        scores = np.concatenate([scores, outside], axis=-1)
+        likelihoods = np.exp(scores - scores.max(axis=-1, keepdims=True))
+        found: Array = likelihoods / likelihoods.sum(axis=-1, keepdims=True)
+        return np.where(np.isnan(scores).any(axis=-1, keepdims=True), np.nan, found)
+
+    def scores(self, angles: Array, torques: Array) -> Array:
+        """Logarithms of the densities of the shapes, up to a constant, (..., C)."""
         parts = (grasp_features(angles, torques) - self.center) @ self.components.T
         from_means = parts[..., None, :] - self.means
         distances = ((from_means[..., None, :] @ self._precisions)[..., 0, :] * from_means).sum(axis=-1)
-        scores = -0.5 * (distances + np.linalg.slogdet(self.covariances).logabsdet)
-        likelihoods = np.exp(scores - scores.max(axis=-1, keepdims=True))
-        found: Array = likelihoods / likelihoods.sum(axis=-1, keepdims=True)
-        return found
+        return np.asarray(-0.5 * (distances + self._volumes))
+
+    def outside(self, angles: Array, torques: Array) -> Array:
+        """The least limit with which a grasp is of a known shape, (...)."""
+        return np.asarray(-2 * self.scores(angles, torques).max(axis=-1) - self._volumes.min())
+
+    @cached_property
+    def _volumes(self) -> Array:
+        return np.asarray(np.linalg.slogdet(self.covariances).logabsdet)
 
     @cached_property
     def _precisions(self) -> Array:
         return np.linalg.inv(self.covariances)
 
 
+UNKNOWN = "unknown"  # the answer for an object of another shape
+LOST = 0.05  # of grasps of known shapes that are taken for unknown
+_UNTESTED = 1e3  # limit if there are too few grasps to leave any out
+_FOLDS = 5  # of the training grasps, each left out once to find the limit
 COMPONENTS = 24  # principal ones of the standardised features, at most
 SHRINKAGE = 0.1  # of the covariance of a shape, toward that of all
 _LEAST = 1e-6  # variance within a shape, of the whole along a component
 
 
 def train_object_classifier(
-    labels: Sequence[str], angles: Array, torques: Array, pressures: Sequence[float], sections: int
+    labels: Sequence[str],
+    angles: Array,
+    torques: Array,
+    pressures: Sequence[float],
+    sections: int,
+    grasps: Sequence[int] | None = None,
 ) -> ObjectClassifier:
-    """The quadratic discriminant of M grasps.
+    """The quadratic discriminant of M samples of grasps.
+
+    The limit is such that `LOST` of the samples would be unknown to a discriminant trained without their grasps.
 
     Args:
-        labels: the shape of each grasp, (M).
+        labels: the shape of each sample, (M).
         angles: estimated joint angles at every level of pressure, rad, (M, L, F, N).
         torques: estimated external torques, N m, (M, L, F, N).
         pressures: of the levels, Pa, (L).
         sections: of the sensors behind the estimates.
+        grasps: number of the grasp of each sample, (M); None: each is another one.
 
     Raises:
-        InputError: unless there are two shapes or more, each with two grasps or more, all of them finite.
+        InputError: unless there are two shapes or more, each with two samples or more, all of them finite.
     """
     features, names = grasp_features(angles, torques), np.array(labels)
     shapes = tuple(dict.fromkeys(labels))
@@ -117,15 +154,32 @@ def train_object_classifier(
     if not np.isfinite(features).all():
         bad = int(np.argmin(np.isfinite(features).all(axis=-1)))
         raise InputError("object classifier", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
+    folds = np.asarray(range(len(angles)) if grasps is None else grasps) % _FOLDS
+    levels = np.array(pressures, dtype=float)
+
+    def trained(chosen: NDArray[np.bool_], limit: float) -> ObjectClassifier:
+        discriminant = _discriminant(features[chosen], names[chosen], shapes)
+        fingers, joints = angles.shape[-2:]
+        return ObjectClassifier(shapes, fingers, joints, sections, levels, *discriminant, limit)
+
+    outside = np.full(len(angles), np.nan)
+    for fold in range(_FOLDS):
+        left_out = folds == fold
+        if all((names[~left_out] == shape).sum() > 1 for shape in shapes):
+            outside[left_out] = trained(~left_out, 1.0).outside(angles[left_out], torques[left_out])
+    limit = np.nanquantile(outside, 1 - LOST) if np.isfinite(outside).any() else _UNTESTED
+    return trained(np.ones(len(angles), dtype=bool), max(float(limit), 1.0))
+
+
+def _discriminant(features: Array, names: Array, shapes: Sequence[str]) -> tuple[Array, Array, Array, Array]:
+    """Centre and components of the features, and the means and covariances of the shapes."""
     center, components = principal_components(features)
     parts = (features - center) @ components.T
     means = np.array([parts[names == shape].mean(axis=0) for shape in shapes])
-    residuals = parts - means[[shapes.index(label) for label in labels]]
+    residuals = parts - means[[list(shapes).index(name) for name in names]]
     covariances = np.array([_covariance(residuals[names == shape]) for shape in shapes])
     shrunk = (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _LEAST * np.eye(len(components))
-    fingers, joints = angles.shape[-2:]
-    levels = np.array(pressures, dtype=float)
-    return ObjectClassifier(shapes, fingers, joints, sections, levels, center, components, means, shrunk)
+    return center, components, means, shrunk
 
 
 def principal_components(features: Array) -> tuple[Array, Array]:
@@ -191,9 +245,12 @@ def _value(name: str, value: Any) -> Any:
     try:
         if name in ("fingers", "joints", "sections"):
             return int(value)
+        if name == "limit":
+            return float(value)
         return tuple(map(str, value)) if name == "shapes" else np.array(value, dtype=float)
     except (TypeError, ValueError):
-        expected = "give whole numbers" if name in ("fingers", "joints", "sections") else "give a list, as it was saved"
+        whole = "give a whole number" if name in ("fingers", "joints", "sections") else "give a list, as it was saved"
+        expected = "give a number" if name == "limit" else whole
         raise InputError("object classifier", name, value, expected) from None
 
 

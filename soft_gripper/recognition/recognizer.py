@@ -11,6 +11,7 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.recognition.object_classifier import ObjectClassifier
 from soft_gripper.signals import describe
 
+SAMPLES = 5  # of a level, whose mean counts
 TOLERANCE = 1e3  # Pa, within which the pressure counts as that of a level
 NO_LEVEL = -1
 
@@ -21,12 +22,13 @@ class ObjectRecognizer(LeafSystem):
     ::
 
         {finger}.estimated_joint_angles (N) rad ---> +------------------+
-        {finger}.external_torque (N) N m ----------> | ObjectRecognizer | ---> object_probabilities (C), sum 1
+        {finger}.external_torque (N) N m ----------> | ObjectRecognizer | ---> object_probabilities (C + 1), sum 1
         {finger}.sampled_pressure (1) Pa ----------> +------------------+
 
-    For every level, the last sample counts at which all fingers were within 1 kPa of it, as one sample earlier. The
-    order of the levels is free; samples that are not finite are ignored. Probabilities are NaN until every level has
-    its sample, and again once a finger has less than half the pressure of the lowest level: the gripper has let go.
+    For every level, the mean of the last five samples counts at which all fingers were within 1 kPa of it, after a
+    first one. The order of the levels is free; samples that are not finite are ignored. The last probability is that of
+    an object of no known shape. Probabilities are NaN until every level has its samples, and again once a finger has
+    less than half the pressure of the lowest level: the gripper has let go.
 
     Wire it to the signals of a station, which have these names, or to your own ports. All are sampled together
     every `period` s; the output is held for a period, and so is one sample late.
@@ -45,17 +47,20 @@ class ObjectRecognizer(LeafSystem):
         super().__init__()
         if len(fingers) != model.fingers:
             raise InputError("ObjectRecognizer", "fingers", list(fingers), f"the model is of {model.fingers} fingers")
-        self._model, shapes = model, len(model.shapes)
+        self._model = model
         self._angles = self._declare(fingers, ANGLES, model.joints)
         self._torques = self._declare(fingers, "external_torque", model.joints)
         self._pressures = self._declare(fingers, "sampled_pressure", 1)
-        size = len(model.pressures) * 2 * model.fingers * model.joints
-        self._levels = self.DeclareDiscreteState(np.full(size, np.nan))  # the features seen at each
+        size = 2 * model.fingers * model.joints
+        self._levels = self.DeclareDiscreteState(np.full(len(model.pressures) * size, np.nan))  # means at each
+        self._recent = self.DeclareDiscreteState(
+            np.full(SAMPLES * size, np.nan)
+        )  # at the present one, the newest first
         self._level = self.DeclareDiscreteState([NO_LEVEL])  # of the present sample
-        self._probabilities = self.DeclareDiscreteState(np.full(shapes, np.nan))
+        self._probabilities = self.DeclareDiscreteState(np.full(len(model.answers), np.nan))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         port = self.DeclareStateOutputPort("object_probabilities", self._probabilities)
-        describe(port, "1", shape=model.shapes)
+        describe(port, "1", shape=model.answers)
 
     def _declare(self, fingers: Sequence[str], signal: str, size: int) -> list[InputPort]:
         return [self.DeclareVectorInputPort(f"{finger}.{signal}", size) for finger in fingers]
@@ -66,18 +71,22 @@ class ObjectRecognizer(LeafSystem):
         level = level_of(pressures, self._model.pressures)
         if (pressures < self._model.pressures.min() / 2).any():
             levels[:] = np.nan
-        sample = np.stack([_read(context, self._angles), _read(context, self._torques)])
-        held = level == int(context.get_discrete_state(self._level).value()[0])
-        if level != NO_LEVEL and held and np.isfinite(sample).all():
-            levels[level] = sample.ravel()
+        sample = np.stack([_read(context, self._angles), _read(context, self._torques)]).ravel()
+        recent = context.get_discrete_state(self._recent).value().reshape(SAMPLES, -1).copy()
+        if level == NO_LEVEL or level != int(context.get_discrete_state(self._level).value()[0]):
+            recent[:] = np.nan
+        elif np.isfinite(sample).all():
+            recent = np.vstack([sample, recent[:-1]])
+            levels[level] = recent.mean(axis=0) if np.isfinite(recent).all() else levels[level]
         values.set_value(self._levels, levels.ravel())
+        values.set_value(self._recent, recent.ravel())
         values.set_value(self._level, [level])
         values.set_value(self._probabilities, self._classify(levels))
 
     def _classify(self, levels: Array) -> Array:
-        """Probabilities of the shapes (C) from what was seen at each level, (L, 2 F N)."""
+        """Probabilities (C + 1) from what was seen at each level, (L, 2 F N)."""
         if not np.isfinite(levels).all():
-            return np.full(len(self._model.shapes), np.nan)
+            return np.full(len(self._model.answers), np.nan)
         angles, torques = np.moveaxis(levels.reshape(len(levels), 2, self._model.fingers, -1), 1, 0)
         return self._model.probabilities(angles, torques)
 

@@ -20,6 +20,7 @@ MODEL = ObjectClassifier(
     components=RNG.normal(size=(2, 24)),
     means=RNG.normal(size=(2, 2)),
     covariances=np.array([np.eye(2), 2 * np.eye(2)]),
+    limit=12.5,
 )
 
 
@@ -32,6 +33,7 @@ def file(tmp_path):
 def test_a_model_is_the_same_after_reading(file):
     found = load_object_classifier(file)
     assert (found.shapes, found.fingers, found.joints, found.sections) == (("ball", "can"), 2, 3, 4)
+    assert (found.limit, found.answers) == (12.5, ("ball", "can", "unknown"))
     for name in ("pressures", "center", "components", "means", "covariances"):
         np.testing.assert_allclose(getattr(found, name), getattr(MODEL, name), rtol=1e-8)
 
@@ -48,6 +50,8 @@ def test_the_shipped_model_is_of_the_shipped_gripper():
         ({"components": [[1.0] * 23] * 2}, ["components", "(2, 23)", "(2, 24)"]),
         ({"means": [[1.0], [1.0, 2.0]]}, ["means", "list"]),
         ({"center": [float("nan")] * 24}, ["center", "NaN"]),
+        ({"limit": "far"}, ["limit", "far", "a number"]),
+        ({"limit": -1.0}, ["limit", "-1", "above 0"]),
         ({"joints": "many"}, ["joints", "many", "whole number"]),
         ({"shapes": 3}, ["shapes", "3", "list"]),
         ({"colour": "red"}, ["fields", "colour", "covariances"]),

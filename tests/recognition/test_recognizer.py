@@ -9,7 +9,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from refusals import refused
 
 from soft_gripper.recognition.object_classifier import ObjectClassifier
-from soft_gripper.recognition.recognizer import TOLERANCE, ObjectRecognizer
+from soft_gripper.recognition.recognizer import SAMPLES, TOLERANCE, ObjectRecognizer
 from soft_gripper.signals import signal_of
 
 PERIOD = 0.01  # s
@@ -28,6 +28,7 @@ MODEL = ObjectClassifier(
     components=RNG.normal(size=(2, FEATURES)),
     means=np.array([[0.1, 0.0], [-0.2, 0.3]]),
     covariances=np.array([9.0 * np.eye(2), 16.0 * np.eye(2)]),
+    limit=6.0,
 )
 ANGLES, TORQUES = RNG.normal(size=(2, len(LEVELS), len(FINGERS), JOINTS))
 EXPECTED = MODEL.probabilities(ANGLES, TORQUES)
@@ -53,8 +54,8 @@ class Recognizer:
         return self.block.get_output_port().Eval(self.context).copy()
 
     def hold(self, level):
-        """Two samples at a level, which is what counts."""
-        for _ in range(2):
+        """As many samples at a level as count, after the first."""
+        for _ in range(1 + SAMPLES):
             found = self.sample([LEVELS[level]] * 2, ANGLES[level], TORQUES[level])
         return found
 
@@ -67,7 +68,7 @@ def test_ports():
     assert [(port.get_name(), port.size()) for port in found] == expected
     port = block.GetOutputPort("object_probabilities")
     assert signal_of(port).unit == "1"
-    assert signal_of(port).axes == {"shape": ("ball", "can")}
+    assert signal_of(port).axes == {"shape": ("ball", "can", "unknown")}
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
@@ -81,15 +82,17 @@ def test_passing_through_a_level_does_not_count():
     recognizer = Recognizer()
     recognizer.hold(0)
     recognizer.sample([65e3, 65e3])
-    assert np.isnan(recognizer.sample([LEVELS[1]] * 2, ANGLES[1], TORQUES[1])).all()
+    for _ in range(SAMPLES):
+        assert np.isnan(recognizer.sample([LEVELS[1]] * 2, ANGLES[1], TORQUES[1])).all()
     np.testing.assert_allclose(recognizer.sample([LEVELS[1]] * 2, ANGLES[1], TORQUES[1]), EXPECTED)
 
 
-def test_the_last_sample_at_a_level_counts():
+def test_the_mean_of_the_last_samples_at_a_level_counts():
     recognizer = Recognizer()
-    for _ in range(3):
+    for _ in range(9):
         recognizer.sample([LEVELS[0]] * 2, 5 * ANGLES[0], TORQUES[1])
-    recognizer.hold(0)
+    for share in (0.8, 1.2, 1.0, 0.9, 1.1):
+        recognizer.sample([LEVELS[0]] * 2, share * ANGLES[0], TORQUES[0])
     np.testing.assert_allclose(recognizer.hold(1), EXPECTED)
 
 
@@ -97,7 +100,7 @@ def test_the_last_sample_at_a_level_counts():
 def test_all_fingers_are_to_be_at_the_level(off, counts):
     recognizer = Recognizer()
     recognizer.hold(0)
-    for _ in range(3):
+    for _ in range(1 + SAMPLES):
         found = recognizer.sample([LEVELS[1], LEVELS[1] + off], ANGLES[1], TORQUES[1])
     assert np.isfinite(found).all() == counts
 
