@@ -378,23 +378,13 @@ class ContactShape:
         """
         layout, assumed = self.layout, self.uncertainty
         q = self._gaussian(readings, driving, gravity).q
-        shape = q.shape[:-1]
         z, variance = layout.linear(readings, assumed.any_reading).uncertain_by(assumed.gain)
         weight = gravity_torque(layout.finger, q, np.asarray(gravity)[..., None])
         bends = self._unexplained(q, z, variance, driving, weight)
         stiffness = assumed.bend_per_pressure * z
         bends = bends._replace(covariance=bends.covariance + stiffness[..., :, None] * stiffness[..., None, :])
-        q, bends = _flat(q, bends)
-        read = (variance.reshape(len(q), -1) < UNKNOWN / 2).sum(axis=-1, dtype=float)
-        parts = [self._posterior(q[at], Bends(*(each[at] for each in bends)), read[at]) for at in _batches(len(q))]
-        joined = (np.concatenate(values) for values in zip(*parts, strict=True))
-        return ContactPosterior(*(values.reshape((*shape, *values.shape[1:])) for values in joined))
-
-    def _posterior(self, q: Array, bends: Bends, read: Array) -> ContactPosterior:
-        length, assumed = self.layout.finger.length, self.uncertainty
-        cells = force_cells(self.layout, q, bends.compliance)
-        beyond = assumed.nearest_contact * length
-        return posterior(bends.theta, bends.covariance, read, cells, length, assumed.largest_force, beyond)
+        read = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
+        return posterior_in_plane(layout, assumed, q, bends, read)
 
     def _unexplained(self, q: Array, z: Array, variance: Array, driving: Array, weight: Array) -> Bends:
         """The part of the measured values not due to driving torque and weight, (..., N) N m, near the shape q."""
@@ -406,6 +396,31 @@ class ContactShape:
     @cached_property
     def _gaussian(self) -> GaussianShape:
         return GaussianShape(self.layout, self.uncertainty)
+
+
+def posterior_in_plane(
+    layout: MeasurementModel, uncertainty: Uncertainty, q: Array, bends: Bends, read: Array | None = None
+) -> ContactPosterior:
+    """What bends that driving torque and weight do not explain say of one contact.
+
+    Args:
+        layout: the nominal sensors and finger.
+        uncertainty: says which forces and places are possible.
+        q: joint angles, rad, about as they are, (..., N).
+        bends: what is to be explained.
+        read: number of sections that are read, (...); None: all.
+    """
+    shape, length = q.shape[:-1], layout.finger.length
+    q, bends = _flat(q, bends)
+    read = np.broadcast_to(float(len(layout.matrix)) if read is None else read, shape).reshape(-1)
+    largest, nearest = uncertainty.largest_force, uncertainty.nearest_contact * length
+    parts = []
+    for at in _batches(len(q)):
+        some = Bends(*(each[at] for each in bends))
+        cells = force_cells(layout, q[at], some.compliance)
+        parts.append(posterior(some.theta, some.covariance, read[at], cells, length, largest, nearest))
+    joined = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return ContactPosterior(*(values.reshape((*shape, *values.shape[1:])) for values in joined))
 
 
 def explain(layout: MeasurementModel, uncertainty: Uncertainty, q: Array, bends: Bends) -> Fit:

@@ -16,6 +16,10 @@ uncertainty counted (Schmidt 1966, doi 10.1016/B978-1-4831-6716-9.50011-4): else
 offset. What cannot be seen is a load that begins before anything is learnt and looks like a finger that bends less
 than assumed: let the finger move freely first, or give a smaller `bend_per_pressure`.
 
+The posterior of a contact (`force_posterior`) is that of the bends of the load, with the uncertainty of all states. The
+innovation test says when readings are other than predicted: the squared innovation, normalised by its covariance, over
+the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
+
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
 
@@ -35,11 +39,12 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.estimators.contact import Bends, explain
+from soft_gripper.estimators.contact import Bends, explain, posterior_in_plane
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
+from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.gaussian import torque_covariance
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
+from soft_gripper.estimators.shape_estimator import ShapeEstimator, put_out_posterior
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -53,6 +58,7 @@ _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
 _OUTLIER = 6.0  # standard deviations
 _MISSING = 1e6  # variance of an omitted reading
+_CHANCE = 1e-3  # that noise exceeds the limit of an innovation
 
 
 class Filter(NamedTuple):
@@ -62,6 +68,7 @@ class Filter(NamedTuple):
     covariance: Array  # (..., n, n)
     difference: Array  # (..., R) averaged deviation of the readings from those of the free finger
     loaded: NDArray[np.bool_]  # (...)
+    innovation: Array  # (...) squared and normalised, 1 where noise leaves more in 1 of 1000 samples
     q: Array  # (..., N) rad
 
 
@@ -93,7 +100,8 @@ class RecursiveShape:
         covariance = np.broadcast_to(np.diag(self._before), (*shape, states, states))
         nothing = np.zeros((*shape, self.layout.readings))
         return Filter(
-            np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool), np.zeros((*shape, joints))
+            *(np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool)),
+            *(np.zeros(shape), np.zeros((*shape, joints))),
         )
 
     def step(self, before: Filter, readings: Array, driving: Array, gravity: Planar | complex) -> Filter:
@@ -109,7 +117,9 @@ class RecursiveShape:
         read = np.isfinite(difference)
         difference = np.where(read, difference, 0.0)
         noise = np.where(read, self.uncertainty.reading**2, _MISSING)
-        covariance = self._after_jump(difference, noise, mean, covariance, by_state)
+        innovation = self._innovation(difference, noise, mean, covariance, by_state)
+        jumped = innovation > _limits(noise.shape[-1])[0]
+        covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
         noise = np.where(self._is_outlier(difference, noise, mean, covariance, by_state), _MISSING, noise)
         average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
         loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
@@ -118,21 +128,35 @@ class RecursiveShape:
         mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded, blind & ~loaded)
         torque = self.effective_driving(mean, driving) + weight
         q = finger.angle(torque + mean[..., :_MODES] @ self._modes.T)
-        return Filter(mean, covariance, average, loaded, q)
+        limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
+        return Filter(mean, covariance, average, loaded, innovation / limit, q)
 
     def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
         """The shape after a sample at a driving torque, N m, (..., N)."""
-        by_joint, A = self._joints_by_state(known.q, driving), self.layout.matrix
+        by_joint = self._joints_by_state(known.q, driving)
         covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
         covariance = covariance + self.uncertainty.angle**2 * np.eye(known.q.shape[-1])
-        load = by_joint[..., :_MODES]
-        of_load = load @ known.covariance[..., :_MODES, :_MODES] @ np.swapaxes(load, -1, -2)
-        bends = Bends(
-            (A @ load @ known.mean[..., :_MODES, None])[..., 0],
-            A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A)),
-            self._compliance(known.q),
+        contact = explain(self.layout, self.uncertainty, known.q, self._load_bends(known, by_joint)).contact
+        return ShapeEstimate(known.q, covariance, contact)
+
+    def posterior(self, known: Filter, driving: Array) -> ContactPosterior:
+        """What is known of one contact after a sample at a driving torque, N m, (..., N).
+
+        The stiffness may be as wrong as the bend per driving torque still is: then a share of all bends is.
+        """
+        bends = self._load_bends(known, self._joints_by_state(known.q, driving))
+        share = np.sqrt(known.covariance[..., _MODES, _MODES])[..., None] * (known.q @ self.layout.matrix.T)
+        spread = share[..., :, None] * share[..., None, :]
+        return posterior_in_plane(
+            self.layout, self.uncertainty, known.q, bends._replace(covariance=bends.covariance + spread)
         )
-        return ShapeEstimate(known.q, covariance, explain(self.layout, self.uncertainty, known.q, bends).contact)
+
+    def _load_bends(self, known: Filter, by_joint: Array) -> Bends:
+        """The bends of the sections due to the load."""
+        A, load = self.layout.matrix, by_joint[..., :_MODES]
+        of_load = load @ known.covariance[..., :_MODES, :_MODES] @ np.swapaxes(load, -1, -2)
+        covariance = A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A))
+        return Bends((A @ load @ known.mean[..., :_MODES, None])[..., 0], covariance, self._compliance(known.q))
 
     def effective_driving(self, mean: Array, driving: Array) -> Array:
         """The driving torque of the nominal finger at the pressure that drives it, N m, (..., N)."""
@@ -202,11 +226,10 @@ class RecursiveShape:
         moved[..., readings, _MODES + 2 + layout.readings + readings] = 1.0
         return moved
 
-    def _after_jump(self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
-        """The covariance, with the load variance increased if the readings deviate strongly from the prediction."""
+    def _innovation(self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
+        """The squared innovation, normalised by its covariance, (...)."""
         spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + noise[..., None] * np.eye(noise.shape[-1])
-        jumped = _size(difference - self._by_load(mean, by_state), spread) > _limits(noise.shape[-1])[0]
-        return covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
+        return _size(difference - self._by_load(mean, by_state), spread)
 
     def _is_outlier(
         self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array
@@ -287,8 +310,10 @@ class RecursiveEstimator(ShapeEstimator):
 
         strain (R) ---------------> +--------------------+ ---> all outputs of ShapeEstimator
         driving_torque (N) N m ---> | RecursiveEstimator | ---> effective_driving_torque  (N) N m, see RecursiveShape
-        X_WB (12) [R | p] --------> +--------------------+ ---> loaded                    (1) 0 or 1: something bends
-                                                                                          the finger
+        X_WB (12) [R | p] --------> |                    | ---> loaded                    (1) 0 or 1: something bends
+                                    |                    |                                the finger
+                                    +--------------------+ ---> innovation                (1) above 1: the readings are
+                                                                                          not those predicted
 
     Give it inputs that are sampled together every period of its function, from time 0, in discrete state.
     """
@@ -303,6 +328,7 @@ class RecursiveEstimator(ShapeEstimator):
             unit="N m",
             joint=joints,
         )
+        self.put_out("innovation", lambda known: known.innovation, "known")
         self.put_out(
             "loaded", lambda known: np.asarray(known.loaded, dtype=float), "known", meanings=("free", "loaded")
         )
@@ -320,6 +346,11 @@ class RecursiveEstimator(ShapeEstimator):
         self.derive("shape", function.estimate, "known", DRIVING_TORQUE)
         return function.estimate(start, np.zeros(layout.finger.segments))
 
+    def _put_out_posterior(self, function: ShapeFunction, readings: str) -> None:
+        assert isinstance(function, RecursiveShape)
+        self.derive("posterior", function.posterior, "known", DRIVING_TORQUE)
+        put_out_posterior(self, "posterior")
+
 
 def _flat(known: Filter) -> Array:
     """All parts in a row, (..., n)."""
@@ -332,5 +363,5 @@ def _unflat(numbers: Array, like: Filter) -> Filter:
     ends = np.cumsum([np.size(part) for part in like])[:-1]
     parts = np.split(numbers, ends, axis=-1)
     shaped = (part.reshape((*numbers.shape[:-1], *np.shape(own))) for part, own in zip(parts, like, strict=True))
-    mean, covariance, difference, loaded, q = shaped
-    return Filter(mean, covariance, difference, loaded > 0, q)
+    found = Filter(*shaped)
+    return found._replace(loaded=found.loaded > 0)
