@@ -423,11 +423,21 @@ COMMANDS = (
     ),
     Command(
         "place-sensors",
-        "find the best boundaries between sensor sections",
-        ("--count 3", "--count 2 --recordings results/a/recording.nc results/b/recording.nc"),
+        "find the best sensors of a finger, and boundaries between its sections",
+        (
+            "--count 3",
+            "--count 2 --recordings results/a/recording.nc results/b/recording.nc",
+            "--count 8 --scenarios turned_box_grasp    fingers that leave their plane: kinds, numbers and paths",
+        ),
         (
             *CONSOLE,
-            option("--count", "sections along each side of a finger", "N", whole(1), required=True),
+            option(
+                "--count",
+                "sections along each side of a finger; in space, sensors of a finger at most",
+                "N",
+                whole(1),
+                required=True,
+            ),
             option(
                 "--estimator",
                 "built-in, or your own as MODULE:FUNCTION (default: %(default)s)",

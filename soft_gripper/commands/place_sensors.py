@@ -1,10 +1,11 @@
-"""soft-gripper place-sensors: finds the best boundaries between the sensor sections along a finger."""
+"""soft-gripper place-sensors: finds the best sensors of a finger, or the best boundaries between its sections."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from soft_gripper.commands import sensors_in_space
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_left_out, print_ranking, print_snippet
 from soft_gripper.diagrams.simulation import run_station
@@ -19,6 +20,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.placement.place_sensors import PlacedSensors, place_sensors
 from soft_gripper.placement.samples import Assumptions, HeldFinger, held_fingers
+from soft_gripper.placement.spatial_tasks import leaves_its_plane
 from soft_gripper.placement.tables import (
     check_contacts,
     check_runs,
@@ -36,14 +38,22 @@ TABLE, RUN_TABLE, LEFT_OUT_TABLE, FIGURE = "placements.csv", "runs.csv", "left_o
 
 
 def run(options: argparse.Namespace) -> None:
-    """Runs the command."""
+    """Runs the command, in the plane or, for fingers that leave it, in space."""
+    stations = {name: _station(name) for name in options.scenarios or ()}
+    if any(leaves_its_plane(finger.finger) for station in stations.values() for finger in station.fingers):
+        sensors_in_space.run(options, stations)
+    else:
+        _run_in_plane(options, stations)
+
+
+def _run_in_plane(options: argparse.Namespace, stations: Mapping[str, Station]) -> None:
     assumptions = _assumptions(options)
     contacts = None if options.contacts is None else load_contacts(options.contacts)
     if contacts is not None:
         check_contacts(contacts, assumptions)
     out = lock_folder(options.out)
     try:
-        runs = _runs(options, [] if contacts is None else [contacts.finger])
+        runs = _runs(options, stations, [] if contacts is None else [contacts.finger])
         with options.console.counter(None, "placements") as bar:
             placed = place_sensors(options.count, runs, assumptions, contacts, bar.update)
     except KeyboardInterrupt:
@@ -65,13 +75,15 @@ def _assumptions(options: argparse.Namespace) -> Assumptions:
     )
 
 
-def _runs(options: argparse.Namespace, others: Sequence[Finger]) -> dict[str, list[HeldFinger]]:
+def _runs(
+    options: argparse.Namespace, stations: Mapping[str, Station], others: Sequence[Finger]
+) -> dict[str, list[HeldFinger]]:
     """The fingers of every run, loaded or simulated; all must have as many segments as `others`."""
     if options.recordings is not None:
         runs = {name: load_run(file) for name, file in _named(options.recordings).items()}
         check_runs(options.count, runs, others)
     else:
-        stations = {name: _station(name) for name in options.scenarios or SCENARIOS}
+        stations = stations or {name: _station(name) for name in SCENARIOS}
         check_runs(options.count, stations, others)
         runs = {name: _simulate(name, station, options.console) for name, station in stations.items()}
     return {name: held_fingers(name, run) for name, run in runs.items()}

@@ -22,6 +22,7 @@ from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
 from soft_gripper.placement.placements import as_borders
 from soft_gripper.placement.samples import Assumptions
+from soft_gripper.placement.spatial_tables import VerifiedRow
 from soft_gripper.placement.tables import LeftOutRow, PlacementRow
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow, StepRow
@@ -210,6 +211,20 @@ def print_ranking(rows: Sequence[PlacementRow], equal: int) -> None:
     cells = [astuple(rows[i])[: 6 if with_contacts else 3] for i in shown]
     marks = ["equal sections" if i == equal else "" for i in shown]
     print_table(columns | {"": ""}, [(*row, mark) for row, mark in zip(cells, marks, strict=True)])
+
+
+def print_designs(rows: Sequence[VerifiedRow]) -> None:
+    """Prints the best sensors in space of every number, with the errors predicted and, after a slash, made."""
+    names = ("tip", "twist", "force", "place")
+    columns = {"sensors": "d", "kind": "", "borders": ""} | dict.fromkeys(names, ">") | {"paths": ""}
+    cells = []
+    for row in rows:
+        predicted = row.tip_mm, row.twist_deg, row.force_n, row.place_mm
+        made = row.made_tip_mm, row.made_twist_deg, row.made_force_n, row.made_place_mm
+        errors = [f"{p:.2g} / {m:.2g}" for p, m in zip(predicted, made, strict=True)]
+        cells.append((row.sensors, row.kind, row.borders, *errors, row.paths))
+    title = "errors predicted / made in statics: tip [mm], twist [degrees], force [N] and its place [mm]"
+    print_table(columns, cells, title)
 
 
 def print_left_out(rows: Sequence[LeftOutRow]) -> None:

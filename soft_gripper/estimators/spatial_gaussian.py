@@ -74,12 +74,12 @@ class SpatialGaussianShape:
         """The covariance of the joints before the sensors are read, (..., D, D), about the posture of `q`."""
         load = self.compliance(q)[..., None] * self._torques(at)
         factors = np.concatenate([load, self._of_drive(q, driving)], axis=-1)
-        return np.asarray(factors @ np.swapaxes(factors, -1, -2) + self._deviations)
+        return np.asarray(factors @ np.swapaxes(factors, -1, -2) + self.deviations)
 
     def of_model(self, q: Array, driving: Array) -> Array:
         """The part of the prior that is due to deviations of finger and pressure from the nominal model."""
         known = self._of_drive(q, driving)
-        return np.asarray(known @ np.swapaxes(known, -1, -2) + self._deviations)
+        return np.asarray(known @ np.swapaxes(known, -1, -2) + self.deviations)
 
     def _of_drive(self, q: Array, driving: Array) -> Array:
         """Standard deviations of the joints due to bend per pressure and to pressure, (..., D, 2)."""
@@ -181,7 +181,7 @@ class SpatialGaussianShape:
         return np.append(finger.pressure_gain, np.zeros(len(self._stiffness) - finger.segments))
 
     @cached_property
-    def _deviations(self) -> Array:
+    def deviations(self) -> Array:
         """What else makes the joints differ from the nominal ones, (D, D); where they slide, as far over a segment."""
         finger, angle = self.layout.finger, self.uncertainty.angle
         each = [angle * finger.segment_length if way in SLIDES else angle for way in self.layout.ways]

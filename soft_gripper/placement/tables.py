@@ -159,7 +159,7 @@ def check_runs(count: int, runs: Mapping[str, Station | RecordedRun], others: Se
             segments, at least `count`.
     """
     for name, run in runs.items():
-        _check_has_held_steps(name, run.scenario)
+        check_has_held_steps(name, run.scenario)
     fingers = [*others, *(finger.finger for run in runs.values() for finger in run.fingers)]
     for finger in fingers:
         equal_placement(finger, count)
@@ -169,7 +169,8 @@ def check_runs(count: int, runs: Mapping[str, Station | RecordedRun], others: Se
         raise InputError(_WHERE, "segments", segments, expected)
 
 
-def _check_has_held_steps(name: str, scenario: Scenario) -> None:
+def check_has_held_steps(name: str, scenario: Scenario) -> None:
+    """Raises an InputError for a scenario of that name that is not one of pressure steps."""
     others = {"task": scenario.task, "control.set_points": scenario.control.set_points, "external": scenario.external}
     for field, value in others.items():
         if value:

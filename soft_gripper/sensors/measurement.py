@@ -201,4 +201,9 @@ class SpatialSensors(MeasurementModel):
 
     @cached_property
     def ways(self) -> tuple[str, ...]:
-        return ("bending", *(way for way in AXES if way in self.finger.yields and way != "bending"))
+        return ways_in_space(self.finger)
+
+
+def ways_in_space(finger: Finger) -> tuple[str, ...]:
+    """In which ways a finger yields, bending first."""
+    return ("bending", *(way for way in AXES if way in finger.yields and way != "bending"))

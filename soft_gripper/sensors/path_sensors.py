@@ -65,11 +65,16 @@ LAYOUTS = {
 
 def named_paths(layout: str, finger: Finger) -> tuple[SensorPath, ...]:
     """The paths of one of `LAYOUTS`, as deep beneath all faces as `sensor_spacing` puts the inner and the outer one."""
-    x = finger.sensor_spacing / 2
-    depth = float(finger.thinnest.thickness) / 2 - x
-    y = min(float(section.width) for section in finger.cross_sections) / 2 - depth
+    x, y = outermost(finger)
     places = {name: _PLACES[name] for name in LAYOUTS[layout]}
     return tuple(SensorPath(name, (i * x,), (j * y,), y_slope=slope) for name, (i, j, slope) in places.items())
+
+
+def outermost(finger: Finger) -> tuple[float, float]:
+    """Distances x and y of sensors beneath the faces from the middle of the section, m."""
+    x = finger.sensor_spacing / 2
+    depth = float(finger.thinnest.thickness) / 2 - x
+    return x, min(float(section.width) for section in finger.cross_sections) / 2 - depth
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from command_line import LISTENING, SHORT, soft_gripper
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.evaluation.contacts.dataset import Contacts, save_contacts
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.shipped import scenario_path
 
 FILES = {"placements.csv", "runs.csv", "left_out.csv", "placement.png", "placement.svg"}
 STEPS = [*SHORT, "pressure.settle=0.4"]
@@ -127,3 +128,64 @@ def test_contacts_take_an_estimator_of_contact(tmp_path):
     done = soft_gripper("place-sensors", "--count", 2, "--contacts", tmp_path / "contacts.npz")
     assert done.code == 2
     assert "--estimator = 'gaussian': does not estimate contact" in done.err
+
+
+SPACE_FILES = {
+    "designs.csv",
+    "best.csv",
+    "pareto.png",
+    "pareto.svg",
+    "strain.yaml",
+    "curvature.yaml",
+    "orientation.yaml",
+}
+SPATIAL = ["place-sensors", "--scenarios", "turned_box_grasp"]
+
+
+@pytest.mark.slow
+def test_a_finger_in_space_gets_sensors_that_its_scenario_runs_with(tmp_path):
+    done = soft_gripper(*SPATIAL, "--count", 2, "--out", tmp_path / "placed")
+    assert (done.code, done.err) == (0, "")
+    assert {path.name for path in (tmp_path / "placed").iterdir()} == SPACE_FILES
+    assert "errors predicted / made in statics" in done.out
+    assert [int(row["sensors"]) for row in rows(tmp_path / "placed" / "best.csv")] == [1, 1, 1, 2, 2, 2]
+    for kind in ("strain", "curvature", "orientation"):
+        part = (tmp_path / "placed" / f"{kind}.yaml").read_text()
+        (tmp_path / "mine.yaml").write_text(scenario_path("turned_box_grasp").read_text() + part)
+        sets = [word for step in STEPS for word in ("--set", step)]
+        ran = soft_gripper("run", tmp_path / "mine.yaml", "--out", tmp_path / kind, *sets)
+        assert ran.code == 0, ran.err
+        assert (tmp_path / kind / "recording.nc").exists()
+
+
+@pytest.mark.slow
+def test_ctrl_c_in_space_leaves_nothing_half_done(tmp_path):
+    command = [*LISTENING, *SPATIAL, "--count", "8", "--out", str(tmp_path / "out")]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        while not (tmp_path / "out").is_dir():
+            assert process.poll() is None
+        time.sleep(1.0)
+        os.killpg(process.pid, signal.SIGINT)
+        printed, complaint = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "nothing is written until the last design" in printed
+    assert "Traceback" not in complaint
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--estimator", "contact"], "--estimator = 'contact': in space sensors are placed for gaussian"),
+        (["--contacts", "contacts.npz"], "--contacts = 'contacts.npz': are contacts in the plane"),
+        (["--scenarios", "turned_box_grasp,box_grasp"], "the fingers differ"),
+        (["--scenarios", "turned_box_grasp,tendon_grasp"], "tendon_grasp: left_finger.tendons"),
+    ],
+)
+def test_what_space_does_not_take_is_refused(tmp_path, arguments, says):
+    done = soft_gripper(*SPATIAL, "--count", 2, "--out", tmp_path / "out", *arguments)
+    assert done.code == 2
+    assert says in done.err
+    assert not (tmp_path / "out").exists()
