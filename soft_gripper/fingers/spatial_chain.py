@@ -48,14 +48,11 @@ class SpatialChain:
         return np.array([AXES[way] for way in self.ways])
 
     @cached_property
-    def across(self) -> Array:
-        """Matrices of the products  axis x  , (J, 3, 3)."""
-        return np.cross(self.axes[:, None], -np.eye(3))
-
-    @cached_property
-    def twice_across(self) -> Array:
-        """Their squares."""
-        return self.across @ self.across
+    def turned(self) -> tuple[Array, Array]:
+        """Turns of the joints, (J, 9), by cosine and sine of their angles, (J, 2, 9): the rest, and what these add."""
+        across = cross_matrices(self.axes)
+        twice = across @ across
+        return (np.eye(3) + twice).reshape(-1, 9), np.stack([-twice, across], axis=1).reshape(-1, 2, 9)
 
     @cached_property
     def turns(self) -> NDArray[np.bool_]:
@@ -101,38 +98,65 @@ class Posture(NamedTuple):
     origins: Array  # (..., J + 1, 3) m
     screws: Array  # (..., J, 6) of the joints: turning, and velocity of the point at B's origin
 
+    @property
+    def motions(self) -> Array:
+        """How joints move points: a point p is moved by the product with (p, 1), (..., J, 3, 4)."""
+        found = np.empty((*self.screws.shape[:-1], 3, 4))
+        found[..., :3] = cross_matrices(self.screws[..., :3])
+        found[..., 3] = self.screws[..., 3:]
+        return found
+
 
 def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
-    axes, turning = chain.axes, chain.turns.astype(float)
-    angle = (q * turning)[..., None, None]
-    turns = np.eye(3) + np.sin(angle) * chain.across + (1 - np.cos(angle)) * chain.twice_across
-    rotations = np.empty((*q.shape[:-1], len(axes) + 1, 3, 3))
-    rotations[..., 0, :, :] = np.eye(3)
-    rotations[..., 1:, :, :] = _one_after_the_other(turns, len(axes) // (chain.segments[-1] + 1))
-    before = rotations[..., :-1, :, :]
-    along = (before @ axes[:, :, None])[..., 0]
-    origins, slid = np.zeros((*q.shape[:-1], len(axes) + 1, 3)), (q * (1 - turning))[..., None] * along
-    links = chain.heights[:, None] * before[..., 2]
-    np.cumsum(links + slid, axis=-2, out=origins[..., 1:, :])
-    turn = turning[:, None] * along
-    moving = vector_product(origins[..., 1:, :] - slid, turn) + (1 - turning)[:, None] * along
-    return Posture(rotations, origins, np.concatenate([turn, moving], axis=-1))
+    joints, turning = len(chain.ways), chain.turns.astype(float)
+    slides = not chain.turns.all()
+    rest, by_angle = chain.turned
+    angles = np.exp(1j * (q * turning if slides else q))[..., None].view(float)[..., None, :]
+    turns = ((angles @ by_angle)[..., 0, :] + rest).reshape(*q.shape, 3, 3)
+    rotations = _products(turns, joints // (chain.segments[-1] + 1))
+    along = (rotations[..., :-1, :, :] @ chain.axes[:, :, None])[..., 0]
+    steps = chain.heights[:, None] * rotations[..., :-1, :, 2]
+    if slides:
+        steps += (q * (1 - turning))[..., None] * along
+    origins = np.zeros((*q.shape[:-1], joints + 1, 3))
+    np.cumsum(steps, axis=-2, out=origins[..., 1:, :])
+    screws = np.empty((*q.shape[:-1], joints, 6))
+    screws[..., :3] = along
+    # The point at B's origin turns about the joint. One that slides moves what lies beyond it, not its own axis.
+    screws[..., 3:] = (cross_matrices(origins[..., 1:, :]) @ along[..., None])[..., 0]
+    if slides:
+        screws[..., :3] *= turning[:, None]
+        screws[..., 3:] = np.where(chain.turns[:, None], screws[..., 3:], along)
+    return Posture(rotations, origins, screws)
 
 
-def _one_after_the_other(turns: Array, each: int) -> Array:
-    """Products of J turns up to each of them, (..., J, 3, 3); `each` is how many a segment has.
+def _products(turns: Array, each: int) -> Array:
+    """Products of J turns up to each of them, the identity first, (..., J + 1, 3, 3); a segment has `each` of them.
 
-    Those of all segments are multiplied at once first: then one product a segment is left to do in turn.
+    Those of a segment are multiplied first, then those of all segments: of 2, of 4 and so on up to each of them.
     """
     within = turns.reshape(*turns.shape[:-3], turns.shape[-3] // each, each, 3, 3)
     for j in range(1, each):
         within[..., j, :, :] = within[..., j - 1, :, :] @ within[..., j, :, :]
-    before, R = np.empty(within[..., 0, :, :].shape), np.eye(3)
-    for i in range(within.shape[-4]):
-        before[..., i, :, :] = R
-        R = R @ within[..., i, -1, :, :]
-    return np.asarray(before[..., None, :, :] @ within).reshape(turns.shape)
+    found = np.empty((*turns.shape[:-3], turns.shape[-3] + 1, 3, 3))
+    found[..., 0, :, :] = np.eye(3)
+    before = found[..., :-1:each, :, :]  # of all segments before
+    before[..., 1:, :, :] = within[..., :-1, -1, :, :]
+    step, segments = 1, before.shape[-3]
+    while step < segments:
+        before[..., step:, :, :] = before[..., :-step, :, :] @ before[..., step:, :, :]
+        step *= 2
+    found[..., 1:, :, :] = (before[..., None, :, :] @ within).reshape(turns.shape)
+    return found
+
+
+_CROSSES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
+
+
+def cross_matrices(a: Array) -> Array:
+    """Matrices of the products  a x  , (..., 3) -> (..., 3, 3)."""
+    return np.asarray(a @ _CROSSES).reshape(*a.shape, 3)
 
 
 def vector_product(a: Array, b: Array) -> Array:

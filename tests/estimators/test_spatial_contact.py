@@ -56,8 +56,8 @@ def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
     """By torques of dead loads at the joints, one after the other; so do friction and another place."""
     shape, finger = estimator(), finger_in_space()
     q, surface = 0.05 * bent(36), SurfaceCells.of(finger)
-    left = shape._unexplained(q, None, shape.layout.read(q), np.zeros(36), GRAVITY)
-    cells = shape._cells(left)
+    left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
+    cells = shape.contact.cells(left)
     (number,) = np.flatnonzero((surface.side == side) & (surface.place == 37) & ~surface.rough)
     assert surface.link[number] == LINK
     normal = np.array(normal) / np.linalg.norm(normal)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.gaussian import TIP_SHARE, GaussianShape, torque_covariance
+from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.mechanics import TIP_SHARE, SpatialMechanics, torque_covariance
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, SPATIAL_FUNCTIONS, spatial_function
 from soft_gripper.estimators.spatial_estimator import Places
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
@@ -65,9 +66,10 @@ def errors(finger, found, true):
 
 
 def test_the_prior_of_a_straight_finger_is_that_of_the_plane_in_both_planes(spatial):
-    estimator, N = SpatialGaussianShape(sensors(spatial)), spatial.segments
-    load = estimator._torques(posture(spatial_chain(spatial), np.zeros(3 * N)))
-    covariance, expected = load @ load.T, torque_covariance(spatial, Uncertainty().load_pressure)
+    mechanics, q = SpatialMechanics(sensors(spatial), Uncertainty()), np.zeros(3 * spatial.segments)
+    N, compliance = spatial.segments, mechanics.compliance(q)
+    covariance = mechanics.of_load(mechanics.posture(q), q) / np.outer(compliance, compliance)
+    expected = torque_covariance(spatial, Uncertainty().load_pressure)
     for way in (0, 1):
         block = covariance[way * N : (way + 1) * N, way * N : (way + 1) * N]
         np.testing.assert_allclose(block, expected, rtol=1e-12, atol=1e-20)
