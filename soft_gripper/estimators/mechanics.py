@@ -268,7 +268,7 @@ class SpatialMechanics(Mechanics):
             kept = values > _NEGLIGIBLE * self._points.forces.max() * self.layout.finger.length**2
             forces = np.zeros((3, len(stds), int(kept.sum())))
             forces[axis] = stds[:, None] * (L.T @ modes[:, kept]) / values[kept]
-            found.append(forces.reshape(-1, forces.shape[-1]))
+            found.append(forces.reshape(3 * len(stds), forces.shape[-1]))
             variances.append(values[kept])
         return np.concatenate(variances), np.concatenate(found, axis=-1)
 

@@ -177,14 +177,14 @@ class SpatialEstimator(ArrayBlock):
 
     def _put_out_contact(self) -> None:
         self.derive("contact", lambda shape: shape.contact, "shape")
-        self.derive("known", lambda posterior: posterior.known, "posterior")
+        self.derive("posterior of force", lambda posterior: posterior.known, "posterior")
         put_out_contact(self, lambda contact: contact.across, "contact")
         self.put_out("contact_force_vector", lambda contact: contact.force, "contact", unit="N", xyz=XYZ)
         self.put_out("contact_force_vector_std", lambda contact: contact.force_std, "contact", unit="N", xyz=XYZ)
         self.put_out("contact_force_world", _turned, "contact", "X_WB", unit="N", xyz=XYZ)
         self.put_out("contact_direction_std", lambda contact: contact.direction_std, "contact", unit="rad")
         self.put_out("contact_side", lambda contact: contact.side, "contact", unit="rad")
-        put_out_posterior(self, "known")
+        put_out_posterior(self, "posterior of force")
         self.put_out("contact_mode_sides", lambda posterior: posterior.mode_sides, "posterior", unit="rad", mode=MODES)
 
 
