@@ -206,8 +206,7 @@ class _Points(NamedTuple):
     """Points of the links: M places of forces, the last of them the tip, then the middles of the masses."""
 
     frames: NDArray[np.int_]  # (M + N + 1)
-    along: Array  # m, along z of the frames
-    across: Array  # m, along x of the frames
+    places: Array  # (p, 1) in these frames, (M + N + 1, 4, 1) m
     forces: Array  # (D, M) N^2, variances of the forces; 0 where a joint does not move the place
     masses: Array  # (D, N + 1) kg; 0 where a joint does not carry the link
 
@@ -225,8 +224,7 @@ class SpatialMechanics(Mechanics):
 
     def posture(self, q: Array) -> BentFinger:
         at, points = posture(self.chain, q[..., self.in_chain]), self._points
-        placed, R = np.ones((*q.shape[:-1], len(points.frames), 4)), at.rotations[..., points.frames, :, :]
-        placed[..., :3] = at.origins[..., points.frames, :] + points.along * R[..., 2] + points.across * R[..., 0]
+        placed = (at.frames[..., points.frames, :, :] @ points.places)[..., 0]
         return BentFinger(at, at.motions[..., self.from_chain, :, :], placed)
 
     def weight(self, at: BentFinger, gravity: Array) -> Array:
@@ -318,9 +316,13 @@ class SpatialMechanics(Mechanics):
         places = np.append((lengths[:, None] * (0.5 + _GAUSS)).ravel(), lengths[-1])
         frames = np.concatenate([np.repeat(self.links, 2), self.links[-1:], self.links])
         moved = frames > self.from_chain[:, None]
+        local = np.zeros((len(frames), 4, 1))
+        local[:, 2, 0], local[len(places) :, 0, 0], local[:, 3] = np.append(places, z), x, 1.0
         return _Points(
-            *(frames, np.append(places, z)[:, None], np.append(np.zeros(len(places)), x)[:, None]),
-            *(moved[:, : len(places)] * variances, moved[:, len(places) :] * finger.links.mass),
+            frames,
+            local,
+            moved[:, : len(places)] * variances,
+            moved[:, len(places) :] * finger.links.mass,
         )
 
 

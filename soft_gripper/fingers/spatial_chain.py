@@ -48,11 +48,19 @@ class SpatialChain:
         return np.array([AXES[way] for way in self.ways])
 
     @cached_property
-    def turned(self) -> tuple[Array, Array]:
-        """Turns of the joints, (J, 9), by cosine and sine of their angles, (J, 2, 9): the rest, and what these add."""
+    def moved(self) -> tuple[Array, Array]:
+        """From each frame to the next, (J, 16): at rest, and (J, 3, 16) what cos - 1, sin and position add to that.
+
+        A joint lies `heights` along the link before it; there the frame turns, or slides along the axis.
+        """
+        axes, turning = self.axes[..., None], self.turns[:, None, None]
         across = cross_matrices(self.axes)
-        twice = across @ across
-        return (np.eye(3) + twice).reshape(-1, 9), np.stack([-twice, across], axis=1).reshape(-1, 2, 9)
+        rest = np.zeros((len(self.ways), 4, 4)) + np.eye(4)
+        rest[:, 2, 3] = self.heights
+        changes = np.zeros((len(self.ways), 3, 4, 4))
+        changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -across @ across * turning, across * turning
+        changes[:, 2, :3, 3:] = axes * ~turning
+        return rest.reshape(-1, 16), changes.reshape(-1, 3, 16)
 
     @cached_property
     def turns(self) -> NDArray[np.bool_]:
@@ -94,60 +102,61 @@ def spatial_chain(finger: Finger) -> SpatialChain:
 class Posture(NamedTuple):
     """A bent chain in B; frame j is that beyond j joints, 0 is B."""
 
-    rotations: Array  # (..., J + 1, 3, 3)
-    origins: Array  # (..., J + 1, 3) m
-    screws: Array  # (..., J, 6) of the joints: turning, and velocity of the point at B's origin
+    frames: Array  # (..., J + 1, 4, 4), each a rotation and an origin, m
+    motions: Array  # of the joints, (..., J, 3, 4): a point p is moved by the product with (p, 1)
 
     @property
-    def motions(self) -> Array:
-        """How joints move points: a point p is moved by the product with (p, 1), (..., J, 3, 4)."""
-        found = np.empty((*self.screws.shape[:-1], 3, 4))
-        found[..., :3] = cross_matrices(self.screws[..., :3])
-        found[..., 3] = self.screws[..., 3:]
-        return found
+    def rotations(self) -> Array:
+        """(..., J + 1, 3, 3)."""
+        return self.frames[..., :3, :3]
+
+    @property
+    def origins(self) -> Array:
+        """(..., J + 1, 3) m."""
+        return self.frames[..., :3, 3]
+
+    @property
+    def screws(self) -> Array:
+        """Of the joints, (..., J, 6): turning, and velocity of the point at B's origin."""
+        turning = self.motions[..., [2, 0, 1], [1, 2, 0]]
+        return np.concatenate([turning, self.motions[..., 3]], axis=-1)
 
 
 def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
-    joints, turning = len(chain.ways), chain.turns.astype(float)
-    slides = not chain.turns.all()
-    rest, by_angle = chain.turned
-    angles = np.exp(1j * (q * turning if slides else q))[..., None].view(float)[..., None, :]
-    turns = ((angles @ by_angle)[..., 0, :] + rest).reshape(*q.shape, 3, 3)
-    rotations = _products(turns, joints // (chain.segments[-1] + 1))
-    along = (rotations[..., :-1, :, :] @ chain.axes[:, :, None])[..., 0]
-    steps = chain.heights[:, None] * rotations[..., :-1, :, 2]
-    if slides:
-        steps += (q * (1 - turning))[..., None] * along
-    origins = np.zeros((*q.shape[:-1], joints + 1, 3))
-    np.cumsum(steps, axis=-2, out=origins[..., 1:, :])
-    screws = np.empty((*q.shape[:-1], joints, 6))
-    screws[..., :3] = along
-    # The point at B's origin turns about the joint. One that slides moves what lies beyond it, not its own axis.
-    screws[..., 3:] = (cross_matrices(origins[..., 1:, :]) @ along[..., None])[..., 0]
-    if slides:
-        screws[..., :3] *= turning[:, None]
-        screws[..., 3:] = np.where(chain.turns[:, None], screws[..., 3:], along)
-    return Posture(rotations, origins, screws)
+    joints, (rest, changes) = len(chain.ways), chain.moved
+    by_joint = np.empty((*q.shape, 1, 3))
+    by_joint[..., 0, 0], by_joint[..., 0, 1], by_joint[..., 0, 2] = np.cos(q) - 1, np.sin(q), q
+    steps = ((by_joint @ changes)[..., 0, :] + rest).reshape(*q.shape, 4, 4)
+    frames = _products(steps, joints // (chain.segments[-1] + 1))
+    beyond = frames[..., 1:, :, :]
+    axes = (beyond[..., :3, :3] @ chain.axes[:, :, None])[..., 0]
+    from_origin = np.empty((*q.shape, 3, 4))
+    from_origin[..., :3], from_origin[..., 3] = np.eye(3), -beyond[..., :3, 3]
+    motions = cross_matrices(axes) @ from_origin
+    if not chain.turns.all():
+        motions[..., :3] *= chain.turns[:, None, None]
+        motions[..., 3][..., ~chain.turns, :] = axes[..., ~chain.turns, :]
+    return Posture(frames, motions)
 
 
-def _products(turns: Array, each: int) -> Array:
-    """Products of J turns up to each of them, the identity first, (..., J + 1, 3, 3); a segment has `each` of them.
+def _products(steps: Array, each: int) -> Array:
+    """Products of J matrices up to each of them, the identity first, (..., J + 1, 4, 4); a segment has `each` of them.
 
     Those of a segment are multiplied first, then those of all segments: of 2, of 4 and so on up to each of them.
     """
-    within = turns.reshape(*turns.shape[:-3], turns.shape[-3] // each, each, 3, 3)
+    within = steps.reshape(*steps.shape[:-3], steps.shape[-3] // each, each, 4, 4)
     for j in range(1, each):
         within[..., j, :, :] = within[..., j - 1, :, :] @ within[..., j, :, :]
-    found = np.empty((*turns.shape[:-3], turns.shape[-3] + 1, 3, 3))
-    found[..., 0, :, :] = np.eye(3)
+    found = np.empty((*steps.shape[:-3], steps.shape[-3] + 1, 4, 4))
+    found[..., 0, :, :] = np.eye(4)
     before = found[..., :-1:each, :, :]  # of all segments before
     before[..., 1:, :, :] = within[..., :-1, -1, :, :]
     step, segments = 1, before.shape[-3]
     while step < segments:
         before[..., step:, :, :] = before[..., :-step, :, :] @ before[..., step:, :, :]
         step *= 2
-    found[..., 1:, :, :] = (before[..., None, :, :] @ within).reshape(turns.shape)
+    found[..., 1:, :, :] = (before[..., None, :, :] @ within).reshape(steps.shape)
     return found
 
 

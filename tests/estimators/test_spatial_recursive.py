@@ -73,7 +73,7 @@ def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(spatial,
     patterns = mechanics._strongest[1].reshape(3, -1, 10)  # forces along x, y and z of the links
     count = patterns.shape[1]
     frames, places = points.frames[:count], np.zeros((count, 3))
-    places[:, 2] = points.along[:count, 0]
+    places[:] = points.places[:count, :3, 0]
     for mode in range(10):
         forces = (at.chain.rotations[frames] @ patterns[:, :, mode].T[..., None])[..., 0]
         expected = torques(at.chain, Loads(frames, places, forces, np.zeros_like(forces)))[mechanics.from_chain]
