@@ -1,8 +1,9 @@
 """The most probable shape in space and its uncertainty: the estimator `gaussian` of a finger that leaves its plane.
 
 As in the plane (`gaussian`), the joints are Gaussian about those of the free finger; `mechanics` has the covariance.
-Prior, weight and readings  y = h(q) + noise  are linearized where the pass before has left the joints, the first one
-at the free finger: iterated extended Kalman update (Bell and Cathey 1993, doi 10.1109/9.250476).
+Prior and weight are those of a finger that is bent as a first guess says, for which everything is linearized about the
+straight one. The readings  y = h(q) + noise  are linearized there, and once more where this leaves the joints: iterated
+extended Kalman update (Bell and Cathey 1993, doi 10.1109/9.250476).
 
 Leading axes are free; D joints, way after way (`MeasurementModel.ways`); R readings.
 """
@@ -18,6 +19,7 @@ from soft_gripper.estimators.gaussian import condition
 from soft_gripper.estimators.mechanics import SpatialMechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
+from soft_gripper.sensors.observability import shared_equally, weak_prior
 
 _PASSES = 2
 
@@ -38,15 +40,34 @@ class SpatialGaussianShape:
             gravity: in B, (..., 3) m/s^2.
         """
         mechanics, (measured, variance) = self.mechanics, self.measured(readings)
-        q = mechanics.free(driving)
+        q = self.guess(measured, variance, driving, gravity)
+        at = mechanics.posture(q)
+        free, prior = mechanics.free(driving + mechanics.weight(at, gravity)), mechanics.prior(at, q, driving)
         for _ in range(_PASSES):
-            at = mechanics.posture(q)
-            free = mechanics.free(driving + mechanics.weight(at, gravity))
             predicted, H = self.layout.linearized(q)
-            gain, covariance = condition(H, mechanics.prior(at, q, driving), variance)
+            gain, covariance = condition(H, prior, variance)
             left = measured - predicted - (H @ (free - q)[..., None])[..., 0]
             q = free + (gain @ left[..., None])[..., 0]
         return SpatialShape(q, covariance)
+
+    def guess(self, measured: Array, variance: Array, driving: Array, gravity: Array) -> Array:
+        """Joint positions if readings, prior and weight were those of the straight finger, (..., D)."""
+        weight, gain, straight = self._straight
+        free = self.mechanics.free(driving + gravity @ weight)
+        left = np.where(variance < UNKNOWN, measured - free @ straight.T, 0.0)
+        return free + left @ gain.T
+
+    @cached_property
+    def _straight(self) -> tuple[Array, Array, Array]:
+        """Of the straight finger: the torques of unit gravity, (3, D), gain, (D, R), and slopes of the readings, (R, D).
+
+        Sections may bend and twist by as much as `weak_prior` says, in addition to what a load does to a straight one.
+        """
+        mechanics, layout, q = self.mechanics, self.layout, self.layout.straight
+        at, shared = mechanics.posture(q), shared_equally(layout) * weak_prior(layout)
+        prior = mechanics.prior(at, q, np.zeros_like(q)) + shared @ shared.T
+        noise = np.full(layout.readings, self.uncertainty.any_reading**2)
+        return mechanics.weight(at, np.eye(3)), condition(layout.jacobian, prior, noise)[0], layout.jacobian
 
     def measured(self, readings: Array) -> tuple[Array, Array]:
         """The measured quantity, 0 where nothing is read, and its variance, (..., R) each."""
