@@ -65,7 +65,7 @@ from scipy.special import chdtri
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.force_posterior import Cells, ContactPosterior, posterior
-from soft_gripper.estimators.gaussian import GaussianShape, condition
+from soft_gripper.estimators.gaussian import GaussianShape, gain_of
 from soft_gripper.estimators.mechanics import PlanarMechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
@@ -368,7 +368,7 @@ class ContactShape:
         for _ in range(1 if finger.elastic_law is None else _PASSES):
             fit = explain(layout, self.uncertainty, q, self._unexplained(q, z, variance, driving, known))
             q = finger.angle(known + fit.torque)
-        gain, _ = condition(layout.matrix, self._mechanics.prior(gaussian.q, gaussian.q, driving), variance)
+        gain, _ = gain_of(layout.matrix, self._mechanics.prior(gaussian.q, gaussian.q, driving), variance)
         q = q + (gain @ (z - q @ layout.matrix.T)[..., None])[..., 0]
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
 

@@ -65,7 +65,12 @@ def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Arra
         covariance: P, of the joint angles before, (..., N, N).
         variance: of the noise, (..., S).
     """
+    gain, seen = gain_of(A, covariance, variance)
+    return gain, covariance - gain @ seen
+
+
+def gain_of(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
+    """The gain as of `condition`, and A P, (..., S, N)."""
     seen = A @ covariance
     read = seen @ np.swapaxes(A, -1, -2) + variance[..., None] * np.eye(A.shape[-2])
-    gain = np.swapaxes(np.linalg.solve(read, seen), -1, -2)
-    return gain, covariance - gain @ seen
+    return np.swapaxes(np.linalg.solve(read, seen), -1, -2), seen

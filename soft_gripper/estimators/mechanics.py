@@ -207,7 +207,8 @@ class _Points(NamedTuple):
 
     frames: NDArray[np.int_]  # (M + N + 1)
     places: Array  # (p, 1) in these frames, (M + N + 1, 4, 1) m
-    forces: Array  # (D, M) N^2, variances of the forces; 0 where a joint does not move the place
+    beyond: Array  # (N, M) N^2, variances of the forces; 0 where the joints of a segment do not move the place
+    moved: NDArray[np.bool_]  # (D, M) whether a joint moves the place
     masses: Array  # (D, N + 1) kg; 0 where a joint does not carry the link
 
 
@@ -215,7 +216,7 @@ class BentFinger(NamedTuple):
     """Where the chain of a finger lies, and how its joints, way after way, move it."""
 
     chain: Posture
-    motions: Array  # B, (..., D, 3, 4)
+    motions: Array  # B, (..., D, 12), each 3 x 4
     points: Array  # (p, 1) of `_Points`, (..., M + N + 1, 4)
 
 
@@ -225,18 +226,25 @@ class SpatialMechanics(Mechanics):
     def posture(self, q: Array) -> BentFinger:
         at, points = posture(self.chain, q[..., self.in_chain]), self._points
         placed = (at.frames[..., points.frames, :, :] @ points.places)[..., 0]
-        return BentFinger(at, at.motions[..., self.from_chain, :, :], placed)
+        return BentFinger(at, self._by_way(at.motions), placed)
+
+    def _by_way(self, by_joint: Array) -> Array:
+        """Matrices of the joints of the chain, (..., J, 3, 4), way after way and flat, (..., D, 12)."""
+        return by_joint.reshape(*by_joint.shape[:-2], 12)[..., self.from_chain, :]
 
     def weight(self, at: BentFinger, gravity: Array) -> Array:
         carried = self._points.masses @ at.points[..., self._places :, :]  # (..., D, 4)
-        return np.asarray((at.motions @ carried[..., None])[..., 0] @ gravity[..., None])[..., 0]
+        pulled = gravity[..., None, :, None] * carried[..., None, :]
+        return np.asarray((at.motions * pulled.reshape(*pulled.shape[:-2], 12)).sum(axis=-1))
 
     def of_load(self, at: BentFinger, q: Array) -> Array:
-        placed, motions = at.points[..., : self._places, :], self.compliance(q)[..., None, None] * at.motions
+        placed, motions, N = at.points[..., : self._places, :], at.chain.motions, self.layout.finger.segments
         products = (placed[..., :, None] * placed[..., None, :]).reshape(*placed.shape[:-1], 16)
-        beyond = (self._points.forces @ products).reshape(*motions.shape[:-2], 4, 4)
-        flat = (*motions.shape[:-2], 12)
-        by_inner = motions.reshape(flat) @ np.swapaxes((motions @ beyond).reshape(flat), -1, -2)
+        beyond = (self._points.beyond @ products).reshape(*products.shape[:-2], N, 4, 4)
+        of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
+        with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
+        compliance = self.compliance(q)[..., None]
+        by_inner = (compliance * at.motions) @ np.swapaxes(compliance * with_all_beyond, -1, -2)
         return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
 
     def load_modes(self, at: BentFinger) -> Array:
@@ -259,11 +267,11 @@ class SpatialMechanics(Mechanics):
         w^1/2 L^T V / values  have the torques  L L^T V / values = V .
         """
         straight = self._unit_torques(self.posture(self.layout.straight))
-        stds, found, variances = np.sqrt(self._points.forces.max(axis=0)), [], []
+        stds, found, variances = np.sqrt(self._points.beyond.max(axis=0)), [], []
         for axis in range(3):
             L = straight[..., axis, :] * stds
             values, modes = _strongest(L @ L.T)
-            kept = values > _NEGLIGIBLE * self._points.forces.max() * self.layout.finger.length**2
+            kept = values > _NEGLIGIBLE * self._points.beyond.max() * self.layout.finger.length**2
             forces = np.zeros((3, len(stds), int(kept.sum())))
             forces[axis] = stds[:, None] * (L.T @ modes[:, kept]) / values[kept]
             found.append(forces.reshape(3 * len(stds), forces.shape[-1]))
@@ -275,9 +283,9 @@ class SpatialMechanics(Mechanics):
         frames, placed = self._points.frames[: self._places], at.points[..., : self._places, :]
         axes = np.moveaxis(at.chain.rotations[..., frames, :, :], -1, -3)  # (..., 3, M', 3)
         forces = (axes[..., None] * placed[..., None, :, None, :]).reshape(*axes.shape[:-3], 3 * self._places, 12)
-        torques = at.motions.reshape(*at.motions.shape[:-2], 12) @ np.swapaxes(forces, -1, -2)
-        moved = self._points.forces > 0
-        return np.asarray(torques.reshape(*torques.shape[:-1], 3, self._places) * moved[:, None, :])
+        torques = at.motions @ np.swapaxes(forces, -1, -2)
+        moved = self._points.moved[:, None, :]
+        return np.asarray(torques.reshape(*torques.shape[:-1], 3, self._places) * moved)
 
     @cached_property
     def chain(self) -> SpatialChain:
@@ -304,7 +312,7 @@ class SpatialMechanics(Mechanics):
 
     @property
     def _places(self) -> int:
-        return self._points.forces.shape[-1]
+        return self._points.beyond.shape[-1]
 
     @cached_property
     def _points(self) -> _Points:
@@ -321,7 +329,8 @@ class SpatialMechanics(Mechanics):
         return _Points(
             frames,
             local,
-            moved[:, : len(places)] * variances,
+            (frames[: len(places)] > self.links[:-1, None]) * variances,
+            moved[:, : len(places)],
             moved[:, len(places) :] * finger.links.mass,
         )
 

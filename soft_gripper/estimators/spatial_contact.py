@@ -42,7 +42,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.contact import CONE
 from soft_gripper.estimators.estimate import ContactForce, SpatialContact, SpatialShape
 from soft_gripper.estimators.force_posterior import Cells, ContactPosterior, FittedCells, fitted, in_cells, modes
-from soft_gripper.estimators.gaussian import condition
+from soft_gripper.estimators.gaussian import gain_of
 from soft_gripper.estimators.mechanics import BentFinger, SpatialMechanics, outer
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -358,7 +358,7 @@ class SpatialContactShape:
         mechanics, (_, variance) = self._gaussian.mechanics, self._gaussian.measured(readings)
         loaded = mechanics.compliance(left.q) * torque
         remaining = left.residual - (left.slopes @ loaded[..., None])[..., 0]
-        gain, _ = condition(left.slopes, mechanics.prior(left.at, left.q, driving), variance)
+        gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving), variance)
         return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
 
     def _unexplained(self, q: Array, readings: Array, driving: Array, gravity: Array) -> tuple[Unexplained, Array]:
@@ -480,6 +480,8 @@ def in_parts(function: Any, sample: Array, *others: Array) -> Any:
 
 
 def _put_together(parts: list[Any], shape: tuple[int, ...]) -> Any:
+    if parts[0] is None:
+        return None
     if isinstance(parts[0], np.ndarray):
         joined = np.concatenate(parts)
         return joined.reshape((*shape, *joined.shape[1:]))

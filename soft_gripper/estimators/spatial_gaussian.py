@@ -15,7 +15,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import SpatialShape
-from soft_gripper.estimators.gaussian import condition
+from soft_gripper.estimators.gaussian import gain_of
 from soft_gripper.estimators.mechanics import SpatialMechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
@@ -45,10 +45,10 @@ class SpatialGaussianShape:
         free, prior = mechanics.free(driving + mechanics.weight(at, gravity)), mechanics.prior(at, q, driving)
         for _ in range(_PASSES):
             predicted, H = self.layout.linearized(q)
-            gain, covariance = condition(H, prior, variance)
+            gain, seen = gain_of(H, prior, variance)
             left = measured - predicted - (H @ (free - q)[..., None])[..., 0]
             q = free + (gain @ left[..., None])[..., 0]
-        return SpatialShape(q, covariance)
+        return SpatialShape(q, prior - gain @ seen)
 
     def guess(self, measured: Array, variance: Array, driving: Array, gravity: Array) -> Array:
         """Joint positions if readings, prior and weight were those of the straight finger, (..., D)."""
@@ -67,7 +67,7 @@ class SpatialGaussianShape:
         at, shared = mechanics.posture(q), shared_equally(layout) * weak_prior(layout)
         prior = mechanics.prior(at, q, np.zeros_like(q)) + shared @ shared.T
         noise = np.full(layout.readings, self.uncertainty.any_reading**2)
-        return mechanics.weight(at, np.eye(3)), condition(layout.jacobian, prior, noise)[0], layout.jacobian
+        return mechanics.weight(at, np.eye(3)), gain_of(layout.jacobian, prior, noise)[0], layout.jacobian
 
     def measured(self, readings: Array) -> tuple[Array, Array]:
         """The measured quantity, 0 where nothing is read, and its variance, (..., R) each."""

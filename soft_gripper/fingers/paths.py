@@ -173,11 +173,10 @@ def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple
         levers: those of `paths.levers` for W ways, (3, P, W, N).
         q: joint positions, (..., W, N).
     """
-    strains = (q / paths.segment_length)[..., None, None, :, :]
-    changes = paths.at_rest + (levers * strains).sum(axis=-2)
+    changes = paths.at_rest + np.einsum("apwn,...wn->...apn", levers, q / paths.segment_length)
     stretched = _size(changes)
     along = changes * (paths.share / stretched)[..., None, :, :]
-    return paths.covered * stretched, (levers * along[..., None, :]).sum(axis=-4)
+    return paths.covered * stretched, np.einsum("apwn,...apn->...pwn", levers, along)
 
 
 def _size(changes: Array) -> Array:
