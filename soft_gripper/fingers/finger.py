@@ -186,13 +186,18 @@ class Finger:
 
         At a step it is the one beyond.
         """
-        along, places = np.asarray(s) / self.length, np.array(self.places)
+        along, (places, given) = np.asarray(s) / self.length, self._given
         piece = np.clip(np.searchsorted(places, along + _ON_STEP) - 1, 0, len(places) - 2)
-        share = (along - places[piece]) / np.diff(places)[piece]
+        share = (along - places[piece]) / (places[piece + 1] - places[piece])
+        numbers = {name: each[piece] + (each[piece + 1] - each[piece]) * share for name, each in given.items()}
+        return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
+
+    @cached_property
+    def _given(self) -> tuple[Array, dict[str, Array]]:
+        """Where the cross-sections are, as shares of the length, and their parameters there."""
         names = [part.name for part in fields(CrossSection)]
         given = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}
-        numbers = {name: each[piece] + np.diff(each)[piece] * share for name, each in given.items()}
-        return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
+        return np.array(self.places), given
 
     def _holes(self, s: Array | float) -> tuple[Hole, ...]:
         """The chambers at arc lengths `s`, m."""

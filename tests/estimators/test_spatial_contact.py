@@ -174,7 +174,7 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     contacts = contacts_in_space(6, 0.2, seed)
     sample = contacts.at(np.array([int(np.argmax(contacts.arc_length))]))
     given, largest = read(found, sample, 1e-3), found.uncertainty.largest_force
-    fit = found._explained(*given)[1]
+    fit = found._explained(found._gaussian(*given).q, *given)[2]
     r, c, spreads, prior = fit.r[0], fit.cells.response[0], fit.cells.spreads[0], fit.cells.prior
     forces = largest * np.logspace(-3, 0, 301)
     inside, density = spreads.swapaxes(-1, -2) @ spreads, np.empty(len(forces))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.gaussian import GaussianShape, gain_of
 from soft_gripper.estimators.mechanics import TIP_SHARE, SpatialMechanics, torque_covariance
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, SPATIAL_FUNCTIONS, spatial_function
 from soft_gripper.estimators.spatial_estimator import Places
@@ -116,15 +116,15 @@ def test_mean_and_covariance_are_those_of_dense_conditioning(spatial):
     found = estimator(readings, driving, GRAVITY)
     chain, N = spatial_chain(spatial), spatial.segments
     order, compliance = chain.places(WAYS), 1 / np.concatenate([spatial.stiffnesses[way] for way in WAYS])
-    q = compliance * driving
+    q = estimator.guess(*estimator.measured(readings), driving, GRAVITY)
+    at = posture(chain, q[order])
+    weight = torques(at, weights(spatial, chain, GRAVITY))[np.argsort(order)]
+    free, gain = compliance * (driving + weight), np.append(spatial.pressure_gain, np.zeros(2 * N))
+    prior = compliance[:, None] * dense_covariance(spatial, at, assumed.load_pressure) * compliance
+    for known in (0.05 * compliance * driving, 300.0 * compliance * gain):
+        prior += np.outer(known, known)
+    prior += assumed.angle**2 * np.eye(3 * N)
     for _ in range(2):
-        at = posture(chain, q[order])
-        weight = torques(at, weights(spatial, chain, GRAVITY))[np.argsort(order)]
-        free, gain = compliance * (driving + weight), np.append(spatial.pressure_gain, np.zeros(2 * N))
-        prior = compliance[:, None] * dense_covariance(spatial, at, assumed.load_pressure) * compliance
-        for known in (0.05 * compliance * driving, 300.0 * compliance * gain):
-            prior += np.outer(known, known)
-        prior += assumed.angle**2 * np.eye(3 * N)
         step = 1e-6 * np.eye(3 * N)
         H = np.stack([(layout.predict(q + dq) - layout.predict(q - dq)) / 2e-6 for dq in step], axis=-1)
         precision = np.linalg.inv(prior) + H.T @ H / 1e-6
@@ -133,6 +133,25 @@ def test_mean_and_covariance_are_those_of_dense_conditioning(spatial):
     np.testing.assert_allclose(found.q, q, atol=2e-5 * np.abs(q).max())
     expected = np.linalg.inv(precision)
     np.testing.assert_allclose(found.covariance, expected, atol=5e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["four_faces", "outer_pair_and_diagonals"])
+@pytest.mark.parametrize(("pressure", "force"), FORCES)
+def test_the_first_guess_is_near_enough_for_the_prior_to_be_linearized_there(spatial, name, pressure, force):
+    """Ideal readings: the estimate is as near that of prior, weight and readings linearized about it as errors are."""
+    layout, driving = sensors(spatial, name), known_drive(spatial, pressure)
+    estimator, mechanics = SpatialGaussianShape(layout), SpatialGaussianShape(layout).mechanics
+    readings = layout.read(in_balance(spatial, pressure, force))
+    found, (measured, variance) = estimator(readings, driving, GRAVITY).q, estimator.measured(readings)
+    q = found
+    for _ in range(8):
+        at, (predicted, H) = mechanics.posture(q), layout.linearized(q)
+        free = mechanics.free(driving + mechanics.weight(at, GRAVITY))
+        gain, _ = gain_of(H, mechanics.prior(at, q, driving), variance)
+        q = free + gain @ (measured - predicted - H @ (free - q))
+    tip, twist = errors(spatial, found, q)
+    assert tip < 0.5
+    assert twist < 0.5
 
 
 def pushed_sideways(finger, name, sections=2):
