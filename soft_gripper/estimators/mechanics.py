@@ -203,12 +203,12 @@ class PlanarMechanics(Mechanics):
 
 
 class _Points(NamedTuple):
-    """Points of the links: M places of forces, the last of them the tip, then the middles of the masses."""
+    """Points of the links: K places of forces, the last of them the tip, then the middles of the masses."""
 
-    frames: NDArray[np.int_]  # (M + N + 1)
-    places: Array  # (p, 1) in these frames, (M + N + 1, 4, 1) m
-    beyond: Array  # (N, M) N^2, variances of the forces; 0 where the joints of a segment do not move the place
-    moved: NDArray[np.bool_]  # (D, M) whether a joint moves the place
+    frames: NDArray[np.int_]  # (K + N + 1)
+    places: Array  # (p, 1) in these frames, (K + N + 1, 4, 1) m
+    beyond: Array  # (N, K) N^2, variances of the forces; 0 where the joints of a segment do not move the place
+    moved: NDArray[np.bool_]  # (D, K) whether a joint moves the place
     masses: Array  # (D, N + 1) kg; 0 where a joint does not carry the link
 
 
@@ -217,7 +217,7 @@ class BentFinger(NamedTuple):
 
     chain: Posture
     motions: Array  # B, (..., D, 12), each 3 x 4
-    points: Array  # (p, 1) of `_Points`, (..., M + N + 1, 4)
+    points: Array  # (p, 1) of `_Points`, (..., K + N + 1, 4)
 
 
 class SpatialMechanics(Mechanics):
@@ -244,6 +244,7 @@ class SpatialMechanics(Mechanics):
         of_segments = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
         with_all_beyond = self._by_way((of_segments @ beyond).reshape(motions.shape))
         compliance = self.compliance(q)[..., None]
+        # Right where the joint of the row is the inner one; the other half is its mirror image.
         by_inner = (compliance * at.motions) @ np.swapaxes(compliance * with_all_beyond, -1, -2)
         return np.asarray(np.where(self._is_inner, by_inner, np.swapaxes(by_inner, -1, -2)))
 
@@ -261,7 +262,7 @@ class SpatialMechanics(Mechanics):
 
     @cached_property
     def _strongest(self) -> tuple[Array, Array]:
-        """Variances of the modes, and the forces of each along x, y and z of the links at all places, (3 M', M) N.
+        """Variances of the modes, and the forces of each along x, y and z of the links at all places, (3 K, M) N.
 
         With L = T_d w^1/2 the torques of forces along one of the axes, of one standard deviation each, the forces
         w^1/2 L^T V / values  have the torques  L L^T V / values = V .
@@ -279,9 +280,9 @@ class SpatialMechanics(Mechanics):
         return np.concatenate(variances), np.concatenate(found, axis=-1)
 
     def _unit_torques(self, at: BentFinger) -> Array:
-        """At the joints, of forces of 1 N along x, y and z of the links at all places, (..., D, 3, M')."""
+        """At the joints, of forces of 1 N along x, y and z of the links at all places, (..., D, 3, K)."""
         frames, placed = self._points.frames[: self._places], at.points[..., : self._places, :]
-        axes = np.moveaxis(at.chain.rotations[..., frames, :, :], -1, -3)  # (..., 3, M', 3)
+        axes = np.moveaxis(at.chain.rotations[..., frames, :, :], -1, -3)  # (..., 3, K, 3)
         forces = (axes[..., None] * placed[..., None, :, None, :]).reshape(*axes.shape[:-3], 3 * self._places, 12)
         torques = at.motions @ np.swapaxes(forces, -1, -2)
         moved = self._points.moved[:, None, :]

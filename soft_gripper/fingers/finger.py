@@ -193,7 +193,7 @@ class Finger:
         return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
 
     @cached_property
-    def _given(self) -> tuple[Array, dict[str, Array]]:
+    def _given(self) -> tuple[Array, dict[str, Any]]:
         """Where the cross-sections are, as shares of the length, and their parameters there."""
         names = [part.name for part in fields(CrossSection)]
         given = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}

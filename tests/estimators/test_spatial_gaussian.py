@@ -78,7 +78,7 @@ def test_the_prior_of_a_straight_finger_is_that_of_the_plane_in_both_planes(spat
 
 @pytest.mark.parametrize(("share", "difference"), [(1.0, 5e-3), (0.25, 1.5e-3)])
 def test_a_finger_that_stays_in_its_plane_is_estimated_as_by_the_planar_one(shipped_finger, bent, share, difference):
-    """Up to the prior, which here is that of the bent finger, and there that of the straight one: less the less it is bent."""
+    """Up to the prior, here that of the bent finger, there that of the straight one: less the less it is bent."""
     layout = PathSensors(shipped_finger, 2, paths=(SensorPath("outer", (-8.5e-3,), (0.0,)),))
     q = share * (0.01 * np.abs(bent(12)) + 0.02)
     readings, driving = layout.read(q), shipped_finger.pressure_torque(share * 30e3)
