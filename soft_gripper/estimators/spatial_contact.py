@@ -271,9 +271,8 @@ class SurfaceContact:
         across = (x * vectors).sum(axis=-1, keepdims=True)
         of_across = x[..., None, :] @ of_vectors @ x[..., None]
         extent = surface.extent[cells]
-        place = np.clip(surface.arc_length[cells] + extent * z[..., 2], 0, self.mechanics.layout.finger.length)[
-            ..., None
-        ]
+        place = surface.arc_length[cells] + extent * z[..., 2]
+        place = np.clip(place, 0, self.mechanics.layout.finger.length)[..., None]
         of_place = (extent**2 * of_z[..., 2, 2])[..., None, None]
         of_vector = misfit[..., None, None] * _about_best(weights, vectors, of_vectors)
         across_std = _std(misfit[..., None, None] * _about_best(weights, across, of_across))[..., 0]
