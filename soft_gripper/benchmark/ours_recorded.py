@@ -317,18 +317,30 @@ def trunk_load(task: Task, train: Sequence[Recorded]) -> Predict:
         for recorded, mass in zip(train, masses, strict=True)
     ]
     model, base = body.fitted(("density", *_TENDONS), states)
-    low, high = min(masses), max(masses)
+    middle, half = (max(masses) + min(masses)) / 2, (max(masses) - min(masses)) / 2
 
     def mean(inputs: Array) -> Array:
         disks = inputs[::_WEIGHED, :_DISKS] - np.tile(base, _DISKS // 3)
         seen = body.states(inputs[::_WEIGHED, _DISKS:], disks)
-        light, heavy = (_markers(model, replace(seen, load=mass)) for mass in (low, high))
-        slope = (heavy - light) / (high - low)
-        error = seen.markers - (light + heavy) / 2
-        found = (low + high) / 2 + _last(slope * error) / _last(slope**2)
+        light, even, heavy = (_markers(model, replace(seen, load=middle + u * half)) for u in (-1, 0, 1))
+        found = middle + half * _agreeing(seen.markers - even, (heavy - light) / 2, (heavy + light) / 2 - even)
         return 1e3 * np.repeat(np.maximum(found, 0.0), _WEIGHED)[: len(inputs), None]
 
     return _with_training_errors(mean, train)
+
+
+_STEPS = 4  # of Gauss and Newton
+
+
+def _agreeing(error: Array, slope: Array, curving: Array) -> Array:
+    """The u with which  error = slope u + curving u^2  holds best in the window before every row, (T, ...) -> (T,)."""
+    bb, bc, cc = _last(slope**2), _last(slope * curving), _last(curving**2)
+    be, ce = _last(slope * error), _last(curving * error)
+    u: Array = np.zeros(len(error))
+    for _ in range(_STEPS):
+        descent = be + u * (2 * ce - bb) - 3 * bc * u**2 - 2 * cc * u**3
+        u = u + descent / (bb + 4 * bc * u + 4 * cc * u**2)
+    return u
 
 
 _DISKS = 9  # coordinates
