@@ -1,4 +1,4 @@
-"""Our estimators and identified models on recordings of hardware, fitted to the training set and to nothing else.
+"""Our estimators and models on recordings of hardware, fitted to the training set and to nothing else.
 
 The bands of a fitted model are those of its errors in the training set.
 """
@@ -47,6 +47,11 @@ def _paths(train: Sequence[Recorded]) -> list[Path]:
     return [recorded.path for recorded in train if recorded.path is not None]
 
 
+def _period(task: Task) -> float:
+    assert task.period is not None
+    return task.period
+
+
 def _with_training_errors(mean: Callable[[Array], Array], train: Sequence[Recorded]) -> Predict:
     """Standard deviations of a model: its errors in the training set, root mean square of every output."""
     errors = np.vstack([mean(recorded.inputs) - recorded.outputs for recorded in train])
@@ -71,13 +76,11 @@ def arm_tip(name: str) -> Estimator:
         gravity = recordings[0].gravity
         assert gravity is not None
         arm = fit_arm([arm_recording(recording) for recording in recordings], _finger(_ARM), gravity).arm
-        period = task.period
-        assert period is not None
 
         def mean(inputs: Array) -> Array:
             wires, pressures = _arm_readings(description, np.vstack([inputs, inputs[-1:]]))
             unseen = np.full((len(wires), 2, 2), np.nan)
-            replay = ReplayInputs(period, wires, pressures, ("middle", "tip"), unseen)
+            replay = ReplayInputs(_period(task), wires, pressures, ("middle", "tip"), unseen)
             signals = estimate_recording(arm, replay, {name: (name, 2)}, {})
             tip: Array = signals[f"{name}.body_positions"].values[1:, -1]  # a log still shows the sample before
             return tip * [1, -1]  # the arm hangs
@@ -126,11 +129,10 @@ def beam_tip(name: str) -> Estimator:
     def estimator(task: Task, train: Sequence[Recorded]) -> Predict:
         chamber = {"chamber_width": _SMALL, "chamber_thickness": _SMALL, "chamber_center": -_SMALL}
         finger = _finger(_BEAM).with_sections(lambda part: replace(part, **chamber))
-        sensors, place, period = SensorLayout(finger, 1), _marker_place(train, _BEAM, finger), task.period
-        assert period is not None
+        sensors, place = SensorLayout(finger, 1), _marker_place(train, _BEAM, finger)
         noise = _TURN_NOISE * float(np.abs(sensors.offsets).max()) / finger.length
         load = _USUAL_LOAD / float(finger.pressure_gain.max())
-        function = estimator_function(name, sensors, Uncertainty(reading=noise, load_pressure=load), period)
+        function = estimator_function(name, sensors, Uncertainty(reading=noise, load_pressure=load), _period(task))
 
         def predict(inputs: Array) -> Array | tuple[Array, Array]:
             readings = sensors.response.reading(extension_ratios(sensors, sensors.shared_equally(inputs)))
@@ -146,6 +148,7 @@ def beam_tip(name: str) -> Estimator:
     return estimator
 
 
+_SAG = 1  # column of the inputs: displacement of the tip across the beam
 _HEAVIEST, _MASSES = 0.25, 26  # kg on a beam at most, and how many are computed
 
 
@@ -161,19 +164,12 @@ def beam_load(task: Task, train: Sequence[Recorded]) -> Predict:
         loaded = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *hung)) for mass in masses[1:])]
         return np.array([_moved(each, place, resting_angles(each, 0.0, _DOWN))[0] for each in loaded])
 
-    sag, mass = (np.array([values.mean() for values in of]) for of in _sags_and_masses(train))
+    sag = np.array([recorded.inputs[:, _SAG].mean() for recorded in train])
+    mass = np.array([1e-3 * recorded.outputs.mean() for recorded in train])
     start = np.log(nominal.base.youngs_modulus)
     fitted = least_squares(lambda x: np.interp(mass, masses, sags(np.exp(x[0]))) - sag, [start]).x
     known = sags(float(np.exp(fitted[0])))
     return _with_training_errors(lambda inputs: 1e3 * np.interp(inputs[:, [_SAG]], known, masses), train)
-
-
-_SAG = 1  # column of the displacement across the beam
-
-
-def _sags_and_masses(train: Sequence[Recorded]) -> tuple[list[Array], list[Array]]:
-    """Displacement of the tip across the beam, m, and mass, kg, of every recording."""
-    return [recorded.inputs[:, _SAG] for recorded in train], [1e-3 * recorded.outputs for recorded in train]
 
 
 _SEGMENT = "pneumatic_segment"
@@ -183,8 +179,7 @@ _THINNED = 5  # of so many samples one is fitted
 
 def segment_tip(task: Task, train: Sequence[Recorded]) -> Predict:
     """A finger in balance with pressure, weight and creep; pressure law and creep are fitted to the training set."""
-    finger, period = _finger(_SEGMENT), task.period
-    assert period is not None
+    finger, period = _finger(_SEGMENT), _period(task)
     place = _marker_place(train, _SEGMENT, finger)
     free = free_parameters(finger, _FREE, [1e3 * float(recorded.inputs.max()) for recorded in train])
 

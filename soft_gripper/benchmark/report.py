@@ -18,7 +18,7 @@ from soft_gripper.benchmark.published import published_beside
 from soft_gripper.benchmark.scores import Score
 from soft_gripper.benchmark.tasks import TASKS
 from soft_gripper.errors import InputError
-from soft_gripper.pictures.style import STYLE, estimator_style
+from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE, estimator_style
 
 SCHEMA = 2
 SHOWN = {"m": (1e3, "mm")}  # factor and unit in figures and tables
@@ -83,7 +83,7 @@ def by_region(scores: Sequence[Score]) -> Mapping[tuple[str, str], Mapping[str, 
 def figure(scores: Sequence[Score]) -> Figure:
     """The mean error of every estimator in every region, a panel for each task."""
     names, tasks = list(dict.fromkeys(s.estimator for s in scores)), list(dict.fromkeys(s.task for s in scores))
-    looks = {name: estimator_style(place, name) | {"ls": "", "ms": 6} for place, name in enumerate(names)}
+    looks = {name: _look(place, name) for place, name in enumerate(names)}
     columns = min(3, len(tasks))
     rows = -(-len(tasks) // columns)
     with plt.rc_context(STYLE):
@@ -98,6 +98,12 @@ def figure(scores: Sequence[Score]) -> Figure:
         made.legend(handles, names, loc="outside upper center", ncols=min(len(names), 5), frameon=False)
     plt.close(made)
     return made
+
+
+def _look(place: int, name: str) -> dict[str, Any]:
+    """Marker of an estimator; it is hollow where the colours repeat."""
+    hollow = {"mfc": "none", "mew": 1.5} if place >= len(ESTIMATOR_COLORS) else {}
+    return estimator_style(place, name) | {"ls": "", "ms": 6} | hollow
 
 
 def _draw(panel: Axes, scores: Sequence[Score], looks: Mapping[str, dict[str, Any]]) -> None:

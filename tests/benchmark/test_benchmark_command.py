@@ -69,7 +69,6 @@ def test_contacts_and_grasps_that_ship_are_scored_without_data(shipped):
 
 
 DOCS = Path(__file__).parents[2] / "docs"
-FITTED = ("identified", "discriminant")  # share a column
 
 
 def reference():
@@ -93,10 +92,7 @@ def test_the_table_in_the_docs_has_the_reference_results():
         for name, text in zip(header[2:], cells, strict=True):
             if text:
                 found[task, region, name] = text
-    assert found == {
-        (task, region, "fitted" if name in FITTED else name): cell(score)
-        for (task, region, name), score in reference().items()
-    }
+    assert found == {key: cell(score) for key, score in reference().items()}
 
 
 def assert_as_the_reference(scores, rel):
