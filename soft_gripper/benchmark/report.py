@@ -44,7 +44,7 @@ def load_scores(file: Path) -> list[Score]:
     """
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
-        schema, rows, checksums = found["schema"], found["scores"], dict(found["sha256"])
+        schema, rows, checksums = found["schema"], list(found["scores"]), dict(found["sha256"])
     except OSError as error:
         raise InputError(file, "file", file.name, f"cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):

@@ -97,12 +97,12 @@ def _called(name: str, task: Task, function: Any, *arguments: object) -> Any:
 
 def _predicted(name: str, task: Task, predict: Predict, recorded: Recorded) -> tuple[Array, Array | None]:
     """Mean and standard deviation, checked; also that the first half does not depend on the second."""
-    mean, std = _checked(name, task, predict, recorded.inputs)
-    half = len(recorded.inputs) // 2
-    alone, _ = _checked(name, task, predict, recorded.inputs[:half])
-    if not np.allclose(alone, mean[:half], rtol=1e-6, atol=1e-9):
-        raise InputError(name, f"estimate on {task.name}", "depends on later inputs", "must use past inputs only")
-    return mean, std
+    found, half = _checked(name, task, predict, recorded.inputs), len(recorded.inputs) // 2
+    alone = _checked(name, task, predict, recorded.inputs[:half])
+    for whole, begin in zip(found, alone, strict=True):
+        if whole is not None and begin is not None and not np.allclose(begin, whole[:half], rtol=1e-6, atol=1e-9):
+            raise InputError(name, f"estimate on {task.name}", "depends on later inputs", "must use past inputs only")
+    return found
 
 
 def _checked(name: str, task: Task, predict: Predict, inputs: Array) -> tuple[Array, Array | None]:

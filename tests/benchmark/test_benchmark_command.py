@@ -140,6 +140,7 @@ ROW |= {"median": 1.0, "percentile_95": 1.0, "within_band_percent": None, "band"
         ("{}", "was not written by"),
         ("nothing", "was not written by"),
         ('{"schema": 1, "sha256": {}, "scores": []}', "schema"),
+        ('{"schema": 2, "sha256": {}, "scores": 3}', "was not written by"),
         ('{"schema": 2, "sha256": {"contact_tip": {}}, "scores": []}', "other data"),
         ('{"schema": 2, "sha256": {}, "scores": [{"task": "contact_tip"}]}', "fields of a score"),
         (f'{{"schema": 2, "sha256": {{}}, "scores": [{json.dumps(ROW | {"mean": "small"})}]}}', "scores.mean"),

@@ -89,6 +89,7 @@ def test_the_document_is_the_same_each_time(twin, tmp_path):
         (lambda inputs: np.nan * inputs, "must be finite"),
         (lambda inputs: (inputs, -np.ones_like(inputs)), "must not be negative"),
         (lambda inputs: inputs - inputs.mean(axis=0), "must use past inputs only"),
+        (lambda inputs: (0 * inputs, 0 * inputs + len(inputs)), "must use past inputs only"),
         (lambda inputs: "text", "must be numbers"),
         (lambda inputs: 1 / 0, "ZeroDivisionError"),
         (None, "must be a function"),
@@ -97,6 +98,14 @@ def test_the_document_is_the_same_each_time(twin, tmp_path):
 def test_a_broken_estimator_is_named(twin, tmp_path, predict, message):
     with pytest.raises(InputError, match=message):
         score(twin, tmp_path, lambda task, train: predict)
+
+
+def test_an_estimator_cannot_change_what_others_are_given(twin, tmp_path):
+    def estimator(task, train):
+        train[0].inputs[:] = 0
+
+    with pytest.raises(InputError, match="read-only"):
+        score(twin, tmp_path, estimator)
 
 
 def test_another_file_of_the_same_name_is_refused(twin, tmp_path):
