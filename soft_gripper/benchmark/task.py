@@ -78,7 +78,7 @@ def _read(task: Task, folder: Path, file: str) -> Recorded:
 def _part(files: dict[str, Recorded], part: Part) -> Recorded:
     recorded = files[part.file]
     begin, end = (round(share * len(recorded.inputs)) for share in (part.begin, part.end))
-    part = Recorded(recorded.inputs[begin:end], recorded.outputs[begin:end], recorded.path)
-    for values in (part.inputs, part.outputs):
+    cut = Recorded(recorded.inputs[begin:end], recorded.outputs[begin:end], recorded.path)
+    for values in (cut.inputs, cut.outputs):
         values.flags.writeable = False  # all estimators are given the same
-    return part
+    return cut
