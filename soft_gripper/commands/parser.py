@@ -572,9 +572,9 @@ COMMANDS = (
     ),
     Command(
         "benchmark",
-        "score estimators of shape, force, location and load, with fixed splits",
+        "score estimators of shape, force, location, load and held objects, with fixed splits",
         (
-            "                                           simulated contacts, which ship",
+            "                                           simulated contacts and grasps, which ship",
             "--data ~/recordings --estimator mine:estimator    recorded hardware too, and your own estimator",
             "--compare benchmark.json theirs.json",
         ),
