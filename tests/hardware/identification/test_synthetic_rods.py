@@ -91,7 +91,7 @@ def test_a_beam_of_known_modulus_moves_as_the_independent_one(beams, name):
     released = BEAM.released + 0.13 * i
     assert motion.events[0] == pytest.approx(released, abs=0.1)
     assert (motion.load.mass if motion.load else 0.0) == pytest.approx(load)
-    found = score(true_beam(), motion.with_events(np.array([released, released + BEAM.lets_go])), "test")
+    found = score(true_beam(), motion.with_unknowns(np.array([released, released + BEAM.lets_go])), "test")
     place, heading = beam_motion(BEAM, load, np.arange(0, DURATION, 0.001), released)
     assert found.motion_error_mm < 0.02 * 1e3 * np.abs(place - 0.1).max()
     assert found.tip_error_percent < 1.0
@@ -114,7 +114,7 @@ def test_a_beam_that_does_not_creep_swings_as_a_damped_mode(tmp_path, name, rela
     truth = replace(BEAM, creep=((1e-9, 1.0),), relaxation_time=relaxation_time)
     motion = motion_of(write_beam(tmp_path, truth=truth), name, "clamped_beam")
     released = truth.released + 0.13 * list(BEAM_LOADS).index(name)
-    found = score(true_beam(truth), motion.with_events(np.array([released, released + truth.lets_go])), "test")
+    found = score(true_beam(truth), motion.with_unknowns(np.array([released, released + truth.lets_go])), "test")
     decrement = decrement_of(truth, found.frequency_hz)
     assert [found.decrement, found.simulated_decrement] == pytest.approx([decrement] * 2, rel=0.04)
 
@@ -123,7 +123,7 @@ def test_errors_of_a_modulus_that_is_wrong_are_those_of_two_beams(beams):
     """Of the markers at rest, over the whole motion, and of their middle: by the independent beam alone."""
     wrong = replace(BEAM, youngs_modulus=1.25 * BEAM.youngs_modulus)
     motion, released = motion_of(beams, "load_101g", "clamped_beam"), BEAM.released + 0.26
-    found = score(true_beam(wrong), motion.with_events(np.array([released, released + BEAM.lets_go])), "test")
+    found = score(true_beam(wrong), motion.with_unknowns(np.array([released, released + BEAM.lets_go])), "test")
     markers = np.array([0.013j, 0.001 + 0.002j, -0.002 - 0.012j])
     tips = [beam_motion(truth, 0.102, motion.time, released) for truth in (BEAM, wrong)]
     of_truth, of_wrong = (place[:, None] + np.exp(1j * heading)[:, None] * markers for place, heading in tips)
@@ -143,7 +143,7 @@ def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilop
     events = np.array([opens, opens + SEGMENT.open_for])
     assert motion.pressure == pytest.approx(1e3 * kilopascal)
     assert motion.events == pytest.approx(events, abs=0.15)
-    found = score(true_segment(), motion.with_events(events), "test")
+    found = score(true_segment(), motion.with_unknowns(np.array(events)), "test")
     time = np.arange(0, 3.2, 0.001)
     _, turn = segment_motion(SEGMENT, 1e3 * kilopascal, time, opens)
     since = time - opens
