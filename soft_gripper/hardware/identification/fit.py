@@ -31,7 +31,7 @@ _OF_SCALE = 0.02  # step of the finite differences, in typical changes
 _UNKNOWN_SCALES = (0.01, 0.01, 1e-3, 0.01)  # s, s, m, rad: typical changes of what was not recorded
 _OF_HAND, _OF_VALVE = 0.1, 0.05  # s, maximum difference of an event from its detected time
 _MOST_SAG, _MOST_TURN = 0.2, 0.1  # of the largest displacement, and rad: from straight, as a hand holds the tip
-_TOLERANCE = 2e-4  # relative, of the sum of squares
+_TOLERANCE = 1e-3  # relative, of the sum of squares
 _MOST_STEPS = 40
 _IMPOSSIBLE = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
 

@@ -60,7 +60,17 @@ class ArmGeometry:
     delay: float  # s, delay of the wires relative to motion capture
 
 
-def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> ArmGeometry:
+@dataclass(frozen=True)
+class FittedGeometry(ArmGeometry):
+    """The most probable geometry, and how well it is known."""
+
+    variants: tuple[ArmGeometry, ...]  # one standard deviation away, in each of the independent directions
+    spread: Array  # (S,) m, of the fitted bodies about their places, root mean square along an axis
+    bends: Array  # (2, S) rad, least and largest of the fitted recordings
+    lengths: Array  # (2, S) m, likewise
+
+
+def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> FittedGeometry:
     """The geometry of an arm that explains its recordings, which are of one arm, best."""
     sections = len(recordings[0].bodies)
     nominal = _nominal_offsets(recordings)
@@ -70,7 +80,26 @@ def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> ArmGeome
         return np.concatenate([x, *(_misfit(geometry, recording, finger) for recording in recordings)])
 
     found = least_squares(residuals, np.zeros(len(_WIDTHS) * sections + 3), max_nfev=30)
-    return _geometry(found.x, nominal, recordings[0].spacing)
+    spacing, best = recordings[0].spacing, _geometry(found.x, nominal, recordings[0].spacing)
+    deviations = np.linalg.cholesky(np.linalg.inv(found.jac.T @ found.jac))
+    variants = tuple(_geometry(found.x + deviation, nominal, spacing) for deviation in deviations.T)
+    sections_of = [best.wires.sections(recording.inner, recording.outer) for recording in recordings]
+    away = [
+        places(best, finger, *of)[0] - measured(recording, best.delay)[0]
+        for of, recording in zip(sections_of, recordings, strict=True)
+    ]
+    spread = np.sqrt(np.nanmean(np.abs(np.concatenate(away)) ** 2, axis=0) / 2)
+    bends, lengths = (np.concatenate(part) for part in zip(*sections_of, strict=True))
+    ends = [np.stack([part.min(axis=0), part.max(axis=0)]) for part in (bends, lengths)]
+    return FittedGeometry(best.wires, best.parts, best.delay, variants, spread, *ends)
+
+
+def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:
+    """Places of the bodies in B, and their headings, where the sections are arcs: (T, S) m, (T, S) rad."""
+    ends = finger.section_ends(theta.shape[-1])
+    q = np.repeat(theta / np.diff(ends), np.diff(ends), axis=-1)
+    _, positions, headings = stretched_arm(geometry.parts, q, length, ends)
+    return positions, headings
 
 
 def measured(recording: ArmRecording, delay: float) -> tuple[Planar, Array]:
@@ -106,10 +135,9 @@ def _geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
 
 
 def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
-    rows, ends = slice(None, None, _EVERY), finger.section_ends(len(recording.bodies))
-    theta, length = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
-    q = np.repeat(theta / np.diff(ends), np.diff(ends), axis=-1)
-    _, positions, headings = stretched_arm(geometry.parts, q, length, ends)
+    rows = slice(None, None, _EVERY)
+    wires = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
+    positions, headings = places(geometry, finger, *wires)
     true_positions, true_headings = (values[rows] for values in measured(recording, geometry.delay))
     apart, turned = (positions - true_positions) / _POSITION, (headings - true_headings) / _HEADING
     misfits = np.concatenate([as_points(apart).ravel(), turned.ravel()])
@@ -140,30 +168,46 @@ def fit_drive(recordings: Sequence[ArmRecording], geometry: ArmGeometry, finger:
     inputs = [np.column_stack([r.pressures / scale, np.ones(len(r.time))]) for r in recordings]
     chambers, stiffness = np.array(recordings[0].chamber_sections), finger.stiffness[0]
 
-    def explained(branch: CreepBranch) -> tuple[float, Array]:
-        """Mean square of what is left of the joints' angles, and the torques per input, (C + 1, S)."""
-        known, wanted = [], []
-        for driven, weight, theta in zip(inputs, weights, bends, strict=True):
-            bent = bend_under(branch, np.concatenate([driven, weight], axis=1) / stiffness)
-            known.append(bent[:, : driven.shape[1]])
-            wanted.append(theta / joints - bent[:, driven.shape[1] :])
-        A, y = np.concatenate(known), np.concatenate(wanted)
-        torques = np.zeros((A.shape[1], sections))
+    def balance(branch: CreepBranch, i: int) -> tuple[Array, Array]:
+        """Bends of the joints of a recording by every input, (T, C + 1), and those that these must explain, (T, S)."""
+        driven, weight, theta = inputs[i], weights[i], bends[i]
+        bent = bend_under(branch, np.concatenate([driven, weight], axis=1) / stiffness)
+        return bent[:, : driven.shape[1]], theta / joints - bent[:, driven.shape[1] :]
+
+    def torques(A: Array, y: Array) -> Array:
+        """Of the inputs, (C + 1, S)."""
+        found = np.zeros((A.shape[1], sections))
         for section in range(sections):
             own = np.append(np.flatnonzero(chambers == section), len(chambers))
             ridge = _RIDGE * np.mean(A**2) * len(A) * np.diag([1.0] * (len(own) - 1) + [0.0])
-            torques[own, section] = np.linalg.solve(A[:, own].T @ A[:, own] + ridge, A[:, own].T @ y[:, section])
-        return float(np.mean((y - A @ torques) ** 2)), torques
+            found[own, section] = np.linalg.solve(A[:, own].T @ A[:, own] + ridge, A[:, own].T @ y[:, section])
+        return found
 
+    def explained(branch: CreepBranch) -> tuple[float, Array]:
+        """Mean square of what is left of the joints' angles, and the torques."""
+        A, y = (np.concatenate(part) for part in zip(*(balance(branch, i) for i in everything), strict=True))
+        found = torques(A, y)
+        return float(np.mean((y - A @ found) ** 2)), found
+
+    def left_out(branch: CreepBranch) -> float:
+        """The same of every recording with the torques of the others, which chambers it uses alone included."""
+        parts = [balance(branch, i) for i in everything]
+        squares = []
+        for i, (A, y) in enumerate(parts):
+            others = [part for k, part in enumerate(parts) if k != i] or parts
+            known = torques(*(np.concatenate(part) for part in zip(*others, strict=True)))
+            squares.append(((y - A @ known) ** 2).ravel())
+        return float(np.mean(np.concatenate(squares)))
+
+    everything = range(len(recordings))
     tried = [CreepBranch(share, time) for share, time in product(_SHARES, _TIMES)]
     branch = min(tried, key=lambda branch: explained(branch)[0])
-    left, torques = explained(branch)
-    of_joints = np.repeat(torques.T, joints, axis=0)
+    of_joints = np.repeat(explained(branch)[1].T, joints, axis=0)
     return ArmDrive(
         finger=replace(finger, creep=(branch,)),
         gains=of_joints[:, :-1] / scale,
         rest=of_joints[:, -1],
-        angle_std=float(np.sqrt(left)),
+        angle_std=float(np.sqrt(left_out(branch))),
     )
 
 
