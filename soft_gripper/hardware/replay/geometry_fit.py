@@ -190,14 +190,14 @@ def fit_drive(recordings: Sequence[ArmRecording], geometry: ArmGeometry, finger:
         return float(np.mean((y - A @ found) ** 2)), found
 
     def left_out(branch: CreepBranch) -> float:
-        """The same of every recording with the torques of the others, which chambers it uses alone included."""
+        """The same of the recording that the torques fitted to the others explain worst."""
         parts = [balance(branch, i) for i in everything]
         squares = []
         for i, (A, y) in enumerate(parts):
             others = [part for k, part in enumerate(parts) if k != i] or parts
             known = torques(*(np.concatenate(part) for part in zip(*others, strict=True)))
-            squares.append(((y - A @ known) ** 2).ravel())
-        return float(np.mean(np.concatenate(squares)))
+            squares.append(float(np.mean((y - A @ known) ** 2)))
+        return max(squares)
 
     everything = range(len(recordings))
     tried = [CreepBranch(share, time) for share, time in product(_SHARES, _TIMES)]

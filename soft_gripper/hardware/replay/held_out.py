@@ -31,7 +31,7 @@ from soft_gripper.hardware.replay.geometry_fit import FittedGeometry, fit_drive,
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
-_LOAD_SHARE = 3.0  # torque of a load over that of the angles that a drive leaves unexplained
+_LOAD_SHARE = 0.3  # torque of a load over that of the angles that a drive leaves unexplained
 
 
 @dataclass(frozen=True)
