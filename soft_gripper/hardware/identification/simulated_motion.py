@@ -343,7 +343,7 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
 
     Air enters a chamber of compliance C through a narrow passage, where the loss of pressure grows with the square of
     the flow:  C(p) dp/dt = k sqrt(supply - p) . A chamber that swells takes more air:
-    C(p) = C(0) (1 + swelling (bend per pressure there / that of a small pressure - 1)) .
+    C(p) = C(0) (1 + swelling (growth of the bend per pressure there / that of a small pressure - 1)) .
     The supply comes up to its pressure with a lag:  supply = p (1 - supply_lag exp(-t / supply_time)) .
     """
     if motion.pressure is None:
@@ -353,8 +353,8 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
     closed = np.arange(1, int((duration - open_for) / _FILL_STEP) + 3) * _FILL_STEP
     levels = motion.pressure * np.linspace(0.0, 1.0, _LEVELS + 1)[1:]
     law = finger.pressure_law
-    bend = np.ones(_LEVELS) if law is None else law.curve(levels) / levels
-    compliance = 1 + setup.swelling * (bend / bend[0] - 1)
+    slope = np.ones(_LEVELS) if law is None else np.gradient(law.curve(levels), levels)
+    compliance = 1 + setup.swelling * (slope / slope[0] - 1)
     rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
     supply = motion.pressure * (1 - setup.supply_lag * np.exp(-opened[1:] / setup.supply_time))
     filled = _followed(0.0, supply, np.diff(opened), np.abs(levels), rates)

@@ -30,6 +30,7 @@ from soft_gripper.hardware.replay.geometry_band import body_band, extrapolations
 from soft_gripper.hardware.replay.geometry_fit import FittedGeometry, fit_drive, fit_geometry, measured
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
+_OFTEN = 1.0  # s, between two reports of the progress at least
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
 _LOAD_SHARE = 0.3  # torque of a load over that of the angles that a drive leaves unexplained
 
@@ -122,7 +123,8 @@ def replay_recordings(
         )
     found = None if fitted is None else fit_arm(fitted, finger, gravity)
     replayed = []
-    for recording in tqdm(reported, desc="replay", disable=None):
+    progress = tqdm(reported, desc="replay", mininterval=_OFTEN, dynamic_ncols=True)  # in a log as well
+    for recording in progress:
         others = fitted or [other for other in reported if other is not recording]
         of_recording = found or fit_arm(others, finger, gravity)
         fitted_on = tuple(other.name for other in others)
