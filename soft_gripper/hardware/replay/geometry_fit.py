@@ -160,55 +160,61 @@ class ArmDrive:
 
 def fit_drive(recordings: Sequence[ArmRecording], geometry: ArmGeometry, finger: Finger, gravity: Array) -> ArmDrive:
     """The drive that explains the bends of the sections best; `gravity` in B, (3,) m/s^2."""
-    sections = len(recordings[0].bodies)
-    joints = np.diff(finger.section_ends(sections))
-    bends = [geometry.wires.sections(recording.inner, recording.outer).theta for recording in recordings]
-    weights = [_weight(finger, theta, joints, gravity) for theta in bends]
-    scale = np.sqrt(np.mean(np.concatenate([recording.pressures for recording in recordings]) ** 2))
-    inputs = [np.column_stack([r.pressures / scale, np.ones(len(r.time))]) for r in recordings]
-    chambers, stiffness = np.array(recordings[0].chamber_sections), finger.stiffness[0]
-
-    def balance(branch: CreepBranch, i: int) -> tuple[Array, Array]:
-        """Bends of the joints of a recording by every input, (T, C + 1), and those that these must explain, (T, S)."""
-        driven, weight, theta = inputs[i], weights[i], bends[i]
-        bent = bend_under(branch, np.concatenate([driven, weight], axis=1) / stiffness)
-        return bent[:, : driven.shape[1]], theta / joints - bent[:, driven.shape[1] :]
-
-    def torques(A: Array, y: Array) -> Array:
-        """Of the inputs, (C + 1, S)."""
-        found = np.zeros((A.shape[1], sections))
-        for section in range(sections):
-            own = np.append(np.flatnonzero(chambers == section), len(chambers))
-            ridge = _RIDGE * np.mean(A**2) * len(A) * np.diag([1.0] * (len(own) - 1) + [0.0])
-            found[own, section] = np.linalg.solve(A[:, own].T @ A[:, own] + ridge, A[:, own].T @ y[:, section])
-        return found
-
-    def explained(branch: CreepBranch) -> tuple[float, Array]:
-        """Mean square of what is left of the joints' angles, and the torques."""
-        A, y = (np.concatenate(part) for part in zip(*(balance(branch, i) for i in everything), strict=True))
-        found = torques(A, y)
-        return float(np.mean((y - A @ found) ** 2)), found
-
-    def left_out(branch: CreepBranch) -> float:
-        """The same of the recording that the torques fitted to the others explain worst."""
-        parts = [balance(branch, i) for i in everything]
-        squares = []
-        for i, (A, y) in enumerate(parts):
-            others = [part for k, part in enumerate(parts) if k != i] or parts
-            known = torques(*(np.concatenate(part) for part in zip(*others, strict=True)))
-            squares.append(float(np.mean((y - A @ known) ** 2)))
-        return max(squares)
-
-    everything = range(len(recordings))
-    tried = [CreepBranch(share, time) for share, time in product(_SHARES, _TIMES)]
-    branch = min(tried, key=lambda branch: explained(branch)[0])
-    of_joints = np.repeat(explained(branch)[1].T, joints, axis=0)
+    scale = float(np.sqrt(np.mean(np.concatenate([recording.pressures for recording in recordings]) ** 2)))
+    joints = np.diff(finger.section_ends(len(recordings[0].bodies)))
+    chambers, tried = np.array(recordings[0].chamber_sections), {}
+    for share, time in product(_SHARES, _TIMES):
+        branch = CreepBranch(share, time)
+        tried[branch] = [_balance(branch, one, geometry, finger, gravity, scale) for one in recordings]
+    best = min(tried, key=lambda branch: _left(tried[branch], _torques(tried[branch], chambers)))
+    of_joints = np.repeat(_torques(tried[best], chambers).T, joints, axis=0)
     return ArmDrive(
-        finger=replace(finger, creep=(branch,)),
+        finger=replace(finger, creep=(best,)),
         gains=of_joints[:, :-1] / scale,
         rest=of_joints[:, -1],
-        angle_std=float(np.sqrt(left_out(branch))),
+        angle_std=_left_out(tried[best], chambers),
     )
+
+
+# Bends of joints by every input, (T, C + 1), a chamber each and one for what acts without pressure; and the bends that
+# these must explain, (T, S)
+_Balance = tuple[Array, Array]
+
+
+def _balance(
+    branch: CreepBranch, recording: ArmRecording, geometry: ArmGeometry, finger: Finger, gravity: Array, scale: float
+) -> _Balance:
+    """Of one recording; pressures as parts of `scale`, Pa."""
+    joints = np.diff(finger.section_ends(len(recording.bodies)))
+    theta = geometry.wires.sections(recording.inner, recording.outer).theta
+    driven = np.column_stack([recording.pressures / scale, np.ones(len(recording.time))])
+    weight = _weight(finger, theta, joints, gravity)
+    bent = bend_under(branch, np.concatenate([driven, weight], axis=1) / finger.stiffness[0])
+    return bent[:, : driven.shape[1]], theta / joints - bent[:, driven.shape[1] :]
+
+
+def _torques(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> Array:
+    """Of the inputs on the sections, (C + 1, S), by least squares."""
+    A, y = (np.concatenate(part) for part in zip(*balances, strict=True))
+    found = np.zeros((A.shape[1], y.shape[1]))
+    for section in range(y.shape[1]):
+        own = np.append(np.flatnonzero(chambers == section), len(chambers))
+        ridge = _RIDGE * np.mean(A**2) * len(A) * np.diag([1.0] * (len(own) - 1) + [0.0])
+        found[own, section] = np.linalg.solve(A[:, own].T @ A[:, own] + ridge, A[:, own].T @ y[:, section])
+    return found
+
+
+def _left(balances: Sequence[_Balance], torques: Array) -> float:
+    """Root mean square of what torques leave of the joints' angles, rad."""
+    return float(np.sqrt(np.mean(np.concatenate([(y - A @ torques).ravel() for A, y in balances]) ** 2)))
+
+
+def _left_out(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> float:
+    """The same of the recording that the torques fitted to the others explain worst."""
+    if len(balances) == 1:
+        return _left(balances, _torques(balances, chambers))
+    others = [[*balances[:i], *balances[i + 1 :]] for i in range(len(balances))]
+    return max(_left([one], _torques(rest, chambers)) for one, rest in zip(balances, others, strict=True))
 
 
 def bend_under(branch: CreepBranch, torque: Array) -> Array:

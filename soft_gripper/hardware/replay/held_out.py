@@ -32,7 +32,7 @@ from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
 _OFTEN = 1.0  # s, between two reports of the progress at least
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
-_LOAD_SHARE = 0.3  # torque of a load over that of the angles that a drive leaves unexplained
+_LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leaves unexplained
 
 
 @dataclass(frozen=True)
