@@ -149,11 +149,12 @@ def test_a_segment_of_known_chamber_moves_as_the_independent_one(segments, kilop
     since = time - opens
     late = turn[(since > SEGMENT.open_for - 0.2) & (since <= SEGMENT.open_for)].mean()
     early = turn[np.abs(since - 0.5) <= 0.1].mean()
-    rise = crosses(since, turn, 0.9 * early) - crosses(since, turn, 0.1 * early)
-    settled, creep, rises = np.degrees(late), np.degrees(late - early), 1e3 * rise
+    settled, creep = np.degrees(late), np.degrees(late - early)
+    reached = [1e3 * crosses(since, turn, share * late) for share in (0.5, 0.63)]
     assert [found.settled_turn_deg, found.simulated_settled_turn_deg] == pytest.approx([settled] * 2, rel=0.01)
     assert [found.creep_deg, found.simulated_creep_deg] == pytest.approx([creep] * 2, rel=0.05, abs=0.03)
-    assert [found.rise_ms, found.simulated_rise_ms] == pytest.approx([rises] * 2, rel=0.1)
+    assert [found.t50_ms, found.t63_ms] == pytest.approx(reached, rel=0.1)
+    assert [found.simulated_t50_ms, found.simulated_t63_ms] == pytest.approx(reached, rel=0.1)
     assert found.tip_error_percent < 1.0
 
 
