@@ -43,15 +43,15 @@ def run(options: argparse.Namespace) -> None:
     opened = open_executor(options.jobs, options.scheduler)
     file = model_path(options.finger)
     setup, model = setup_file(file), Model(read_finger(file), read_setup(file))
-    recordings = [_recordings(files, options) for files in (options.file, options.test)]
-    is_settled = _is_settled([*recordings[0], *recordings[1]])
+    fitted, tested = (_recordings(files, options) for files in (options.file, options.test))
+    is_settled = _is_settled([*fitted, *tested])
     paths = recording_paths([*options.file, *options.test], options.described_as, options.data)
     outputs = _outputs(options.out, fits=bool(options.file)) if options.out else []
     keep_inputs([file, *([setup] if setup.exists() else []), *paths], outputs)
     if options.out:
         check_file(options.out)
     with opened as executor:
-        found = (_of_states if is_settled else _of_motions)(model, *recordings, options, executor)
+        found = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
     print(file=sys.stderr)
     if isinstance(found, TestedStates):
         print_identified_states(found)

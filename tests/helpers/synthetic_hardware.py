@@ -179,7 +179,7 @@ class SegmentTruth:
     creep: tuple[tuple[float, float], ...] = ((0.08, 0.1), (0.15, 1.4))
     law: tuple[float, float] = (0.705, 68e3)  # gain of a small pressure, and Pa at which the chamber balloons
     fill_time: float = 0.09
-    swelling: float = 1.5
+    swelling: float = 1.0
     mounting: complex = -0.002 + 0.0015j
     opens: float = 0.42
     open_for: float = 2.0

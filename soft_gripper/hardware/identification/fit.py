@@ -373,8 +373,9 @@ def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
     emptied = np.nan
     if motion.pressure is not None:
         emptied = _early(time - end, turn) - float(settled(time, turn, time[-1]))
-    moments = [_first(time[time >= 0], np.abs(turn[time >= 0]), share * abs(late)) for share in _SHARES]
-    return Turn(late, late - _early(time, turn), emptied, *moments, *_swing(time, _along(motion, markers), end))
+    half, most = (_first(time[time >= 0], np.abs(turn[time >= 0]), share * abs(late)) for share in _SHARES)
+    frequency, decrement = _swing(time, _along(motion, markers), end)
+    return Turn(late, late - _early(time, turn), emptied, half, most, frequency, decrement)
 
 
 def _early(time: Array, turn: Array) -> float:

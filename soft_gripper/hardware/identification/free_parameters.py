@@ -77,14 +77,11 @@ def _of_finger(name: str, unit: str) -> Key:
 
 
 def _of_setup(name: str, unit: str, positive: bool, scale: float, room: tuple[float, float] = (-np.inf, np.inf)) -> Key:
-    return Key(
-        unit,
-        lambda model: (getattr(model.setup, name),),
-        lambda model, values: replace(model, setup=replace(model.setup, **{name: values[0]})),
-        positive,
-        scale,
-        room,
-    )
+    def put(model: Model, values: Sequence[float]) -> Model:
+        changed: dict[str, Any] = {name: values[0]}
+        return replace(model, setup=replace(model.setup, **changed))
+
+    return Key(unit, lambda model: (getattr(model.setup, name),), put, positive, scale, room)
 
 
 def _of_creep(name: str, unit: str, room: tuple[float, float]) -> Key:

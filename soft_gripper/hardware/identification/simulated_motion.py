@@ -177,7 +177,7 @@ _OF_STABLE = 0.5  # of the longest stable time step
 _PERIOD = 0.01  # s, of the log
 _FILL_STEP = 2e-3  # s, in which the pressure is followed
 _FILL_SUPPLY = 10e3  # Pa, of which the fill time is meant
-_LEVELS = 50  # of the pressure, between which the compliance of the chamber is interpolated
+_LEVELS = 200  # of the pressure, between which the compliance of the chamber is interpolated
 _SUDDEN = 1e-3  # s, in which a hand lets go at least
 _ROOT = "root"
 

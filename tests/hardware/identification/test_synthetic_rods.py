@@ -60,7 +60,7 @@ def true_beam(truth=BEAM):
 
 
 def true_segment():
-    p = np.linspace(0, 45e3, 40)
+    p = np.linspace(0, 45e3, 200)
     law = PressureLaw(tuple(p), tuple(p * [SEGMENT.gain(at) for at in p]))
     at = {"mounting_x": SEGMENT.mounting.imag, "mounting_z": SEGMENT.mounting.real}
     setup = Setup(**at, fill_time=SEGMENT.fill_time, swelling=SEGMENT.swelling)
