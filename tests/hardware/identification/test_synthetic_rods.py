@@ -68,10 +68,12 @@ def true_segment():
 
 
 def swings(time, along):
-    """Frequency and logarithmic decrement by the first maxima of a finely sampled motion about where it settles."""
-    away = along - 1
-    k = np.flatnonzero((away[1:-1] > away[:-2]) & (away[1:-1] > away[2:]) & (away[1:-1] > 0.04))[:6] + 1
-    return 1 / np.polyfit(range(len(k)), time[k], 1)[0], -np.polyfit(range(len(k)), np.log(away[k]), 1)[0]
+    """Frequency and logarithmic decrement by the first extrema of a finely sampled motion, from peak to peak."""
+    steps = np.diff(along)
+    k = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
+    k = k[np.append(True, np.abs(np.diff(along[k])) > 0.04)][:9]
+    half = np.polyfit(range(len(k)), time[k], 1)[0]
+    return 0.5 / half, -2 * np.polyfit(range(len(k) - 1), np.log(np.abs(np.diff(along[k]))), 1)[0]
 
 
 def decrement_of(truth, frequency):
