@@ -149,10 +149,8 @@ SCHEDULER = option(
 )
 JOBS = option("--jobs", "number of processes (default: one per core)", "N", whole(1, 256), default=os.cpu_count() or 1)
 EXECUTOR = (JOBS, SCHEDULER)
-RECORDINGS = (
-    option("file", "recording; searched for here, then in the data folder", nargs="+"),
-    option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as"),
-)
+DESCRIBED_AS = option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as")
+RECORDINGS = (option("file", "recording; searched for here, then in the data folder", nargs="+"), DESCRIBED_AS)
 DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
 
 
@@ -512,14 +510,22 @@ COMMANDS = (
             "swing.csv --as mine.yaml --finger mine.urdf --free youngs_modulus relaxation_time --out fitted.urdf",
             "a.csv b.csv --test c.csv --as mine.yaml --finger mine.urdf --free youngs_modulus --out fitted.urdf",
             "rest.csv --as mine.yaml --finger mine.urdf --free tendon.slack tendon.stiffness --out fitted.urdf",
+            "--test new.csv --as mine.yaml --finger fitted.urdf                    test a fitted finger, without a fit",
         ),
         (
             *CONSOLE,
-            *RECORDINGS,
-            option("--test", "recordings held out for testing", "FILE", nargs="+", default=[]),
+            option("file", "recording to fit to; searched for here, then in the data folder", nargs="*"),
+            DESCRIBED_AS,
+            option(
+                "--test",
+                "held out for testing; alone: test without a fit",
+                "FILE",
+                nargs="+",
+                default=[],
+            ),
             option("--finger", "URDF with one finger, the initial guess of the fit", "FILE", required=True),
-            option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", required=True),
-            option("--out", "URDF to write; a table and figures are named after it", "FILE", urdf, required=True),
+            option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", default=[]),
+            option("--out", "URDF to write; set-up, table and figures are named after it", "FILE", urdf),
             DATA,
             count("--starts", "number of random restarts; the best fit is kept", 1),
             SEED,

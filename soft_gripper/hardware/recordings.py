@@ -72,8 +72,9 @@ class Table:
         for name in names:
             if name not in self.names:
                 near = difflib.get_close_matches(name, self.names, n=1)
-                hint = f"did you mean '{near[0]}'?" if near else f"its columns: {', '.join(self.names[:12])} ..."
-                raise InputError(self.path, field, name, f"no such column; {hint}")
+                hint = f"did you mean '{near[0]}'? " if near else ""
+                there = ", ".join(self.names[:12]) + (" ..." if len(self.names) > 12 else "")
+                raise InputError(self.path, field, name, f"no such column; {hint}its columns: {there}")
         return self.values[:, [self.names.index(name) for name in names]]
 
     def kept(self, keep: NDArray[np.bool_]) -> "Table":
