@@ -5,7 +5,6 @@ fields that the bench describes, or a JSON object in each line.
 """
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -19,12 +18,10 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.files import text
-from soft_gripper.files.document import require
+from soft_gripper.files.document import given
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.hardware.live.bench_schema import BenchConfig, BenchFinger
-from soft_gripper.hardware.live.messages import MalformedError, decoded
-from soft_gripper.hardware.recordings import Table, read_text
+from soft_gripper.hardware.tables import Columns, Table, read_table
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -107,12 +104,12 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
 def _logged(file: Path, logged: LoggedBench) -> Iterator[_Recorded]:
     """The fingers of a log."""
     bench, scenario = logged.bench, logged.scenario
-    table = _table(file, bench)
-    require(bench.time is not None, file, "bench.time", None, "calibration needs the time of every row")
-    time = table.columns("bench.time", [str(bench.time)])[:, 0]
+    named = given(bench.time, file, "bench.time", "calibration needs the time of every row")
+    table = _table(file, bench, named)
+    time = table.columns("bench.time", [named])[:, 0]
     backward = np.flatnonzero(~(np.diff(time) > 0))
     if len(backward):
-        raise InputError(file, str(bench.time), float(time[backward[0] + 1]), "times must increase from row to row")
+        raise InputError(file, named, float(time[backward[0] + 1]), "times must increase from row to row")
     scene = add_plant(DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, False)
     for name, config in bench.fingers.items():
         finger = next((each for each in scene.fingers if each.name == name), None)
@@ -156,19 +153,14 @@ def _of_table(
     return _free_bending(file, layout, time, pressure, gravity, ratios, tip)
 
 
-def _table(file: Path, bench: BenchConfig) -> Table:
-    """The rows of a log: numbers between commas, with names in the first row unless the bench gives them, or JSON."""
-    lines = text.read_text(file).splitlines()
-    if not lines or not lines[0].lstrip().startswith("{"):
-        return read_text(file, bench.fields or None)
-    rows: list[dict[str, float]] = []
-    for line in lines:
-        with suppress(MalformedError):  # a line that was cut, as a log may end
-            rows.append(decoded(line.encode(), "json", ()))
-    require(len(rows) > 0, file, "file", file.name, "no line of it is a JSON object of numbers")
-    names = tuple(rows[0])
-    values = np.array([[row.get(name, np.nan) for name in names] for row in rows])
-    return Table(file, names, values, np.arange(len(rows)) + 1)
+def _table(file: Path, bench: BenchConfig, time: str) -> Table:
+    """The rows of a log."""
+    names = [
+        name
+        for finger in bench.fingers.values()
+        for name in (*finger.readings, *finger.pressures, *(finger.base_pose or ()), *(finger.tip or ()))
+    ]
+    return read_table(file, Columns(names, time, bench.fields or None, points="{marker}_{axis}"))
 
 
 def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
