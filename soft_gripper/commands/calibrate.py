@@ -6,8 +6,9 @@ from dataclasses import asdict
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import GAIN
 from soft_gripper.files.output import check_file, keep_inputs
-from soft_gripper.hardware.calibration import LoggedBench, calibrate_recordings
+from soft_gripper.hardware.calibration import Log, calibrate_recordings
 from soft_gripper.hardware.live.bench_schema import load_bench
+from soft_gripper.hardware.recording_schema import load_description
 from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -18,7 +19,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     keep_inputs(options.recording, [options.out])
     check_file(options.out)
-    calibration = calibrate_recordings(options.recording, _logged(options))
+    calibration = calibrate_recordings(options.recording, _log(options))
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():
         _print(name, finger)
@@ -27,14 +28,17 @@ def run(options: argparse.Namespace) -> None:
     options.console.wrote(options.out)
 
 
-def _logged(options: argparse.Namespace) -> LoggedBench | None:
+def _log(options: argparse.Namespace) -> Log | None:
     """How logs are read; None: these are recordings of this project."""
-    if (options.bench is None) != (options.scenario is None):
-        missing = "--bench" if options.bench is None else "--scenario"
-        raise InputError("calibrate", missing, None, "logs need both: --bench names the fields, --scenario the fingers")
-    if options.bench is None:
+    named = {"--scenario": options.scenario, "--bench": options.bench, "--as": options.described_as}
+    found = [name for name, value in named.items() if value is not None]
+    if not found:
         return None
-    return LoggedBench(load_bench(options.bench), load_scenario(options.scenario))
+    if len(found) != 2 or "--scenario" not in found:
+        expected = "logs need --scenario, which has the fingers, and either --bench or --as, which names the columns"
+        raise InputError("calibrate", "options", found, expected)
+    read = load_description(options.described_as) if options.bench is None else load_bench(options.bench)
+    return Log(read, load_scenario(options.scenario))
 
 
 def _print(name: str, finger: FingerCalibrationConfig) -> None:

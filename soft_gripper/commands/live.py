@@ -18,6 +18,7 @@ from soft_gripper.hardware.live.bench_schema import BenchConfig, described, load
 from soft_gripper.hardware.live.endpoints import Endpoints, Sink, Source
 from soft_gripper.hardware.live.session import Session
 from soft_gripper.hardware.live.twin import Twin, TwinSource
+from soft_gripper.hardware.tables import Columns
 from soft_gripper.interrupts import held_back
 from soft_gripper.scenario.schema import Scenario
 
@@ -51,7 +52,8 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
     bench = Bench(scenario, moving, records=options.out is not None)
     _check_inputs(file, config, bench)
-    source = endpoints.source(config.source, 0.0 if options.fast else bench.period)
+    columns = None if config.time is None else Columns(config.names, config.time)
+    source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
     return _Live(bench, config, source, endpoints.sink(config.sink or "stdio:"))
 
 

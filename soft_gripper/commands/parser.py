@@ -149,10 +149,8 @@ SCHEDULER = option(
 )
 JOBS = option("--jobs", "number of processes (default: one per core)", "N", whole(1, 256), default=os.cpu_count() or 1)
 EXECUTOR = (JOBS, SCHEDULER)
-RECORDINGS = (
-    option("file", "recording; searched for here, then in the data folder", nargs="+"),
-    option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as"),
-)
+DESCRIBED_AS = option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as")
+RECORDINGS = (option("file", "recording; searched for here, then in the data folder", nargs="+"), DESCRIBED_AS)
 DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
 
 
@@ -496,11 +494,13 @@ COMMANDS = (
         (
             "results/free_bending/recording.nc --out my_gripper.yaml",
             "log.csv --bench my_bench.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
+            "free.c3d --as my_recording.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
         ),
         (
             *CONSOLE,
             option("recording", "a recording.nc that `soft-gripper run` wrote, or a log", read=path, nargs="+"),
             option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path),
+            DESCRIBED_AS,
             option("--scenario", "scenario with the fingers and sensors of a log", "NAME"),
             option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
         ),

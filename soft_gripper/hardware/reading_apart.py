@@ -42,9 +42,9 @@ def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Fou
     except subprocess.CalledProcessError as error:
         expected = f"is damaged: its reader ended with code {error.returncode}"
         raise InputError(path, "file", path.name, expected) from None
-    found, error = pickle.loads(ended.stdout)
-    if isinstance(error, InputError):
-        raise error
-    if error is not None:
-        raise InputError(path, "file", path.name, f"cannot be read: {error}")
-    return found  # type: ignore[no-any-return]
+    found, mistake = pickle.loads(ended.stdout)
+    if isinstance(mistake, InputError):
+        raise mistake
+    if mistake is not None:
+        raise InputError(path, "file", path.name, f"cannot be read: {mistake}")
+    return found

@@ -181,6 +181,7 @@ class HardwareRecording:
     reference: dict[str, Array] = field(default_factory=dict)  # (3,) m, mean of every marker over the reference span
     poses: dict[str, BodyPose] = field(default_factory=dict)  # by rigid body
     pressures: Array | None = None  # (T, C) Pa, measured, in the order of the description
+    readings: Array | None = None  # (T, R) of strain sensors, in the order of the description
     lengths: dict[str, Array] = field(default_factory=dict)  # (T,) m, by wire
     pulled: dict[str, Array] = field(default_factory=dict)  # (T,) m, by tendon
     labels: tuple[str, ...] = ()  # (T) of what was moved; empty if none are described
@@ -415,6 +416,7 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
         reference={name: seen_mean(p[reference]) for name, p in placed.items()},
         poses={name: B.posed(pose) for name, pose in poses.items()},
         pressures=pressures_of(table, config),
+        readings=table.columns("readings", config.readings) if config.readings else None,
         lengths=lengths_of(table, config),
         pulled=pulled_of(table, config),
         labels=table.labels,

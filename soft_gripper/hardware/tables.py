@@ -32,6 +32,8 @@ from soft_gripper.hardware.live.messages import MalformedError, decoded
 from soft_gripper.hardware.reading_apart import read_apart
 from soft_gripper.hardware.recording_schema import LENGTH
 
+BAGS = (".bag", ".db3", ".mcap")
+OTHER_THAN_TEXT = (*BAGS, ".nc", ".c3d")
 HELD = 0.1  # s, see `Columns.hold`
 _LARGEST = 1e20  # largest number: admits a clock that counts nanoseconds since 1970
 
@@ -96,7 +98,7 @@ def read_table(path: Path, columns: Columns) -> Table:
     Raises:
         InputError: if it cannot be read, has no samples, or (bags, text) not the columns.
     """
-    if path.suffix.lower() in _BAGS or is_bag_folder(path):
+    if path.suffix.lower() in BAGS or is_bag_folder(path):
         return _read_bag(path, columns)
     if path.suffix.lower() == ".c3d":
         return _read_c3d(path, columns)
@@ -202,9 +204,6 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
 def _labels(labels: Sequence[object]) -> list[str]:
     """Labels without the subject that is in front of some."""
     return [str(label).strip().rpartition(":")[2] for label in labels]
-
-
-_BAGS = (".bag", ".db3", ".mcap")
 
 
 def _read_bag(path: Path, columns: Columns) -> Table:
