@@ -12,7 +12,7 @@ import numpy as np
 
 from soft_gripper.commands.chosen_station import chosen_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import atomic_folder
+from soft_gripper.files.output import atomic_folder, check_file
 from soft_gripper.hardware.live.bench import Bench, bench_scenario
 from soft_gripper.hardware.live.bench_schema import BenchConfig, described, load_bench
 from soft_gripper.hardware.live.endpoints import Endpoints, Sink, Source
@@ -32,6 +32,8 @@ class _Live(NamedTuple):
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
+    if options.mcap is not None:
+        check_file(options.mcap)
     scenario = bench_scenario(chosen_scenario(options))
     file = options.bench or (None if scenario.bench is None else Path(scenario.bench))
     with Endpoints(file or options.scenario) as endpoints, held_back() as is_interrupted:
@@ -44,13 +46,16 @@ def run(options: argparse.Namespace) -> None:
         with atomic_folder(options.out) as partial:
             live.bench.recording().save(partial / "recording.nc")
         print(f"Recording: {options.out / 'recording.nc'}", file=sys.stderr)
+    if options.mcap is not None:
+        live.bench.recording().save(options.mcap)
+        print(f"Recording: {options.mcap}", file=sys.stderr)
 
 
 def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
     found = load_bench(file)
     config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
-    bench = Bench(scenario, moving, records=options.out is not None)
+    bench = Bench(scenario, moving, records=_records(options))
     _check_inputs(file, config, bench)
     columns = None if config.time is None else Columns(config.names, config.time)
     source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
@@ -60,13 +65,17 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
 def _with_twin(scenario: Scenario, endpoints: Endpoints, options: argparse.Namespace) -> _Live:
     """The scenario names no hardware: its simulated twin stands in for it."""
     twin, sink = Twin(scenario), endpoints.sink(options.sink or "stdio:")
-    bench = Bench(scenario, twin.moving, records=options.out is not None)
+    bench = Bench(scenario, twin.moving, records=_records(options))
 
     def command(message: bytes, results: dict[str, Any]) -> None:
         twin.command(results)
         sink(message, results)
 
     return _Live(bench, described(bench.inputs, "twin"), TwinSource(twin), command)
+
+
+def _records(options: argparse.Namespace) -> bool:
+    return options.out is not None or options.mcap is not None
 
 
 def _check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:

@@ -65,6 +65,9 @@ def _simulated(
     for line in named_faults(station, recording):
         print(line)
     written = [out / file for file in _write(out, name, station, recording, console)]
+    if options.mcap is not None:
+        recording.save(options.mcap)
+        written.append(options.mcap)
     if meshcat is not None and options.html is not None:
         write_animation(meshcat, options.html)
         written.append(options.html)
@@ -130,14 +133,14 @@ def fits(folder: Path, scenario: Scenario) -> bool:
 
 def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:
     """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
-    written = [file for file in (options.video, options.html) if file is not None]
+    files = [file for file in (options.video, options.html, options.mcap) if file is not None]
+    written = [*files]
     written += [] if fits(out, scenario) else [out / "scenario.yaml"]
     keep_inputs([options.scenario, *(model.file for model in scenario.models)], written)
     if options.video is not None:
         check_video(options.video)
-    for file in (options.video, options.html):
-        if file is not None:
-            check_file(file)
+    for file in files:
+        check_file(file)
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:

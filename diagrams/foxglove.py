@@ -1,0 +1,281 @@
+"""Recordings as MCAP files (https://mcap.dev) with a layout, for Foxglove (https://docs.foxglove.dev).
+
+Every signal of up to 100 numbers is a topic, `/left_finger/strain`, whose messages are {timestamp, value} in JSON. An
+axis with names is an object, one with numbers is a list: `/left_finger/strain.value.inner[0]`; what is not known is
+null. Covariances are left out: they would be most of the file. Fingers, contacts
+and objects are drawn by topics with schemas of Foxglove, in the frame `world`:
+
+| topic | schema | what |
+|---|---|---|
+| `/{finger}/tip_in_world` | foxglove.PoseInFrame | the estimated tip |
+| `/{finger}/shape` | foxglove.SceneUpdate | the estimated finger, and the estimated contact force |
+| `/{finger}/true_shape` | foxglove.SceneUpdate | the simulated finger |
+| `/{object}/in_world` | foxglove.PoseInFrame | an object |
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.output import atomic_file
+
+_SECOND = 10**9  # ns
+_COLORS = {"shape": (0.88, 0.62, 0.0), "true_shape": (0.45, 0.1, 0.5), "force": (0.8, 0.1, 0.1)}
+_THICKNESS = 4e-3  # m, of lines and arrows
+_LENGTH = 0.025  # m/N, of an arrow
+_MOST_NUMBERS = 100  # of a signal in a sample
+_LEAST = 0.02  # N, smallest force drawn
+_PLOTTED = (  # signals of a finger, a plot of each group
+    ("strain", "curvature", "orientation"),
+    ("pressure", "sampled_pressure", "pressure_command"),
+    ("contact_force", "true_contact_force"),
+    ("contact_arc_length", "true_contact_arc_length"),
+)
+
+Make = Callable[[int], Any]  # the message of a sample
+
+
+def write_mcap(data: xr.Dataset, path: Path) -> None:
+    """Writes a recording, and beside it `{name}.layout.json`, a layout for it.
+
+    Raises:
+        InputError: if it cannot be written, or mcap is missing.
+    """
+    try:
+        from mcap.writer import Writer
+    except ImportError:
+        expected = "MCAP files require mcap: pip install 'soft-gripper[ros]'"
+        raise InputError(path, "file", path.name, expected) from None
+    stamps = [round(float(t) * _SECOND) for t in data["time"].values]
+    with atomic_file(path) as partial, partial.open("wb") as file:
+        writer = Writer(file)
+        writer.start(library="soft-gripper")
+        writer.add_metadata("run", {str(name): str(value) for name, value in data.attrs.items()})
+        channels = []
+        for topic, schema, make in (*_signals(data), *_drawn(data)) if stamps else ():
+            text = json.dumps(_schema({**_at(stamps[0], schema), **make(0)}, schema)).encode()
+            channel = writer.register_channel(topic, "json", writer.register_schema(schema, "jsonschema", text))
+            channels.append((channel, schema, make))
+        for i, stamp in enumerate(stamps):  # in the order of time: readers then need one chunk at a time
+            for channel, schema, make in channels:
+                message = {**_at(stamp, schema), **make(i)}
+                writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
+        writer.finish()  # type: ignore[no-untyped-call]
+    with atomic_file(path.with_suffix(".layout.json")) as partial:
+        partial.write_text(json.dumps(layout(data), indent=1), encoding="utf-8")
+
+
+def layout(data: xr.Dataset) -> dict[str, Any]:
+    """A layout of Foxglove: the fingers in space, and plots of their readings, pressures, and contacts."""
+    shown = {topic: {"visible": True} for topic, *_ in _drawn(data)}
+    grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 1, "divisions": 20}
+    panels: dict[str, Any] = {"3D!space": {"topics": shown, "layers": {"grid": grid}, "followTf": "world"}}
+    for group in _PLOTTED:
+        paths = [path for name in _fingers(data) for signal in group for path in _lines(data, f"{name}.{signal}")]
+        if paths:
+            lines = [{"value": path, "enabled": True, "timestampMethod": "receiveTime"} for path in paths]
+            panels[f"Plot!{group[0]}"] = {"title": group[0].replace("_", " "), "paths": lines, "isSynced": True}
+    _, *plots = panels
+    tree = {"first": "3D!space", "second": _stacked(plots), "direction": "row", "splitPercentage": 60}
+    return {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": tree if plots else "3D!space",
+    }
+
+
+def _stacked(panels: list[str]) -> Any:
+    """Panels below each other, of equal height."""
+    if len(panels) < 2:
+        return panels[0] if panels else None
+    first, *others = panels
+    share = 100 / len(panels)
+    return {"first": first, "second": _stacked(others), "direction": "column", "splitPercentage": share}
+
+
+def _lines(data: xr.Dataset, name: str) -> list[str]:
+    """The numbers of a signal as paths of messages."""
+    if name not in data:
+        return []
+    labels = [
+        data[dim].values.tolist() if dim in data.coords else range(data.sizes[dim]) for dim in data[name].dims[1:]
+    ]
+    paths = [f"{_topic(name)}.value"]
+    for axis in labels:
+        parts = [f".{label}" if isinstance(label, str) else f"[{i}]" for i, label in enumerate(axis)]
+        paths = [path + part for path in paths for part in parts]
+    return paths
+
+
+def _topic(name: str) -> str:
+    return "/" + name.replace(".", "/")
+
+
+def _fingers(data: xr.Dataset) -> list[str]:
+    return [str(name).removesuffix(".X_WB") for name in data.data_vars if str(name).endswith(".X_WB")]
+
+
+def _signals(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
+    """Topics of all signals, their schemas, and their messages."""
+    for key in data.data_vars:
+        name = str(key)
+        values = data[name]
+        if values[0].size > _MOST_NUMBERS:
+            continue
+        labels = [data[dim].values.tolist() for dim in values.dims[1:]]
+        numbers = values.values
+
+        def make(i: int, numbers: Array = numbers, labels: list[list[Any]] = labels) -> Any:
+            return {"value": _named(numbers[i].tolist(), labels)}
+
+        yield _topic(name), name, make
+
+
+def _named(values: Any, labels: list[list[Any]]) -> Any:
+    """A number, or what is along an axis, by its labels if these are names."""
+    if not labels:
+        return values if math.isfinite(values) else None
+    parts = [_named(value, labels[1:]) for value in values]
+    return dict(zip(labels[0], parts, strict=True)) if isinstance(labels[0][0], str) else parts
+
+
+def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
+    """Topics that are drawn, their schemas, and their messages."""
+    for name in _fingers(data):
+        X_WB = data[f"{name}.X_WB"].values
+        if {f"{name}.joint_positions_world", f"{name}.tip_pose"} <= set(data.data_vars):
+            x, z, heading = data[f"{name}.tip_pose"].values.T
+            R = X_WB[:, :, :3] @ Rotation.from_rotvec(np.outer(heading, [0, 1, 0])).as_matrix()
+            tip = X_WB[:, :, 3] + x[:, None] * X_WB[:, :, 0] + z[:, None] * X_WB[:, :, 2]
+            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(tip, Rotation.from_matrix(R).as_quat())
+            points = _through(X_WB, data[f"{name}.joint_positions_world"].values, tip)
+            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, _forces(data, name, points))
+        if {f"{name}.true_joint_positions", f"{name}.true_tip_position"} <= set(data.data_vars):
+            in_B = [data[f"{name}.true_joint_positions"].values, data[f"{name}.true_tip_position"].values[:, None]]
+            in_W = np.concatenate(in_B, axis=1) @ np.swapaxes(X_WB[:, :, :3], 1, 2) + X_WB[:, None, :, 3]
+            points = _through(X_WB, in_W[:, :-1], in_W[:, -1])
+            yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", points, None)
+    for key in data.data_vars:
+        if str(key).endswith(".pose") and data[key].shape[1:] == (7,):
+            pose = data[key].values
+            name = str(key).removesuffix(".pose")
+            yield f"/{name}/in_world", "foxglove.PoseInFrame", _pose(pose[:, 4:], np.roll(pose[:, :4], -1, axis=1))
+
+
+def _through(X_WB: Array, joints: Array, tip: Array) -> Array:
+    """Base, joints and tip in the world, (T, N + 2, 3) m."""
+    return np.concatenate([X_WB[:, None, :, 3], joints, tip[:, None]], axis=1)
+
+
+def _pose(p: Array, xyzw: Array) -> Make:
+    def make(i: int) -> Any:
+        return {"pose": {"position": _xyz(p[i]), "orientation": dict(zip("xyzw", xyzw[i].tolist(), strict=True))}}
+
+    return make
+
+
+def _forces(data: xr.Dataset, name: str, points: Array) -> tuple[Array, Array] | None:
+    """Where the estimated contact force acts, (T, 3) m, and the force in the world, (T, 3) N; None: not estimated."""
+    if f"{name}.contact_force" not in data or f"{name}.contact_arc_length" not in data:
+        return None
+    force, s = data[f"{name}.contact_force"].values, data[f"{name}.contact_arc_length"].values
+    X_WB = data[f"{name}.X_WB"].values
+    at, along = np.zeros((2, len(force), 3))
+    for i, polyline in enumerate(points):
+        steps = np.diff(polyline, axis=0)
+        ends = np.append(0.0, np.linalg.norm(steps, axis=1).cumsum())
+        at[i] = [np.interp(s[i], ends, each) for each in polyline.T]
+        along[i] = steps[min(int(np.searchsorted(ends[1:], s[i])), len(steps) - 1)]
+    inward = np.cross(X_WB[:, :, 1], along)  # y of B and the axis: toward the inner side
+    inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-12)
+    return at, -force[:, None] * inward
+
+
+def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | None) -> Make:
+    def make(i: int) -> Any:
+        line = {
+            "type": 0,  # a strip
+            "pose": _IDENTITY,
+            "thickness": _THICKNESS,
+            "scale_invariant": False,
+            "points": [_xyz(p) for p in points[i]],
+            "color": _color(kind),
+            "colors": [],
+            "indices": [],
+        }
+        entity = {
+            "timestamp": {"sec": 0, "nsec": 0},
+            "frame_id": "world",
+            "id": f"{name} {kind}",
+            "lifetime": {"sec": 0, "nsec": 0},
+            "frame_locked": False,
+            "metadata": [],
+            "lines": [line],
+            "arrows": [] if forces is None else _arrow(forces[0][i], forces[1][i]),
+        }
+        others = dict.fromkeys(("cubes", "spheres", "cylinders", "triangles", "texts", "models"), list[Any]())
+        return {"deletions": [], "entities": [entity | others]}
+
+    return make
+
+
+_IDENTITY = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+
+
+def _arrow(at: Array, force: Array) -> list[Any]:
+    """An arrow whose tip is where a force acts; none if it is small or unknown."""
+    size = float(np.linalg.norm(force))
+    if not size > _LEAST:
+        return []
+    turn, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
+    length, head = _LENGTH * size, 2 * _THICKNESS
+    return [
+        {
+            "pose": {
+                "position": _xyz(at - force / size * (length + head)),
+                "orientation": dict(zip("xyzw", turn.as_quat().tolist(), strict=True)),
+            },
+            "shaft_length": length,
+            "shaft_diameter": _THICKNESS,
+            "head_length": head,
+            "head_diameter": 2 * _THICKNESS,
+            "color": _color("force"),
+        }
+    ]
+
+
+def _color(of: str) -> dict[str, float]:
+    return dict(zip("rgba", (*_COLORS[of], 1.0), strict=True))
+
+
+def _xyz(p: Array) -> dict[str, float]:
+    return dict(zip("xyz", p.tolist(), strict=True))
+
+
+def _at(stamp: int, schema: str) -> dict[str, Any]:
+    time = {"timestamp": {"sec": stamp // _SECOND, "nsec": stamp % _SECOND}}
+    frame = {"frame_id": "world"} if schema == "foxglove.PoseInFrame" else {}
+    return {} if schema == "foxglove.SceneUpdate" else {**time, **frame}
+
+
+_TYPES: Mapping[type, str] = {str: "string", bool: "boolean", int: "integer", float: "number"}
+
+
+def _schema(value: Any, title: str = "") -> dict[str, Any]:
+    """The JSON schema of a message, by an example."""
+    of: dict[str, Any] = {"title": title} if title else {}
+    if isinstance(value, dict):
+        return {**of, "type": "object", "properties": {name: _schema(part) for name, part in value.items()}}
+    if isinstance(value, list):
+        return {**of, "type": "array", "items": _schema(value[0]) if value else {"type": "object"}}
+    return {**of, "type": _TYPES.get(type(value), "number")}
