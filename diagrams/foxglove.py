@@ -223,7 +223,7 @@ def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | No
             "lines": [line],
             "arrows": [] if forces is None else _arrow(forces[0][i], forces[1][i]),
         }
-        others = dict.fromkeys(("cubes", "spheres", "cylinders", "triangles", "texts", "models"), list[Any]())
+        others = {each: list[Any]() for each in ("cubes", "spheres", "cylinders", "triangles", "texts", "models")}
         return {"deletions": [], "entities": [entity | others]}
 
     return make
