@@ -158,12 +158,12 @@ def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
             R = X_WB[:, :, :3] @ Rotation.from_rotvec(np.outer(heading, [0, 1, 0])).as_matrix()
             tip = X_WB[:, :, 3] + x[:, None] * X_WB[:, :, 0] + z[:, None] * X_WB[:, :, 2]
             yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(tip, Rotation.from_matrix(R).as_quat())
-            points = _through(X_WB, data[f"{name}.joint_positions_world"].values, tip)
+            points = through_points(X_WB, data[f"{name}.joint_positions_world"].values, tip)
             yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, _forces(data, name, points))
         if {f"{name}.true_joint_positions", f"{name}.true_tip_position"} <= set(data.data_vars):
             in_B = [data[f"{name}.true_joint_positions"].values, data[f"{name}.true_tip_position"].values[:, None]]
             in_W = np.concatenate(in_B, axis=1) @ np.swapaxes(X_WB[:, :, :3], 1, 2) + X_WB[:, None, :, 3]
-            points = _through(X_WB, in_W[:, :-1], in_W[:, -1])
+            points = through_points(X_WB, in_W[:, :-1], in_W[:, -1])
             yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", points, None)
     for key in data.data_vars:
         if str(key).endswith(".pose") and data[key].shape[1:] == (7,):
@@ -172,7 +172,7 @@ def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
             yield f"/{name}/in_world", "foxglove.PoseInFrame", _pose(pose[:, 4:], np.roll(pose[:, :4], -1, axis=1))
 
 
-def _through(X_WB: Array, joints: Array, tip: Array) -> Array:
+def through_points(X_WB: Array, joints: Array, tip: Array) -> Array:
     """Base, joints and tip in the world, (T, N + 2, 3) m."""
     return np.concatenate([X_WB[:, None, :, 3], joints, tip[:, None]], axis=1)
 
@@ -185,11 +185,23 @@ def _pose(p: Array, xyzw: Array) -> Make:
 
 
 def _forces(data: xr.Dataset, name: str, points: Array) -> tuple[Array, Array] | None:
-    """Where the estimated contact force acts, (T, 3) m, and the force in the world, (T, 3) N; None: not estimated."""
-    if f"{name}.contact_force" not in data or f"{name}.contact_arc_length" not in data:
+    """What `forces_in_world` returns for a finger; None if no force is estimated."""
+    signals = [f"{name}.{signal}" for signal in ("X_WB", "contact_force", "contact_arc_length")]
+    if not set(signals) <= set(data.data_vars):
         return None
-    force, s = data[f"{name}.contact_force"].values, data[f"{name}.contact_arc_length"].values
-    X_WB = data[f"{name}.X_WB"].values
+    X_WB, force, s = (data[signal].values for signal in signals)
+    return forces_in_world(X_WB, points, force, s)
+
+
+def forces_in_world(X_WB: Array, points: Array, force: Array, s: Array) -> tuple[Array, Array]:
+    """Where contact forces act, (T, 3) m, and the forces in the world, (T, 3) N; NaN where they are.
+
+    Args:
+        X_WB: poses of the base [R | p], (T, 3, 4).
+        points: base, joints and tip in the world, (T, N + 2, 3) m.
+        force: across the finger, (T) N, positive on its inner side.
+        s: arc length from the base, (T) m.
+    """
     at, along = np.zeros((2, len(force), 3))
     for i, polyline in enumerate(points):
         steps = np.diff(polyline, axis=0)

@@ -56,7 +56,7 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
     bench = Bench(scenario, moving, records=_records(options))
-    _check_inputs(file, config, bench)
+    check_inputs(file, config, bench)
     columns = None if config.time is None else Columns(config.names, config.time)
     source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
     return _Live(bench, config, source, endpoints.sink(config.sink or "stdio:"))
@@ -78,8 +78,12 @@ def _records(options: argparse.Namespace) -> bool:
     return options.out is not None or options.mcap is not None
 
 
-def _check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
-    """Whether a bench measures all that its estimators need."""
+def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
+    """Checks that the bench that a file describes measures all that its estimators need.
+
+    Raises:
+        InputError: if it does not.
+    """
     found = {
         f"{name}.{kind}": len(fields)
         for name, finger in config.fingers.items()
