@@ -145,22 +145,23 @@ def test_estimates_are_those_of_the_bench(stubbed, tmp_path, run):
 
 
 def test_the_wrench_is_that_of_the_force_in_its_place(stubbed, tmp_path):
-    """Fingers that stay straight under pressure are pressed."""
+    """Fingers that stay straight under pressure are pressed, here at the tip."""
     row = np.array([0, *(0, 0, 0, 0, 60), *(0, 0, 0, 0, 60)], dtype=float)
     found = published(stubbed, tmp_path, "~/numbers", [Message(data=row.tolist())] * 3)
     bench = Bench(load_scenario("tip_distance_steps", CHANGES))
     for _ in range(3):
         bench.step({name: np.zeros(size) if "strain" in name else [60e3] for name, size in bench.inputs.items()})
-    X_WB, estimated, s = bench.read(
-        [f"left_finger.{n}" for n in ("X_WB", "contact_force", "contact_arc_length")]
+    (estimated,), (s,) = bench.read(
+        [f"left_finger.{name}" for name in ("contact_force", "contact_arc_length")]
     ).values()
-    X_WB = X_WB.reshape(3, 4)
+    assert (abs(estimated) > 0.1, s) == (True, pytest.approx(0.12))
+    tip = found["~/left_finger/shape"][-1].poses[-1]
+    p, xyzw = (np.array([getattr(tip.position, a) for a in "xyz"]), [getattr(tip.orientation, a) for a in "xyzw"])
+    inward = Rotation.from_quat(xyzw).apply([1, 0, 0])
     wrench = found["~/left_finger/contact"][-1].wrench
     force, torque = (np.array([getattr(vector, axis) for axis in "xyz"]) for vector in (wrench.force, wrench.torque))
-    assert abs(estimated[0]) > 0.1
-    np.testing.assert_allclose(force, -estimated[0] * X_WB[:, 0], atol=1e-3 * abs(estimated[0]))
-    at = X_WB @ [0, 0, s[0], 1]
-    np.testing.assert_allclose(torque, np.cross(at, force), atol=1e-3 * np.linalg.norm(torque))
+    np.testing.assert_allclose(force, -estimated * inward, atol=1e-9)
+    np.testing.assert_allclose(torque, np.cross(p, force), atol=1e-4 * abs(estimated))
     assert found["~/left_finger/contact"][-1].header.frame_id == "world"
 
 
