@@ -3,13 +3,14 @@
 import argparse
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_scenario
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_folder, check_file
@@ -42,6 +43,8 @@ def run(options: argparse.Namespace) -> None:
         else:
             live = _with_hardware(scenario, file, endpoints, options)
         _run(Session(*live, is_live=not options.fast), options, is_interrupted)
+    for line in _followed(live.bench):
+        print(line, file=sys.stderr)
     if options.out is not None:
         with atomic_folder(options.out) as partial:
             live.bench.recording().save(partial / "recording.nc")
@@ -72,6 +75,13 @@ def _with_twin(scenario: Scenario, endpoints: Endpoints, options: argparse.Names
         sink(message, results)
 
     return _Live(bench, described(bench.inputs, "twin"), TwinSource(twin), command)
+
+
+def _followed(bench: Bench) -> Iterator[str]:
+    """How far every finger that `recursive` estimates has moved since its calibration."""
+    for finger in bench.quantities:
+        if f"{finger}.bend_change" in bench.signals:
+            yield changes_line(finger, lambda name: bench.read([name])[name])
 
 
 def _records(options: argparse.Namespace) -> bool:

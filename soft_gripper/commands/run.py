@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
+from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
@@ -62,7 +63,7 @@ def _simulated(
         print(line, file=sys.stderr)
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    for line in named_faults(station, recording):
+    for line in (*named_faults(station, recording), *followed(station, recording)):
         print(line)
     written = [out / file for file in _write(out, name, station, recording, console)]
     if options.mcap is not None:
@@ -89,6 +90,15 @@ def named_faults(station: Station, recording: Recording) -> list[str]:
             since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
             lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
     return lines
+
+
+def followed(station: Station, recording: Recording) -> list[str]:
+    """How far every finger that `recursive` estimates has moved since its calibration, at the end."""
+    return [
+        changes_line(finger.name, lambda name: recording[name].values[-1])
+        for finger in station.fingers
+        if f"{finger.name}.bend_change" in recording.data
+    ]
 
 
 def observed(station: Station) -> list[str]:
