@@ -4,7 +4,7 @@ import argparse
 from dataclasses import asdict
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.calibration import GAIN
+from soft_gripper.estimators.calibration import GAIN, SOUGHT
 from soft_gripper.files.output import check_file, keep_inputs
 from soft_gripper.hardware.calibration import Log, calibrate_recordings
 from soft_gripper.hardware.live.bench_schema import load_bench
@@ -19,7 +19,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     keep_inputs(options.recording, [options.out])
     check_file(options.out)
-    calibration = calibrate_recordings(options.recording, _log(options))
+    calibration = calibrate_recordings(options.recording, _log(options), options.find)
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():
         _print(name, finger)
@@ -54,6 +54,11 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
     for title, (values, form) in rows.items():
         print(f"  {title:<15}", *(form.format(value) for value in values), sep="")
     print(f"  hysteresis {100 * finger.hysteresis:.2f} % of the stroke")
+    for name, (value, std, unit) in _sought(finger).items():
+        if std > 0:
+            print(f"  {name} {value:.4g} +- {std:.2g}{unit}")
+            if std > _UNKNOWN * SOUGHT[name.partition(" ")[0]]:
+                print(f"  note: the {name} is hardly known better than before: a measured tip would help")
     unknown = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNKNOWN * GAIN]
     if unknown:
         print(f"  note: the gains of readings {', '.join(unknown)} are not determined: these hardly stretch")
@@ -61,3 +66,11 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
         print("  note: a common gain and the bend ratio cannot be told apart, unless the place of the tip is measured")
     for hold in finger.doubtful:
         print(f"  note: {hold} does not fit free bending: was the finger loaded or touched?")
+
+
+def _sought(finger: FingerCalibrationConfig) -> dict[str, tuple[float, float, str]]:
+    """What was looked for with --find: value, standard deviation and unit."""
+    return {
+        "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
+        "response curvature": (finger.response_curvature, finger.response_curvature_std, ""),
+    }

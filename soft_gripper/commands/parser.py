@@ -515,6 +515,13 @@ COMMANDS = (
             option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path),
             DESCRIBED_AS,
             option("--scenario", "scenario with the fingers and sensors of a log", "NAME"),
+            option(
+                "--find",
+                "look for an offset of the pressure sensor, a curvature of the response, too",
+                nargs="+",
+                choices=("pressure", "response"),
+                default=(),
+            ),
             option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
         ),
     ),

@@ -4,7 +4,7 @@ Recordings are those of `soft-gripper run` and `play`, or logs of hardware, any 
 fields of a bench (`live.bench_schema`), or those of a recording of one finger, markers included (`recording_schema`).
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -64,7 +64,9 @@ class _Recorded(NamedTuple):
     samples: FreeBending
 
 
-def calibrate_recordings(files: Sequence[Path], log: Log | None = None) -> CalibrationConfig:
+def calibrate_recordings(
+    files: Sequence[Path], log: Log | None = None, sought: Collection[str] = ()
+) -> CalibrationConfig:
     """Fits gains, offsets, hysteresis, drift and the bend ratio of each finger to all recordings together.
 
     The fit starts from the nominal models of the recordings, without the calibrations loaded in them.
@@ -72,6 +74,7 @@ def calibrate_recordings(files: Sequence[Path], log: Log | None = None) -> Calib
     Args:
         files: recordings of this project, unless `log` says how to read them.
         log: of other recordings.
+        sought: names of what is fitted beyond these, see `estimators.calibration.SOUGHT`.
 
     Raises:
         InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.
@@ -86,7 +89,7 @@ def calibrate_recordings(files: Sequence[Path], log: Log | None = None) -> Calib
             recorded.setdefault(name, []).append(found)
     fingers = {}
     for name, layout in layouts.items():
-        calibration = calibrate(layout, recorded[name])
+        calibration = calibrate(layout, recorded[name], sought)
         at_rest = np.concatenate([each.ratios[each.hold >= 0] for each in recorded[name]])
         _check_fit(name, calibration, _range(at_rest[np.isfinite(at_rest).all(axis=1)]))
         doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
