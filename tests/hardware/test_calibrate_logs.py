@@ -91,6 +91,18 @@ def test_lines_of_json_say_the_same(bench):
     assert found.gains == text.gains
 
 
+def test_what_is_looked_for_is_printed_and_written(bench):
+    folder, *_ = bench
+    arguments = ["--bench", folder / "bench.yaml", "--scenario", folder / "one.yaml", "--out", folder / "mine.yaml"]
+    result = soft_gripper("calibrate", folder / "log.csv", *arguments, "--find", "pressure", "response")
+    assert result.code == 0, result.err
+    assert "pressure offset" in result.out
+    assert "response curvature" in result.out
+    found = load_calibration(str(folder / "mine.yaml")).fingers["finger"]
+    assert abs(found.pressure_offset) < 3 * found.pressure_offset_std < 1000
+    assert abs(found.response_curvature) < 3 * found.response_curvature_std < 0.2
+
+
 def changed(folder, old, new, file="bench.yaml"):
     (folder / file).write_text((folder / file).read_text().replace(old, new))
 
