@@ -13,7 +13,7 @@ import numpy as np
 from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import atomic_folder, check_file
+from soft_gripper.files.output import atomic_folder, check_file, keep_inputs
 from soft_gripper.hardware.live.bench import Bench, bench_scenario
 from soft_gripper.hardware.live.bench_schema import BenchConfig, described, load_bench
 from soft_gripper.hardware.live.endpoints import Endpoints, Sink, Source
@@ -61,6 +61,8 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     bench = Bench(scenario, moving, records=_records(options))
     check_inputs(file, config, bench)
     columns = None if config.time is None else Columns(config.names, config.time)
+    if options.mcap is not None:
+        keep_inputs([file, config.source.removeprefix("file:")], [options.mcap])
     source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
     return _Live(bench, config, source, endpoints.sink(config.sink or "stdio:"))
 

@@ -45,7 +45,7 @@ GAIN, RATIO = 0.05, 0.5  # standard deviations before anything is measured: of g
 OFFSET, DRIFT, HYSTERESIS = 0.1, 2e-3 / MINUTE, 0.02  # extension ratio, 1/s, share of the stroke
 TIP = 5e-4  # m, standard deviation of a measured place of the tip, at least
 SOUGHT = {"pressure": 1000.0, "response": 0.2}  # Pa, offset of its sensor; curvature of the response, over strain
-_FIXED = 1e-9  # share of these, where they are not looked for
+_FIXED = 1e-6  # share of these, where they are not looked for
 _PRESSURE_STEP = 100.0  # Pa, for differences
 _RATIOS = (0.2, 5.0)
 _FIRST, _LEAST = 1e-3, 2e-5  # extension ratio, standard deviations of a median: guess, and least
@@ -123,18 +123,16 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
 
     @lru_cache(maxsize=4)
     def predict(log_ratio: float) -> tuple[_Predicted, _Predicted | None]:
-        finger = softened(layout.finger, float(np.exp(log_ratio)))
-        here = _predict(layout, finger, recordings)
-        if "pressure" not in sought:
-            return here, None
-        there = _predict(layout, replace(finger, pressure_offset=_PRESSURE_STEP), recordings)
-        return here, there.less(here, _PRESSURE_STEP)
+        return _predict_both(layout, recordings, log_ratio, "pressure" in sought)
+
+    def left_at(x: Array) -> Array:
+        return _left(x, parts.at(x, *predict(x[0])), holds, parts)
 
     for _ in range(_PASSES):
         scale = (np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip]))[known]
 
         def residuals(x: Array, scale: Array = scale) -> Array:
-            return np.concatenate([_left(x, parts.at(x, *predict(x[0])), holds, parts)[known] * scale, prior @ x])
+            return np.concatenate([left_at(x)[known] * scale, prior @ x])
 
         def slopes(x: Array, scale: Array = scale) -> Array:
             here, beyond = (parts.at(x, *predict(log_ratio)) for log_ratio in (x[0], x[0] + _STEP))
@@ -143,9 +141,9 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: C
 
         fit = least_squares(residuals, x, slopes, bounds=_bounds(len(x)), x_scale="jac")
         x = np.asarray(fit.x)
-        noise, weights = _scatter(_left(x, parts.at(x, *predict(x[0])), holds, parts))
+        noise, weights = _scatter(left_at(x))
     covariance = np.linalg.inv(fit.jac.T @ fit.jac)
-    left, gains = _left(x, parts.at(x, *predict(x[0])), holds, parts), np.exp(x[parts.bends] - x[0])
+    left, gains = left_at(x), np.exp(x[parts.bends] - x[0])
     from_bends = np.eye(len(x))[parts.bends] - np.eye(len(x))[0]  # to the logarithms of the gains
     of_gains, stds = from_bends @ covariance @ from_bends.T, np.sqrt(np.diagonal(covariance))
     return Calibration(
@@ -213,6 +211,18 @@ def _holds(recordings: Sequence[FreeBending]) -> _Holds:
             found.append((strain, number, float(recording.time[at].mean() - recording.time[0]), tip))
     strains, numbers, times, tips = zip(*found, strict=True)
     return _Holds(np.array(strains), np.array(numbers), np.array(times), np.array(tips))
+
+
+def _predict_both(
+    layout: SensorLayout, recordings: Sequence[FreeBending], log_ratio: float, with_pressure: bool
+) -> tuple[_Predicted, _Predicted | None]:
+    """What is predicted at a bend ratio, and, if requested, its derivative by the offset of the pressure, 1/Pa."""
+    finger = softened(layout.finger, float(np.exp(log_ratio)))
+    here = _predict(layout, finger, recordings)
+    if not with_pressure:
+        return here, None
+    there = _predict(layout, replace(finger, pressure_offset=_PRESSURE_STEP), recordings)
+    return here, there.less(here, _PRESSURE_STEP)
 
 
 def _predict(layout: SensorLayout, finger: Finger, recordings: Sequence[FreeBending]) -> _Predicted:

@@ -19,6 +19,8 @@ resource.setrlimit(resource.RLIMIT_AS, (most, most))
 try:
     read, arguments = pickle.load(sys.stdin.buffer)
     answer = read(*arguments), None
+except MemoryError:
+    answer = None, "it does not fit into memory"
 except Exception as error:  # those of libraries need not survive pickling
     of_input = type(error).__name__ == "InputError"
     answer = None, error if of_input else " ".join(str(error).split()) or type(error).__name__

@@ -137,6 +137,20 @@ def test_what_is_no_bag_is_refused(tmp_path, describe, name):
             read_recording(tmp_path / name, describe(text=OF_BAG))
 
 
+def test_a_file_that_takes_too_much_memory_or_time_is_refused(tmp_path, describe, monkeypatch):
+    path = write_json_mcap(tmp_path / "a.mcap", {"/a": (np.zeros(1), np.zeros((1, 6_000_000)))})
+    columns = Columns(["/a.position[0]"], "/a.header.stamp")
+    assert path.stat().st_size < 1e6, "it is compressed"
+    assert read_table(path, columns).values.shape == (1, 2)
+    monkeypatch.setattr(reading_apart, "_MOST_MEMORY", 300 << 20)
+    with refused("file", "a.mcap"):
+        read_table(path, columns)
+    monkeypatch.setattr(reading_apart, "_PATIENCE", 0.01)
+    with refused("file", "a.mcap") as error:
+        read_table(path, columns)
+    assert "within 0.01 s" in str(error.value)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.bag", "a.mcap", "a.db3"])
 def test_damaged_files_end_in_a_line(tmp_path, describe, monkeypatch, name):
