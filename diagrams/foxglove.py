@@ -2,8 +2,8 @@
 
 Every signal of up to 100 numbers is a topic, `/left_finger/strain`, whose messages are {timestamp, value} in JSON. An
 axis with names is an object, one with numbers is a list: `/left_finger/strain.value.inner[0]`; what is not known is
-null. Covariances are left out: they would be most of the file. Fingers, contacts
-and objects are drawn by topics with schemas of Foxglove, in the frame `world`:
+null. Covariances are left out: they would be most of the file. Fingers, contacts and objects are drawn by topics with
+schemas of Foxglove, in the frame `world`; there is no message where something is not known:
 
 | topic | schema | what |
 |---|---|---|
@@ -40,7 +40,7 @@ _PLOTTED = (  # signals of a finger, a plot of each group
     ("contact_arc_length", "true_contact_arc_length"),
 )
 
-Make = Callable[[int], Any]  # the message of a sample
+Make = Callable[[int], dict[str, Any] | None]  # the message of a sample; None: there is none
 
 
 def write_mcap(data: xr.Dataset, path: Path) -> None:
@@ -59,15 +59,17 @@ def write_mcap(data: xr.Dataset, path: Path) -> None:
         writer = Writer(file)
         writer.start(library="soft-gripper")
         writer.add_metadata("run", {str(name): str(value) for name, value in data.attrs.items()})
-        channels = []
-        for topic, schema, make in (*_signals(data), *_drawn(data)) if stamps else ():
-            text = json.dumps(_schema({**_at(stamps[0], schema), **make(0)}, schema)).encode()
-            channel = writer.register_channel(topic, "json", writer.register_schema(schema, "jsonschema", text))
-            channels.append((channel, schema, make))
+        topics, channels = [*_signals(data), *_drawn(data)], dict[str, int]()
         for i, stamp in enumerate(stamps):  # in the order of time: readers then need one chunk at a time
-            for channel, schema, make in channels:
-                message = {**_at(stamp, schema), **make(i)}
-                writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
+            for topic, schema, make in topics:
+                if (made := make(i)) is None:
+                    continue
+                message = {**_at(stamp, schema), **made}
+                if topic not in channels:
+                    text = json.dumps(_schema(message, schema)).encode()
+                    number = writer.register_schema(schema, "jsonschema", text)
+                    channels[topic] = writer.register_channel(topic, "json", number)
+                writer.add_message(channels[topic], stamp, json.dumps(message).encode(), stamp)
         writer.finish()  # type: ignore[no-untyped-call]
     with atomic_file(path.with_suffix(".layout.json")) as partial:
         partial.write_text(json.dumps(layout(data), indent=1), encoding="utf-8")
@@ -107,11 +109,8 @@ def _lines(data: xr.Dataset, name: str) -> list[str]:
     """The numbers of a signal as paths of messages."""
     if name not in data:
         return []
-    labels = [
-        data[dim].values.tolist() if dim in data.coords else range(data.sizes[dim]) for dim in data[name].dims[1:]
-    ]
     paths = [f"{_topic(name)}.value"]
-    for axis in labels:
+    for axis in (data[dim].values.tolist() for dim in data[name].dims[1:]):
         parts = [f".{label}" if isinstance(label, str) else f"[{i}]" for i, label in enumerate(axis)]
         paths = [path + part for path in paths for part in parts]
     return paths
@@ -135,7 +134,7 @@ def _signals(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
         labels = [data[dim].values.tolist() for dim in values.dims[1:]]
         numbers = values.values
 
-        def make(i: int, numbers: Array = numbers, labels: list[list[Any]] = labels) -> Any:
+        def make(i: int, numbers: Array = numbers, labels: list[list[Any]] = labels) -> dict[str, Any]:
             return {"value": _named(numbers[i].tolist(), labels)}
 
         yield _topic(name), name, make
@@ -153,23 +152,38 @@ def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
     """Topics that are drawn, their schemas, and their messages."""
     for name in _fingers(data):
         X_WB = data[f"{name}.X_WB"].values
-        if {f"{name}.joint_positions_world", f"{name}.tip_pose"} <= set(data.data_vars):
-            x, z, heading = data[f"{name}.tip_pose"].values.T
-            R = X_WB[:, :, :3] @ Rotation.from_rotvec(np.outer(heading, [0, 1, 0])).as_matrix()
-            tip = X_WB[:, :, 3] + x[:, None] * X_WB[:, :, 0] + z[:, None] * X_WB[:, :, 2]
-            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(tip, Rotation.from_matrix(R).as_quat())
-            points = through_points(X_WB, data[f"{name}.joint_positions_world"].values, tip)
-            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, _forces(data, name, points))
-        if {f"{name}.true_joint_positions", f"{name}.true_tip_position"} <= set(data.data_vars):
-            in_B = [data[f"{name}.true_joint_positions"].values, data[f"{name}.true_tip_position"].values[:, None]]
-            in_W = np.concatenate(in_B, axis=1) @ np.swapaxes(X_WB[:, :, :3], 1, 2) + X_WB[:, None, :, 3]
-            points = through_points(X_WB, in_W[:, :-1], in_W[:, -1])
-            yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", points, None)
+        estimated, true = _estimated(data, name), _points(data, name, "true_joint_positions", "true_tip_position")
+        if estimated is not None:
+            xyzw = _quaternions(frames_along(X_WB, estimated)[:, -1])
+            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(estimated[:, -1], xyzw)
+            forces = _forces(data, name, estimated)
+            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", estimated, forces)
+        if true is not None:
+            yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", true, None)
     for key in data.data_vars:
         if str(key).endswith(".pose") and data[key].shape[1:] == (7,):
-            pose = data[key].values
-            name = str(key).removesuffix(".pose")
-            yield f"/{name}/in_world", "foxglove.PoseInFrame", _pose(pose[:, 4:], np.roll(pose[:, :4], -1, axis=1))
+            pose, topic = data[key].values, f"/{str(key).removesuffix('.pose')}/in_world"
+            yield topic, "foxglove.PoseInFrame", _pose(pose[:, 4:], np.roll(pose[:, :4], -1, axis=1))
+
+
+def _estimated(data: xr.Dataset, name: str) -> Array | None:
+    """Base, joints and tip in the world as estimated, (T, N + 2, 3) m; None if they are not."""
+    in_space = _points(data, name, "estimated_joint_positions", "estimated_tip_position")
+    if in_space is not None or not {f"{name}.joint_positions_world", f"{name}.tip_pose"} <= set(data.data_vars):
+        return in_space
+    joints, (x, z, _) = data[f"{name}.joint_positions_world"].values, data[f"{name}.tip_pose"].values.T
+    X_WB = data[f"{name}.X_WB"].values
+    return through_points(X_WB, joints, X_WB[:, :, 3] + x[:, None] * X_WB[:, :, 0] + z[:, None] * X_WB[:, :, 2])
+
+
+def _points(data: xr.Dataset, name: str, joints: str, tip: str) -> Array | None:
+    """Base, joints and tip in the world, (T, N + 2, 3) m, of signals in B; None if these are not recorded."""
+    if not {f"{name}.{joints}", f"{name}.{tip}"} <= set(data.data_vars):
+        return None
+    X_WB = data[f"{name}.X_WB"].values
+    in_B = np.concatenate([data[f"{name}.{joints}"].values, data[f"{name}.{tip}"].values[:, None]], axis=1)
+    in_W = in_B @ np.swapaxes(X_WB[:, :, :3], 1, 2) + X_WB[:, None, :, 3]
+    return through_points(X_WB, in_W[:, :-1], in_W[:, -1])
 
 
 def through_points(X_WB: Array, joints: Array, tip: Array) -> Array:
@@ -177,20 +191,41 @@ def through_points(X_WB: Array, joints: Array, tip: Array) -> Array:
     return np.concatenate([X_WB[:, None, :, 3], joints, tip[:, None]], axis=1)
 
 
+def frames_along(X_WB: Array, points: Array) -> Array:
+    """Rotations at base, joints and tip, (T, N + 2, 3, 3): z along the finger, y as near to the base's as can be."""
+    z = np.diff(points, axis=1)
+    z = np.concatenate([z, z[:, -1:]], axis=1)
+    z = z / np.linalg.norm(z, axis=-1, keepdims=True)
+    x = np.cross(X_WB[:, None, :, 1], z)
+    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _quaternions(R: Array) -> Array:
+    """x, y, z, w of rotations (T, 3, 3), (T, 4); NaN where they are."""
+    xyzw: Array = np.full((len(R), 4), np.nan)
+    known = np.isfinite(R).all(axis=(1, 2))
+    xyzw[known] = Rotation.from_matrix(R[known]).as_quat()
+    return xyzw
+
+
 def _pose(p: Array, xyzw: Array) -> Make:
-    def make(i: int) -> Any:
+    def make(i: int) -> dict[str, Any] | None:
+        if not np.isfinite(p[i]).all():
+            return None
         return {"pose": {"position": _xyz(p[i]), "orientation": dict(zip("xyzw", xyzw[i].tolist(), strict=True))}}
 
     return make
 
 
 def _forces(data: xr.Dataset, name: str, points: Array) -> tuple[Array, Array] | None:
-    """What `forces_in_world` returns for a finger; None if no force is estimated."""
-    signals = [f"{name}.{signal}" for signal in ("X_WB", "contact_force", "contact_arc_length")]
-    if not set(signals) <= set(data.data_vars):
+    """Where the estimated contact force acts, (T, 3) m, and the force, (T, 3) N, in the world; None: not estimated."""
+    if f"{name}.contact_arc_length" not in data:
         return None
-    X_WB, force, s = (data[signal].values for signal in signals)
-    return forces_in_world(X_WB, points, force, s)
+    s, X_WB = data[f"{name}.contact_arc_length"].values, data[f"{name}.X_WB"].values
+    if f"{name}.contact_force_world" in data:  # of an estimate in space
+        return forces_in_world(X_WB, points, np.zeros(len(s)), s)[0], data[f"{name}.contact_force_world"].values
+    return forces_in_world(X_WB, points, data[f"{name}.contact_force"].values, s)
 
 
 def forces_in_world(X_WB: Array, points: Array, force: Array, s: Array) -> tuple[Array, Array]:
@@ -214,7 +249,9 @@ def forces_in_world(X_WB: Array, points: Array, force: Array, s: Array) -> tuple
 
 
 def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | None) -> Make:
-    def make(i: int) -> Any:
+    def make(i: int) -> dict[str, Any] | None:
+        if not np.isfinite(points[i]).all():
+            return None
         line = {
             "type": 0,  # a strip
             "pose": _IDENTITY,
@@ -247,7 +284,7 @@ _IDENTITY = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 
 def _arrow(at: Array, force: Array) -> list[Any]:
     """An arrow whose tip is where a force acts; none if it is small or unknown."""
     size = float(np.linalg.norm(force))
-    if not size > _LEAST:
+    if not size > _LEAST or not np.isfinite(at).all():
         return []
     turn, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
     length, head = _LENGTH * size, 2 * _THICKNESS

@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 
 import soft_gripper as sg
 from soft_gripper.commands.live import check_inputs
-from soft_gripper.diagrams.foxglove import forces_in_world, through_points
+from soft_gripper.diagrams.foxglove import forces_in_world, frames_along, through_points
 from soft_gripper.fingers.finger_links import joint_name
 from soft_gripper.hardware.live.bench import Bench
 from soft_gripper.hardware.live.bench_schema import load_bench
@@ -108,9 +108,7 @@ def known(bench, finger):
     x, z, _ = read["tip_pose"]
     tip = X_WB[:, :, 3] + x * X_WB[:, :, 0] + z * X_WB[:, :, 2]
     points = through_points(X_WB, read["joint_positions_world"].reshape(1, -1, 3), tip)
-    along = np.diff(points[0], axis=0)
-    along = np.concatenate([along, along[-1:]])
-    poses = [(p, _turned(X_WB[0], direction)) for p, direction in zip(points[0], along, strict=True)]
+    poses = list(zip(points[0], frames_along(X_WB, points)[0], strict=True))
     at = force = None
     if {f"{finger}.{name}" for name in CONTACT} <= bench.signals.keys():
         contact = bench.read([f"{finger}.{name}" for name in CONTACT]).values()
@@ -120,14 +118,6 @@ def known(bench, finger):
 
 SHAPE = ("X_WB", "tip_pose", "joint_positions_world", "estimated_joint_angles")
 CONTACT = ("contact_force", "contact_arc_length")
-
-
-def _turned(X_WB, along):
-    """The rotation whose z is along a direction, and whose y is that of the base as nearly as can be."""
-    z = along / np.linalg.norm(along)
-    x = np.cross(X_WB[:, 1], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
 
 
 def _point(p):

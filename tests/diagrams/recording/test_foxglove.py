@@ -125,3 +125,28 @@ def test_an_error_leaves_nothing_behind(tmp_path):
     with refused("file"):
         recording().save(tmp_path / "none" / "a.mcap")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_not_known_is_not_drawn(tmp_path):
+    made = recording()
+    made.data["f.tip_pose"][0] = np.nan
+    made.save(tmp_path / "a.mcap")
+    found, _ = messages(tmp_path / "a.mcap")
+    assert [len(found[f"/f/{topic}"]) for topic in ("tip_in_world", "shape", "true_shape", "tip_pose")] == [2, 2, 3, 3]
+    assert found["/f/tip_pose"][0]["value"] == {"x": None, "z": None, "heading": None}
+
+
+def test_an_estimate_in_space_is_drawn_there(tmp_path):
+    made = recording()
+    bent, force = np.array([[0, 0, 0.02], [0, 0.01, 0.06]]), np.array([0.0, 0.3, 0.4])
+    data = made.data.drop_vars(["f.joint_positions_world", "f.contact_force"])
+    data["f.estimated_joint_positions"] = (["time", "joint", "xyz"], np.repeat(bent[None], 3, axis=0))
+    data["f.estimated_tip_position"] = (["time", "xyz"], np.repeat([[0, 0.02, 0.08]], 3, axis=0))
+    data["f.contact_force_world"] = (["time", "xyz"], np.repeat(force[None], 3, axis=0))
+    Recording(data).save(tmp_path / "a.mcap")
+    (entity,) = messages(tmp_path / "a.mcap")[0]["/f/shape"][1]["entities"]
+    expected = TURN.apply([[0, 0, 0], *bent, [0, 0.02, 0.08]]) + BASE
+    np.testing.assert_allclose([list(p.values()) for p in entity["lines"][0]["points"]], expected, atol=1e-12)
+    (arrow,) = entity["arrows"]
+    points = Rotation.from_quat(list(arrow["pose"]["orientation"].values())).apply([1, 0, 0])
+    np.testing.assert_allclose(points, force / 0.5, atol=1e-9)
