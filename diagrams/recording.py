@@ -333,7 +333,9 @@ class Recording:
         try:
             with file.open("rb") as opened:
                 begin = opened.read(len(_MAGICS[0]))
-            require(begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file")
+            require(
+                begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file; nccopy -k classic converts netCDF 4"
+            )
             with xr.open_dataset(file, engine="scipy") as data:
                 fits = data.nbytes <= _LARGEST * file.stat().st_size
                 require(fits, file, "size", data.nbytes, "is damaged: its arrays are larger than the file")
