@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -93,6 +94,15 @@ def path(text: str) -> Path:
         raise ValueError(str(error)) from None
 
 
+def mcap_path(text: str) -> Path:
+    """Reads a path that ends in .mcap."""
+    if not text.endswith(".mcap"):
+        raise ValueError("give a name that ends in .mcap")
+    if find_spec("mcap") is None:  # found out before a run, not after it
+        raise ValueError("MCAP files require mcap: pip install 'soft-gripper[ros]'")
+    return path(text)
+
+
 def scenario_name(text: str) -> str:
     """Reads the name of a shipped scenario, or the path of a file."""
     if not os.path.exists(scenario_path(text)):
@@ -142,6 +152,7 @@ HOST = option(
     "ADDRESS",
     default=LOOPBACK,
 )
+MCAP = option("--mcap", "write an MCAP file, and a layout for Foxglove beside it", "FILE.mcap", mcap_path)
 SCHEDULER = option(
     "--scheduler",
     "Dask scheduler whose workers to use instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
@@ -242,6 +253,7 @@ COMMANDS = (
             HOST,
             HTML,
             option("--video", "write a video: .mp4, .gif, .webp or .png", "FILE", path),
+            MCAP,
         ),
     ),
     Command(
@@ -288,6 +300,7 @@ COMMANDS = (
             ),
             flag("--fast", "use the readings of a file as fast as possible"),
             option("--out", "folder for a recording of every signal", "DIR", path),
+            MCAP,
         ),
     ),
     Command(
@@ -494,12 +507,21 @@ COMMANDS = (
         (
             "results/free_bending/recording.nc --out my_gripper.yaml",
             "log.csv --bench my_bench.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
+            "free.c3d --as my_recording.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
         ),
         (
             *CONSOLE,
             option("recording", "a recording.nc that `soft-gripper run` wrote, or a log", read=path, nargs="+"),
             option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path),
+            DESCRIBED_AS,
             option("--scenario", "scenario with the fingers and sensors of a log", "NAME"),
+            option(
+                "--find",
+                "look for an offset of the pressure sensor, a curvature of the response, too",
+                nargs="+",
+                choices=("pressure", "response"),
+                default=(),
+            ),
             option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
         ),
     ),

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
+from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
@@ -62,9 +63,12 @@ def _simulated(
         print(line, file=sys.stderr)
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    for line in named_faults(station, recording):
+    for line in (*named_faults(station, recording), *followed(station, recording)):
         print(line)
     written = [out / file for file in _write(out, name, station, recording, console)]
+    if options.mcap is not None:
+        recording.save(options.mcap)
+        written.append(options.mcap)
     if meshcat is not None and options.html is not None:
         write_animation(meshcat, options.html)
         written.append(options.html)
@@ -86,6 +90,15 @@ def named_faults(station: Station, recording: Recording) -> list[str]:
             since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
             lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
     return lines
+
+
+def followed(station: Station, recording: Recording) -> list[str]:
+    """How far every finger that `recursive` estimates has moved since its calibration, at the end."""
+    return [
+        changes_line(finger.name, lambda name: recording[name].values[-1])
+        for finger in station.fingers
+        if f"{finger.name}.bend_change" in recording.data
+    ]
 
 
 def observed(station: Station) -> list[str]:
@@ -130,14 +143,14 @@ def fits(folder: Path, scenario: Scenario) -> bool:
 
 def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:
     """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
-    written = [file for file in (options.video, options.html) if file is not None]
+    files = [file for file in (options.video, options.html, options.mcap) if file is not None]
+    written = [*files]
     written += [] if fits(out, scenario) else [out / "scenario.yaml"]
     keep_inputs([options.scenario, *(model.file for model in scenario.models)], written)
     if options.video is not None:
         check_video(options.video)
-    for file in (options.video, options.html):
-        if file is not None:
-            check_file(file)
+    for file in files:
+        check_file(file)
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:

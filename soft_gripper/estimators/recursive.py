@@ -34,6 +34,7 @@ twice, would amount to 8 mN m.
 import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from operator import attrgetter
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -58,6 +59,19 @@ _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can
 _OUTLIER = 6.0  # standard deviations
 _MISSING = 1e6  # variance of an omitted reading
 _CHANCE = 1e-3  # that noise exceeds the limit of an innovation
+
+
+class Changes(NamedTuple):
+    """How far finger and sensors have moved since the nominal model, or its calibration, and standard deviations."""
+
+    bend_change: Array  # (...) share by which the finger bends further under the same pressure: its stiffness is less
+    bend_change_std: Array
+    pressure_change: Array  # (...) Pa, by which the measured pressure is too low
+    pressure_change_std: Array
+    gain_changes: Array  # (..., R) share
+    gain_changes_std: Array
+    offset_changes: Array  # (..., R) extension ratio
+    offset_changes_std: Array
 
 
 class Filter(NamedTuple):
@@ -158,6 +172,14 @@ class RecursiveShape:
         covariance = A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A))
         theta = (A @ load @ known.mean[..., :M, None])[..., 0]
         return Bends(theta, covariance, self.mechanics.compliance(known.q))
+
+    def changes(self, known: Filter) -> Changes:
+        """How far finger and sensors have moved, as learnt in free motion."""
+        readings, std = self.layout.readings, np.sqrt(np.diagonal(known.covariance, axis1=-2, axis2=-1))
+        M = self._modes
+        gains = slice(M + 2, M + 2 + readings)
+        parts = M, M + 1, gains, slice(gains.stop, None)
+        return Changes(*(values[..., part] for part in parts for values in (known.mean, std)))
 
     def effective_driving(self, mean: Array, driving: Array) -> Array:
         """The driving torque of the nominal finger at the pressure that drives it, (..., D)."""
@@ -334,6 +356,11 @@ def put_out_known(block: ArrayBlock, function: RecursiveShape, driving: str) -> 
     )
     block.put_out("innovation", lambda known: known.innovation, "known")
     block.put_out("loaded", lambda known: np.asarray(known.loaded, dtype=float), "known", meanings=("free", "loaded"))
+    block.derive("changes", function.changes, "known")
+    for name in Changes._fields:
+        unit = {"pressure": "Pa", "offset": function.layout.unit}.get(name.partition("_")[0], "1")
+        axes = function.layout.axes if "changes" in name else {}
+        block.put_out(name, attrgetter(name), "changes", unit=unit, **axes)
 
 
 class RecursiveEstimator(ShapeEstimator):
@@ -345,8 +372,9 @@ class RecursiveEstimator(ShapeEstimator):
         driving_torque (N) N m ---> | RecursiveEstimator | ---> effective_driving_torque  (N) N m, see RecursiveShape
         X_WB (12) [R | p] --------> |                    | ---> loaded                    (1) 0 or 1: something bends
                                     |                    |                                the finger
-                                    +--------------------+ ---> innovation                (1) above 1: the readings are
-                                                                                          not those predicted
+                                    |                    | ---> innovation                (1) above 1: the readings are
+                                    |                    |                                not those predicted
+                                    +--------------------+ ---> bend_change ...           as of Changes
 
     Give it inputs that are sampled together every period of its function, from time 0, in discrete state.
     """

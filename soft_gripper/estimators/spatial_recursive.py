@@ -108,9 +108,9 @@ def _arrays(known: Filter) -> tuple[Array, Array, Array]:
 class SpatialRecursiveEstimator(SpatialEstimator):
     """Estimates the shape of one finger that leaves its plane from sample to sample.
 
-    It has all outputs of SpatialEstimator, and `effective_driving_torque` (N) N m in bending, `loaded` (1) and
-    `innovation` (1), as of RecursiveEstimator. Give it inputs that are sampled together every period of its function,
-    from time 0, in discrete state.
+    It has all outputs of SpatialEstimator, and `effective_driving_torque` (N) N m in bending, `loaded` (1),
+    `innovation` (1) and those of `Changes`, as of RecursiveEstimator. Give it inputs that are sampled together every
+    period of its function, from time 0, in discrete state.
     """
 
     def __init__(self, function: SpatialRecursiveShape, gravity: Array):

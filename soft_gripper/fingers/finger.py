@@ -67,6 +67,7 @@ class Finger:
     chambers: tuple[Chamber, ...] = ()  # none: the chamber of its sections, if these have one
     tendons: tuple[Tendon, ...] = ()
     sections: tuple[Station, ...] = ()  # between base and tip, in this order; two at one place are a step
+    pressure_offset: float = quantity(0.0, "Pa")  # of a nominal finger: what its pressure sensor reads too much
 
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
@@ -393,6 +394,8 @@ class Finger:
 
     def effective_pressure(self, pressures: Array) -> Array:
         """With which the chamber law gives the bend, of every chamber, (..., C) Pa -> (..., C) Pa."""
+        if self.pressure_offset:
+            pressures = pressures - self.pressure_offset
         if not any(self.laws):
             return pressures
         each = zip(self.laws, np.moveaxis(pressures, -1, 0), strict=True)
@@ -400,7 +403,9 @@ class Finger:
 
     def softening(self, pressure: Array | float) -> Array:
         """Ratio of the bend to that without a pressure law, at pressures (...) Pa, (...)."""
-        return np.ones(np.shape(pressure)) if self.pressure_law is None else self.pressure_law.softening(pressure)
+        if self.pressure_law is None:
+            return np.ones(np.shape(pressure))
+        return self.pressure_law.softening(pressure - self.pressure_offset)
 
     @cached_property
     def link_ends(self) -> Array:
