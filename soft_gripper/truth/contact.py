@@ -305,7 +305,8 @@ def grip_of(number: int, fingers: int, table: Array, sample: NDArray[np.int_], k
     pressed = (force * normal).sum(axis=1)
     friction = force - pressed[:, None] * normal
     largest = np.zeros(cells)
-    np.maximum.at(largest, cell, rows[:, 30])
+    with np.errstate(invalid="ignore"):  # numpy warns of NaN where points touch
+        np.maximum.at(largest, cell, rows[:, 30])
 
     def sums(values: Array) -> Array:
         return np.bincount(cell, values, cells)

@@ -378,7 +378,7 @@ def run_sweep(
     base = changed_scenario(scenario, fixed)
     names = names_of(kind_of(base), own)
     if check_step and base.plant_config.time_step == 0:
-        raise InputError("sweep", "--check-step", STEP, "is 0: a continuous plant has no time step to halve")
+        raise InputError("sweep", STEP, 0.0, "give a time step above 0, which --check-step can halve")
     columns = [NUMBER, *keys, *names, *([DEPENDS] if check_step else []), ERROR]
     for name in own:
         if columns.count(column := column_of(name)) > 1:
