@@ -4,7 +4,7 @@ A grasp is judged at the end of the signals: forces, areas and pressures are mea
 truth is that of the plant (`TrueContact`), sampled with the sensors.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -87,6 +87,9 @@ class Grasp:
     estimated_width_mm: float
     estimated_stiffness_n_m: float
     pump_energy_mj: float
+
+
+UNKNOWN = Grasp("", *[NAN] * (len(fields(Grasp)) - 1))  # there is no recording
 
 
 def last(time: Array) -> NDArray[np.bool_]:

@@ -42,6 +42,8 @@ Column = Sequence[str]
 def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], title: str) -> Figure | None:
     """Plots measures over one key as lines, over two keys as maps; None for more keys, or if no measure is numeric.
 
+    The first few measures that vary are drawn; runs whose object is not held are crossed out.
+
     Args:
         varied: cells of the varied keys.
         measured: cells of the measures; empty if a run failed.
@@ -49,6 +51,7 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
     """
     numbers = {name: _numbers(cells) for name, cells in measured.items()}
     drawn = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
+    drawn = {name: values for name, values in drawn.items() if _varies(values)} or drawn
     if len(varied) not in (1, 2) or not drawn:
         return None
     with mpl.rc_context(STYLE):
@@ -69,6 +72,11 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
                 y = places[1] if len(places) > 1 else values
                 axes.plot(places[0][lost], y[lost], "x", color="#b2182b", ms=7)
     return figure
+
+
+def _varies(values: Array) -> bool:
+    """Whether numbers, of which some may be NaN, differ by more than a thousandth."""
+    return bool(np.ptp(values[np.isfinite(values)]) > 1e-3 * np.nanmax(np.abs(values)))
 
 
 def _numbers(cells: Column) -> Array:

@@ -51,3 +51,9 @@ def test_ticks_are_at_the_values_and_what_is_not_held_is_crossed_out():
     assert (axes.get_xlabel(), axes.get_xticks().tolist()) == ("a [%]", [-20, 20])
     assert [line.get_xydata().tolist() for line in axes.lines] == [[[20, 5]], [[-20, 6], [20, 6]]]
     assert figure.get_suptitle() == "title, crosses: not held"
+
+
+def test_measures_that_do_not_vary_are_left_out():
+    measured = {"weight": ["0.2943", "0.294301", "0.2943", "nan"], "force": ["1", "2", "3", "4"]}
+    (axes,) = sweep_figure({"key": ["1", "2", "3", "4"]}, measured, "").axes
+    assert axes.get_ylabel() == "force"
