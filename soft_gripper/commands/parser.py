@@ -632,6 +632,20 @@ COMMANDS = (
         (*scenario(), option("--graphviz", "write the block diagram (.dot, .svg, .png or .pdf)", "FILE", path)),
     ),
     Command(
+        "export",
+        "write a scenario for another simulator, with a loader that runs it there",
+        (
+            "box_grasp --out results/box_mujoco    scenario.xml (MJCF), meshes, commands.csv, run_mjcf.py",
+            "my_scenario.yaml --set pressure.steps.all=[0,80e3] --out there",
+        ),
+        (
+            *CONSOLE,
+            *scenario(),
+            option("--to", "format (default: %(default)s)", choices=("mjcf",), default="mjcf"),
+            option("--out", "folder for the files", "DIR", path, required=True),
+        ),
+    ),
+    Command(
         "expand",
         "expand the <finger>s of a URDF to links, joints and springs",
         ("package://soft_gripper/grippers/two_finger.urdf -o plain.urdf", "mine.urdf --segments 24 -o plain.urdf"),
