@@ -179,7 +179,7 @@ class _Writer:
 
     def _add_mesh(self, shape: Mesh | Convex, name: str) -> str:
         source = Path(shape.source().path())
-        file = f"{name}{source.suffix}"
+        file = f"mesh_{len(self._meshes)}{source.suffix}"
         self._meshes[file] = source
         if isinstance(shape, Mesh):
             self._left_out.append(f"{name}: MuJoCo lets others touch the convex hull of a mesh, not its surface")
