@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 PERIOD = 0.01  # s, between the rows of tips.csv
@@ -17,6 +16,8 @@ PERIOD = 0.01  # s, between the rows of tips.csv
 
 def simulate(folder: Path) -> tuple[list[str], np.ndarray]:
     """Column names and rows of tips.csv."""
+    import mujoco
+
     model = mujoco.MjModel.from_xml_path(str(folder / "scenario.xml"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
