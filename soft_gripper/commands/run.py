@@ -4,9 +4,11 @@ import argparse
 import logging
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from pydrake.geometry import Meshcat
 
@@ -155,7 +157,7 @@ def _write_grasps(out: Path, station: Station, recording: Recording, console: Co
     grasps, grips = recorded_grasps(station, recording)
     if not grasps:
         return []
-    tables = {"grasps": grasps, "grips": grips}
+    tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips}
     for table, rows in tables.items():
         write_csv(out / f"{table}.csv", rows)
         console.table(table, rows)

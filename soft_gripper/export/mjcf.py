@@ -106,14 +106,14 @@ class _Writer:
         for joint in self._children.get(parent.index(), []):
             child = joint.child_body()
             X_PC = _pose_at_zero(joint)
-            body = ET.SubElement(element, "body", name=_name(child), **_placed(X_PC))
+            body = ET.SubElement(element, "body", {"name": _name(child)} | _placed(X_PC))
             self._add_joint(body, joint)
             self._add_inertia(body, child)
             self._add_geoms(body, child)
             if child.index() in self._tips:
                 finger = self._tips[child.index()]
                 X_LT = finger.frames[-1].GetFixedPoseInBodyFrame()
-                ET.SubElement(body, "site", name=f"{finger.name} tip", **_placed(X_LT))
+                ET.SubElement(body, "site", {"name": f"{finger.name} tip"} | _placed(X_LT))
             self._add_children(body, child)
 
     def _add_joint(self, body: ET.Element, joint: Joint) -> None:
@@ -252,8 +252,12 @@ def _left_out(station: Station) -> Iterator[str]:
     scenario = station.scenario
     for finger in station.fingers:
         own = finger.finger
-        parts = {"creep": own.creep, "elastic_law": own.elastic_law, "tendons": own.tendons}
-        parts["pressure_law"] = any(law is not None for law in own.laws)
+        parts = {
+            "creep": own.creep,
+            "elastic_law": own.elastic_law,
+            "tendons": own.tendons,
+            "pressure_law": any(own.laws),
+        }
         for name, part in parts.items():
             if part:
                 yield f"{finger.name}: {name}"

@@ -128,7 +128,8 @@ def grasp_strength(
         SimulationDivergedError: if a simulation diverges.
     """
     held = held_object(scenario, held)
-    text, rows = dump_scenario(until_held(scenario)), {}
+    text = dump_scenario(until_held(scenario))
+    rows: dict[int, StrengthRow] = {}
     jobs = {number: (text, held, number, shake or Shake()) for number in range(len(LOADS))}
     run_study(executor, _strength, jobs, rows.__setitem__, ended=lambda _: report())
     return [rows[number] for number in sorted(rows)]
