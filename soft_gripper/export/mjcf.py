@@ -6,7 +6,7 @@ joints of its finger, weighted by the pressure gain of each, that an actuator wi
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,11 +25,12 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import Joint, JointActuator, PrismaticJoint, RevoluteJoint, RigidBody, WeldJoint
+from pydrake.multibody.tree import Joint, JointActuator, RevoluteJoint, RigidBody, WeldJoint
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, springs, text
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 
@@ -74,17 +75,14 @@ class _Writer:
         self._assets = ET.Element("asset")
         self._meshes: dict[str, Path] = {}
         self._geoms: dict[GeometryId, str] = {}
-        self._children: dict[Any, list[Joint]] = {}
-        for index in self._plant.GetJointIndices():
-            joint = self._plant.get_joint(index)
-            self._children.setdefault(joint.parent_body().index(), []).append(joint)
-        self._springs = dict(_springs(station.fingers))
-        self._left_out = list(_left_out(station))
+        self._children = joints_below(self._plant)
+        self._springs = dict(springs(station.fingers))
+        self._left_out = list(left_out(station))
 
     def write(self) -> Mjcf:
         step = min(self._scenario.plant_config.time_step or LONGEST_STEP, LONGEST_STEP)
         ET.SubElement(self._root, "compiler", angle="radian", meshdir="meshes", autolimits="true")
-        option = {"timestep": repr(step), "gravity": _text(self._scenario.gravity), "integrator": "implicitfast"}
+        option = {"timestep": repr(step), "gravity": text(self._scenario.gravity), "integrator": "implicitfast"}
         option |= {"cone": "elliptic", "impratio": "10", "noslip_iterations": "10"}
         ET.SubElement(self._root, "option", option)
         self._root.append(self._assets)
@@ -99,13 +97,12 @@ class _Writer:
         arm = [self._held_at(*each) for each in self._arm_joints]
         self._add_home(arm)
         ET.indent(self._root)
-        text = ET.tostring(self._root, encoding="unicode") + "\n"
-        return Mjcf(text, self._meshes, self._names, arm, self._left_out)
+        return Mjcf(ET.tostring(self._root, encoding="unicode") + "\n", self._meshes, self._names, arm, self._left_out)
 
     def _add_children(self, element: ET.Element, parent: RigidBody) -> None:
         for joint in self._children.get(parent.index(), []):
             child = joint.child_body()
-            X_PC = _pose_at_zero(joint)
+            X_PC = pose_at_zero(joint)
             body = ET.SubElement(element, "body", {"name": _name(child)} | _placed(X_PC))
             self._add_joint(body, joint)
             self._add_inertia(body, child)
@@ -124,19 +121,15 @@ class _Writer:
             X_WB = self._plant.GetDefaultFloatingBaseBodyPose(joint.child_body())
             self._qpos += [*X_WB.translation(), *X_WB.rotation().ToQuaternion().wxyz()]
             return
-        if not isinstance(joint, RevoluteJoint | PrismaticJoint):
-            expected = f"is a {joint.type_name()} joint; fixed, revolute, prismatic and free ones can be exported"
-            raise InputError("export", "joint", joint.name(), expected)
-        is_revolute = isinstance(joint, RevoluteJoint)
-        axis = joint.revolute_axis() if is_revolute else joint.translation_axis()
+        axis, kind = axis_of(joint), "hinge" if isinstance(joint, RevoluteJoint) else "slide"
         X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
         stiffness, damping = self._springs.get(joint.index(), (0.0, joint.default_damping()))
-        settings = {"name": _joint_name(joint), "type": "hinge" if is_revolute else "slide"}
-        settings |= {"pos": _text(X_CM.translation()), "axis": _text(X_CM.rotation() @ axis)}
+        settings = {"name": _joint_name(joint), "type": kind}
+        settings |= {"pos": text(X_CM.translation()), "axis": text(X_CM.rotation() @ axis)}
         settings |= {"stiffness": repr(float(stiffness)), "damping": repr(float(damping))}
         low, high = joint.position_lower_limit(), joint.position_upper_limit()
         if np.isfinite([low, high]).all():
-            settings["range"] = _text([low, high])
+            settings["range"] = text([low, high])
         ET.SubElement(body, "joint", settings)
         self._qpos.append(float(self._positions[joint.position_start()]))
 
@@ -144,11 +137,9 @@ class _Writer:
         mass = body.default_mass()
         if not mass > 0:
             return
-        moments = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia()
-        ixx, iyy, izz = moments.get_moments()
-        ixy, ixz, iyz = moments.get_products()
-        full = _text([ixx, iyy, izz, ixy, ixz, iyz])
-        ET.SubElement(element, "inertial", pos=_text(body.default_com()), mass=repr(float(mass)), fullinertia=full)
+        inertia = inertia_of(body)
+        full = text([*inertia.get_moments(), *inertia.get_products()])
+        ET.SubElement(element, "inertial", pos=text(body.default_com()), mass=repr(float(mass)), fullinertia=full)
 
     def _add_geoms(self, element: ET.Element, body: RigidBody) -> None:
         for geometry in self._plant.GetCollisionGeometriesForBody(body):
@@ -175,7 +166,7 @@ class _Writer:
         if type(shape) not in kinds:
             raise InputError("export", "shape", type(shape).__name__, "has no counterpart in MJCF")
         kind, size = kinds[type(shape)]
-        return {"type": kind, "size": _text(size(shape))}
+        return {"type": kind, "size": text(size(shape))}
 
     def _add_mesh(self, shape: Mesh | Convex, name: str) -> str:
         source = Path(shape.source().path())
@@ -183,7 +174,7 @@ class _Writer:
         self._meshes[file] = source
         if isinstance(shape, Mesh):
             self._left_out.append(f"{name}: MuJoCo lets others touch the convex hull of a mesh, not its surface")
-        ET.SubElement(self._assets, "mesh", name=name, file=file, scale=_text(shape.scale3()))
+        ET.SubElement(self._assets, "mesh", name=name, file=file, scale=text(shape.scale3()))
         return name
 
     def _add_pairs(self, contact: ET.Element) -> None:
@@ -191,7 +182,7 @@ class _Writer:
             if one in self._geoms and other in self._geoms:
                 friction = _combined(self._friction(one), self._friction(other))
                 settings = {"geom1": self._geoms[one], "geom2": self._geoms[other], "condim": "3", "solref": _SOLREF}
-                ET.SubElement(contact, "pair", settings, friction=_text([friction, friction, 0.005, 1e-4, 1e-4]))
+                ET.SubElement(contact, "pair", settings, friction=text([friction, friction, 0.005, 1e-4, 1e-4]))
 
     def _friction(self, geometry: GeometryId) -> float:
         properties = self._inspector.GetProximityProperties(geometry)
@@ -208,7 +199,7 @@ class _Writer:
                 for joint, gain in zip(finger.joints_of(way), gains[way][chamber], strict=True):
                     ET.SubElement(tendon, "joint", joint=_joint_name(joint), coef=repr(float(gain)))
             settings = {"name": name, "tendon": f"{name} chamber", "gainprm": "1", "biastype": "none"}
-            settings["ctrlrange"] = _text([supply.minimum, supply.maximum])
+            settings["ctrlrange"] = text([supply.minimum, supply.maximum])
             if supply.time_constant > 0:
                 settings |= {"dyntype": "filterexact", "dynprm": repr(supply.time_constant)}
             ET.SubElement(actuators, "general", settings)
@@ -231,56 +222,12 @@ class _Writer:
         """Adds the state in which a run begins; commands to an arm also carry its weight there."""
         ctrl = [0.0] * (len(self._names) - len(arm)) + arm
         keyframe = ET.SubElement(self._root, "keyframe")
-        ET.SubElement(keyframe, "key", name="home", qpos=_text(self._qpos), ctrl=_text(ctrl))
+        ET.SubElement(keyframe, "key", name="home", qpos=text(self._qpos), ctrl=text(ctrl))
 
     def _held_at(self, joint: Joint, stiffness: float) -> float:
         """The command at which a PD controller with that stiffness holds a joint of the arm where a run begins."""
         weight = self._plant.CalcGravityGeneralizedForces(self._context)[joint.velocity_start()]
         return float(self._positions[joint.position_start()] - weight / stiffness)
-
-
-def _springs(fingers: Iterable[PlantFinger]) -> Iterator[tuple[Any, tuple[float, float]]]:
-    """Stiffness and damping of every joint of fingers, by joint index."""
-    for finger in fingers:
-        for way, stiffness in finger.finger.stiffnesses.items():
-            for joint, k in zip(finger.joints_of(way), stiffness, strict=True):
-                yield joint.index(), (float(k), float(k) * finger.finger.relaxation_time)
-
-
-def _left_out(station: Station) -> Iterator[str]:
-    """Properties of fingers and parts of a scenario that the file does not have."""
-    scenario = station.scenario
-    for finger in station.fingers:
-        own = finger.finger
-        parts = {
-            "creep": own.creep,
-            "elastic_law": own.elastic_law,
-            "tendons": own.tendons,
-            "pressure_law": any(own.laws),
-        }
-        for name, part in parts.items():
-            if part:
-                yield f"{finger.name}: {name}"
-        yield f"{finger.name}: its skin gives way as MuJoCo's contacts do, not by hydroelastic_modulus"
-    if scenario.task is not None:
-        yield "task: the arm stays where the run begins"
-    if scenario.control.set_points is not None:
-        yield "control.set_points: a closed loop; pressures stay 0"
-    if scenario.pressure.leaks:
-        yield "pressure.leaks"
-
-
-def _pose_at_zero(joint: Joint) -> RigidTransform:
-    """The child in the parent where the joint is at zero; a free body where a run begins."""
-    plant, child = joint.GetParentPlant(), joint.child_body()
-    if child.is_floating_base_body():
-        X_WC: RigidTransform = plant.GetDefaultFloatingBaseBodyPose(child)
-        return X_WC
-    X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
-    X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
-    X_FM = joint.X_FM() if isinstance(joint, WeldJoint) else RigidTransform()
-    X_PC: RigidTransform = X_PF @ X_FM @ X_CM.inverse()
-    return X_PC
 
 
 def _name(body: RigidBody) -> str:
@@ -292,7 +239,7 @@ def _joint_name(joint: Joint) -> str:
 
 
 def _placed(X: RigidTransform) -> dict[str, str]:
-    return {"pos": _text(X.translation()), "quat": _text(X.rotation().ToQuaternion().wxyz())}
+    return {"pos": text(X.translation()), "quat": text(X.rotation().ToQuaternion().wxyz())}
 
 
 def _values(pair: tuple[GeometryId, GeometryId]) -> tuple[int, int]:
@@ -301,7 +248,3 @@ def _values(pair: tuple[GeometryId, GeometryId]) -> tuple[int, int]:
 
 def _combined(one: float, other: float) -> float:
     return 2 * one * other / (one + other) if one + other > 0 else 0.0
-
-
-def _text(values: Iterable[float]) -> str:
-    return " ".join(repr(float(value)) for value in values)
