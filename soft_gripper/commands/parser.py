@@ -636,12 +636,12 @@ COMMANDS = (
         "write a scenario for another simulator, with a loader that runs it there",
         (
             "box_grasp --out results/box_mujoco    scenario.xml (MJCF), meshes, commands.csv, run_mjcf.py",
-            "my_scenario.yaml --set pressure.steps.all=[0,80e3] --out there",
+            "my_scenario.yaml --to sdf --out there    SDFormat, for Gazebo and others; without the pressures",
         ),
         (
             *CONSOLE,
             *scenario(),
-            option("--to", "format (default: %(default)s)", choices=("mjcf",), default="mjcf"),
+            option("--to", "format (default: %(default)s)", choices=("mjcf", "sdf"), default="mjcf"),
             option("--out", "folder for the files", "DIR", path, required=True),
         ),
     ),

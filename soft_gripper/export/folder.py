@@ -1,5 +1,6 @@
 """A folder that another simulator runs: the model, its meshes, the commands over time, and a loader."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.drive import OF, steps_of
 from soft_gripper.export.mjcf import Mjcf, to_mjcf
+from soft_gripper.export.sdf import Sdf, to_sdf
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.scenario.schema import Scenario
 
@@ -25,12 +27,23 @@ def export_mjcf(scenario: Scenario, out: Path) -> Mjcf:
         "commands.csv": _commands(scenario, found).encode(),
         LOADER: Path(__file__).with_name(LOADER).read_bytes(),
     }
-    files |= {f"meshes/{name}": source.read_bytes() for name, source in found.meshes.items()}
-    for name, content in files.items():
+    _write(out, files, found.meshes)
+    return found
+
+
+def export_sdf(scenario: Scenario, out: Path) -> Sdf:
+    """Writes scenario.sdf and meshes. Raises what `export_mjcf` does."""
+    found = to_sdf(scenario)
+    _write(out, {"scenario.sdf": found.text.encode()}, found.meshes)
+    return found
+
+
+def _write(out: Path, files: dict[str, bytes], meshes: Mapping[str, Path]) -> None:
+    """Writes files, and copies of meshes in a folder of their own."""
+    for name, content in (files | {f"meshes/{name}": source.read_bytes() for name, source in meshes.items()}).items():
         writable_folder((out / name).parent)
         with atomic_file(out / name) as partial:
             partial.write_bytes(content)
-    return found
 
 
 def _commands(scenario: Scenario, found: Mjcf) -> str:

@@ -44,7 +44,7 @@ def left_out(station: Station) -> Iterator[str]:
         for name, part in parts.items():
             if part:
                 yield f"{finger.name}: {name}"
-        yield f"{finger.name}: its skin gives way as MuJoCo's contacts do, not by hydroelastic_modulus"
+        yield f"{finger.name}: hydroelastic_modulus of its skin; contacts are those of the other simulator"
     if scenario.task is not None:
         yield "task: the arm stays where the run begins"
     if scenario.control.set_points is not None:
