@@ -33,6 +33,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, springs, text
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
+from soft_gripper.truth.contact import combined_friction
 
 LONGEST_STEP = 0.002  # s
 # Time constant, s, and damping ratio of contacts. With MuJoCo's 0.02 s light links sink in; see docs/export.md.
@@ -180,7 +181,7 @@ class _Writer:
     def _add_pairs(self, contact: ET.Element) -> None:
         for one, other in sorted(self._inspector.GetCollisionCandidates(), key=_values):
             if one in self._geoms and other in self._geoms:
-                friction = _combined(self._friction(one), self._friction(other))
+                friction = combined_friction(self._friction(one), self._friction(other))
                 settings = {"geom1": self._geoms[one], "geom2": self._geoms[other], "condim": "3", "solref": _SOLREF}
                 ET.SubElement(contact, "pair", settings, friction=text([friction, friction, 0.005, 1e-4, 1e-4]))
 
@@ -244,7 +245,3 @@ def _placed(X: RigidTransform) -> dict[str, str]:
 
 def _values(pair: tuple[GeometryId, GeometryId]) -> tuple[int, int]:
     return pair[0].get_value(), pair[1].get_value()
-
-
-def _combined(one: float, other: float) -> float:
-    return 2 * one * other / (one + other) if one + other > 0 else 0.0

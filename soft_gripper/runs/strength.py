@@ -38,12 +38,11 @@ from soft_gripper.diagrams.simulation import advance, kept_station, run_to_end, 
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.runs.scores.grasp import TOUCH
 from soft_gripper.runs.scores.slip import Grip, grip_at, slid
 from soft_gripper.runs.study import run_study
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.truth.contact import patches
+from soft_gripper.truth.contact import TOUCH, patches
 
 REST = 1.0  # s, in which an object hangs in the grasp before it is loaded
 PERIOD = 0.01  # s, in which the load is constant

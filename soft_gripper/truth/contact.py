@@ -340,6 +340,14 @@ def _ratio(value: Array, by: Array) -> Array:
     return value / np.where(by == 0, np.nan, by)
 
 
+def combined_friction(one: float, other: float) -> float:
+    """Coefficient of friction between two surfaces as Drake combines it, 2 a b / (a + b).
+
+    See CalcContactFrictionFromSurfaceProperties.
+    """
+    return 2 * one * other / (one + other) if one + other > 0 else 0.0
+
+
 TOUCH = 1e-3  # N, force above which a link counts as touched
 STRAIGHT = 0.1  # 1/m; a joint with less curvature (radius above 10 m) counts as straight
 

@@ -8,9 +8,13 @@ import pytest
 from soft_gripper.runs.strength import LOADS, Settled, Shake
 from soft_gripper.runs.sweep.run import run_and_measure
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.truth.contact import combined_friction
 
 PAGE = (Path(__file__).parents[2] / "docs" / "grasp_quality.md").read_text(encoding="utf-8")
 LENGTH, MODULUS = "models.gripper.fingers.all.length", "models.gripper.fingers.all.youngs_modulus"
+
+WEIGHT = 0.06 * 9.81  # N, carried by two fingers
+FRICTION = combined_friction(0.8, 0.9)  # of the bottle and the fingers
 
 
 def printed(pattern: str) -> list[str]:
@@ -31,6 +35,8 @@ def test_the_corners_of_the_sweep():
         assert f"{found['normal_force_n']:.2f}" == numbers[0]
         assert f"{100 * found['slip_ratio']:.0f}" == numbers[1]
         assert f"takes {found['least_force_n']:.2f} N per finger" in PAGE
+        assert found["friction_force_n"] == pytest.approx(WEIGHT / 2, rel=1e-3)
+        assert found["least_force_n"] == pytest.approx(WEIGHT / 2 / FRICTION, rel=1e-3)
 
 
 @pytest.mark.slow

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
+from soft_gripper.truth.contact import TOUCH
 
 WINDOW = 0.5  # s at the end, over which a grasp is judged
 IMPULSE_TIME = 0.05  # s, over which a force is summed up to an impulse
-TOUCH = 1e-3  # N, sum of the normal forces above which an object is touched
 SLIDES = 1e-3  # m/s on the fingers, above which an object slips
 SUPPORTED = 0.1  # share of its weight; what other bodies carry beyond it, the grasp does not hold
 NEVER_TOUCHED, DROPPED, SLIPPING, RESTING, HELD = "never touched", "dropped", "slipping", "resting", "held"

@@ -25,6 +25,7 @@ from soft_gripper.runs.scores.grasp import (
     stiffness,
 )
 from soft_gripper.runs.scores.slip import slip
+from soft_gripper.truth.contact import combined_friction
 
 NORMAL = "grip_normal_force"
 _SIGNALS = (NORMAL, "grip_friction_force", "grip_force", "grip_area", "grip_pressure")
@@ -122,12 +123,8 @@ def _poses(station: Station, states: Array, body: RigidBody) -> tuple[Array, Arr
 
 
 def friction_coefficient(station: Station, finger: PlantFinger, body: RigidBody) -> float:
-    """Static coefficient of friction between a finger and a body, of the smoothest geometry of each.
-
-    Two coefficients combine to 2 a b / (a + b), see Drake's CalcContactFrictionFromSurfaceProperties.
-    """
-    one, other = _static_friction(station, finger.links), _static_friction(station, [body])
-    return 2 * one * other / (one + other) if one + other > 0 else 0.0
+    """Static coefficient of friction between a finger and a body, of the smoothest geometry of each."""
+    return combined_friction(_static_friction(station, finger.links), _static_friction(station, [body]))
 
 
 def _static_friction(station: Station, bodies: Sequence[RigidBody]) -> float:
