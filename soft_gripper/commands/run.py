@@ -4,16 +4,18 @@ import argparse
 import logging
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from pydrake.geometry import Meshcat
 
 from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
+from soft_gripper.commands.tables import print_grasps, print_phases, print_poses, print_steps, print_truth
 from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
@@ -28,6 +30,7 @@ from soft_gripper.files.output import atomic_file, check_file, keep_inputs, lock
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
+from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.runs.trials.trial import judged
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -154,11 +157,30 @@ def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> 
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
-    """Writes the recording and the table that suits the scenario, and prints the table; returns the files."""
-    files = ["recording.nc", "scenario.yaml"]
+    """Writes the recording and the tables that suit the scenario, and prints the tables; returns the files."""
     recording.save(out / "recording.nc")
     with atomic_file(out / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario, out), encoding="utf-8")
+    files = _write_scores(out, name, station, recording, console)
+    return ["recording.nc", "scenario.yaml", *files, *_write_grasps(out, station, recording, console)]
+
+
+def _write_grasps(out: Path, station: Station, recording: Recording, console: Console) -> list[str]:
+    """Writes and prints how the objects are held, if there are any."""
+    grasps, grips = recorded_grasps(station, recording)
+    if not grasps:
+        return []
+    tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips}
+    for table, rows in tables.items():
+        write_csv(out / f"{table}.csv", rows)
+        console.table(table, rows)
+    print_grasps(grasps, grips)
+    return [f"{table}.csv" for table in tables]
+
+
+def _write_scores(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
+    """Writes and prints the table that suits the scenario; returns the files."""
+    files: list[str] = []
     if station.task is not None:
         phases = phase_table(station, recording)
         write_csv(out / "phases.csv", phases)

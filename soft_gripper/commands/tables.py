@@ -24,7 +24,9 @@ from soft_gripper.placement.placements import as_borders
 from soft_gripper.placement.samples import Assumptions
 from soft_gripper.placement.spatial_tables import VerifiedRow
 from soft_gripper.placement.tables import LeftOutRow, PlacementRow
+from soft_gripper.runs.scores.grasp import NEVER_TOUCHED
 from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
 from soft_gripper.runs.scores.steps import PhaseRow, StepRow
 from soft_gripper.runs.trials.trial import Judged
 from soft_gripper.scenario.schema import TaskConfig
@@ -82,6 +84,30 @@ def print_truth(row: Judged) -> None:
         f"Ground truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
         f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N"
     )
+
+
+def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> None:
+    """Prints how each object is held: a line for each finger, and a line on the whole grasp."""
+    columns = {"finger": "", "normal force [N]": ".3f", "friction force [N]": ".3f", "area [mm^2]": ".1f"}
+    columns |= {"mean pressure [kPa]": ".1f", "largest pressure [kPa]": ".1f", "largest impulse [mN s]": ".1f"}
+    for grasp in grasps:
+        rows = [astuple(grip)[1:] for grip in grips if grip.object == grasp.object]
+        if grasp.grasp == NEVER_TOUCHED:
+            print(f"\nGrasp of {grasp.object}: {grasp.grasp}")
+            continue
+        print_table(columns, rows, f"Grasp of {grasp.object}: {grasp.grasp}")
+        if not math.isnan(grasp.slip_ratio):
+            print(
+                f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%});"
+                f" while held it has slid {grasp.slid_mm:.2f} mm on the fingers,\nmoved {grasp.moved_mm:.2f} mm and"
+                f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
+            )
+        if not math.isnan(grasp.estimated_width_mm):
+            print(
+                f"As estimated, it is {grasp.estimated_width_mm:.1f} mm wide, with a stiffness of"
+                f" {grasp.estimated_stiffness_n_m:.0f} N/m"
+            )
+        print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
 
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
