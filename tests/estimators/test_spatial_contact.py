@@ -185,4 +185,4 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     known = found.posterior(*given).known
     share = np.append(0.0, np.cumsum(density[1:] + density[:-1]))
     expected = np.interp(PROBABILITIES, share / share[-1], forces)
-    np.testing.assert_allclose(known.force_quantiles[0], expected, rtol=0.05)
+    np.testing.assert_allclose(known.force_interval[0], expected, rtol=0.05)

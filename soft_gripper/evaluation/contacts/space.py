@@ -193,7 +193,7 @@ def spatial_row(
     pressing, place = contacts.normal_force, contacts.arc_length
     size, true_size = np.linalg.norm(force, axis=-1), np.linalg.norm(true, axis=-1)
     cosine = np.clip((force * true).sum(axis=-1) / np.maximum(size * true_size, 1e-12), -1, 1)
-    low, _, high = known.force_quantiles.T
+    low, _, high = known.force_interval.T
     detected, explained, touched = known.probability > DETECTED, np.isfinite(known.force_set[:, 0]), size > 0
     nearest, furthest = known.arc_length_set.T
     shares = (
