@@ -41,8 +41,9 @@ def dense(r, cells):
 @pytest.mark.parametrize("width", [0.0, 0.3])
 @pytest.mark.parametrize("r", [(0.03, 0.004), (0.008, 0.0), (-0.02, -0.006), (0.002, 0.001)])
 def test_the_posterior_is_the_dense_sum(r, width):
-    """Median and both intervals of 95 %, the shortest and that with equal tails, within 3 %, as short ones are alike; the
-    probability of a contact within 1e-3; set and bounds within a step."""
+    """Median and both intervals of 95 %, the shortest and that with equal tails, within 3 % or 2 mN; the
+    probability of a contact within 1e-3; set and bounds within a step.
+    """
     cells = few_cells(width=width)
     found = posterior(np.array(r), COVARIANCE, np.array(2), cells, LENGTH, LARGEST, NEAREST)
     chi_squared, likelihood = dense(np.array(r), cells)
@@ -53,7 +54,7 @@ def test_the_posterior_is_the_dense_sum(r, width):
     low, high = (np.interp(lows + share, upto, FORCES) for share in (0.0, 0.95))
     both = [int((high - low).argmin()), 250]
     expected = low[both].min(), np.interp(0.5, upto, FORCES), high[both].max()
-    np.testing.assert_allclose(found.force_interval, expected, rtol=0.03)
+    np.testing.assert_allclose(found.force_interval, expected, rtol=0.03, atol=2e-3)
     assert found.probability == pytest.approx(1 / (1 + 1 / by_force.mean()), abs=1e-3)
     inside = FORCES[(chi_squared <= chi_squared.min() + 3.84).any(axis=0)]
     np.testing.assert_allclose(found.force_set, [inside[0], inside[-1]], rtol=2e-3, atol=LARGEST / 1000)
