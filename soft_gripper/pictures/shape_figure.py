@@ -164,21 +164,22 @@ def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 
     axes.plot([], [], color=color, lw=width, marker=">", ms=4, label=label)
 
 
-def draw_band(axes: Axes, points: Array, std: Array) -> None:
+_BAND = f"± {_STDS} standard deviations"
+
+
+def draw_band(axes: Axes, points: Array, std: Array, label: str = _BAND) -> None:
     """Two standard deviations on either side of the curve from base to tip, (N + 2, 2) m, of its N + 1 other points."""
     along = np.gradient(points, axis=0)
     across = along[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(along, axis=-1, keepdims=True)
     aside = _STDS * np.concatenate([[0.0], std])[:, None] * across
     outline = 1e3 * np.concatenate([points + aside, (points - aside)[::-1]])
-    axes.add_patch(
-        Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=f"± {_STDS} standard deviations")
-    )
+    axes.add_patch(Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=label))
     axes.plot(*(1e3 * points).T, color="black", lw=0.8, zorder=4)
 
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
-TITLES_ASIDE = ("(d) simulation,\nfrom the side", "(e) estimate,\nfrom the side")
+TITLES_ASIDE = ("(d) simulation", "(e) estimate")
 _ESTIMATED_JOINTS = "estimated_joint_positions"
 WIDTH = 8.4  # inches
 _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
@@ -307,7 +308,8 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         drawn_aside = (snapshot.corners, snapshot.true_torque), (snapshot.estimated, snapshot.torque)
         for axes, (shape, torque), limits, title in zip(panels[3:], drawn_aside, aside, titles, strict=False):
             _draw_aside(axes, finger, snapshot, shape, color(torque, limit))
-            axes.set(title=title, xlabel="y [mm]", aspect="equal", xlim=limits, ylim=z_limits)
+            axes.set(xlabel="y [mm]", aspect="equal", xlim=limits, ylim=z_limits)
+            axes.set_title(title, fontsize="medium")
         panels[0].set_ylabel("z [mm]")
         bar = add_torque_bar(figure, limit, ax=panels, aspect=30)
         bar.ax.yaxis.label.set_fontsize("small")
@@ -321,7 +323,7 @@ def _draw_aside(axes: Axes, finger: Finger, snapshot: Snapshot, shape: Array, co
     draw_base(axes, finger, aside=True)
     if shape is snapshot.estimated:
         if snapshot.std is not None:
-            draw_band(axes, shape[:, _ASIDE], snapshot.std)
+            draw_band(axes, shape[:, _ASIDE], snapshot.std, f"_{_BAND}, in the third panel")
         if snapshot.contact_aside is not None:
             draw_force(axes, snapshot.contact_aside, ESTIMATED_COLOR, "_estimated, in the third panel")
     if snapshot.true_contact_aside is not None:
