@@ -18,7 +18,9 @@ Its pieces, places that adjoin on one side, are the modes. With 2.71 instead, it
 
 The posterior has the weights of the cells before, and the density 1 / F from F_max / 1000 to F_max. Along a ridge of
 equal likelihood the marginal weight of a place is about  p(F^) sigma ~ p(F^) F^ : only this prior is indifferent
-there; one that is flat near zero favours places near the base. With even odds before, the probability of a contact is
+there; one that is flat near zero favours places near the base. Of an interval with equal tails, both ends of the
+ridge are left out, and with them forces with friction at the cone, so that the shortest one is enclosed as well. With
+even odds before, the probability of a contact is
 
     evidence / (evidence + exp(-r^T R^-1 r / 2) |R|^-1/2) ,   evidence = sum over cells of the integral over F .
 
@@ -78,7 +80,7 @@ class ContactPosterior(NamedTuple):
 
     probability: Array  # (...) that something touches
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE
-    force_interval: Array  # (..., 3) N, given contact; see PROBABILITIES; NaN where no single force explains the bends
+    force_interval: Array  # (..., 3) N, given contact; see INTERVAL; NaN where no single force explains the bends
     force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN likewise
     # (..., 3) N, upper 95 % bounds: of one force anywhere, of one beyond `nearest`, and of the sum of several there.
     force_bounds: Array
@@ -148,7 +150,7 @@ def in_cells(
     several = cells if several is None else several.whitened(found.whitening)
     most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
     misfit = chi_squared.min(axis=-1) / most_of_noise
-    quantiles, probability = _integrated(fits, (r**2).sum(axis=-1), cells.prior, largest, np.maximum(misfit, 1.0))
+    interval, probability = _integrated(fits, (r**2).sum(axis=-1), cells.prior, largest, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
     one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
@@ -162,7 +164,7 @@ def in_cells(
     return ContactPosterior(
         probability,
         np.where(detected, np.where(located, HERE, SOMEWHERE), NOTHING),
-        np.where(stated, quantiles, np.nan),
+        np.where(stated, interval, np.nan),
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
         np.stack(bounds, axis=-1),
         np.where(placed, places, np.nan),
@@ -316,19 +318,19 @@ def _joined(piece: NDArray[np.bool_], likely: NDArray[np.bool_], around: bool) -
 
 
 def _integrated(fits: Fits, nothing: Array, prior: Array, largest: float, scale: Array) -> tuple[Array, Array]:
-    """Quantiles of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
+    """The interval of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
     std, by = fits.std * np.sqrt(scale)[..., None], scale[..., None]
     logs = np.log(prior) - fits.misfit / by / 2 - fits.spread / 2 + np.log(std)
     best = logs.max(axis=-1, keepdims=True)
     weights, shape = np.exp(logs - best), logs.shape[:-1]
     flat = (values.reshape(-1, len(prior)) for values in (weights, fits.force, std))
-    found = [_quantiles(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
-    quantiles, evidence = (np.array(part) for part in zip(*found, strict=True))
+    found = [_interval_of(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
+    intervals, evidence = (np.array(part) for part in zip(*found, strict=True))
     log_odds = best[..., 0] + np.log(np.maximum(evidence.reshape(shape), _TINY)) + nothing / scale / 2
-    return quantiles.reshape(*shape, len(INTERVAL)), 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
+    return intervals.reshape(*shape, len(INTERVAL)), 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
 
 
-def _quantiles(weights: Array, forces: Array, stds: Array, largest: float) -> tuple[Array, float]:
+def _interval_of(weights: Array, forces: Array, stds: Array, largest: float) -> tuple[Array, float]:
     """Interval of one sample and the median within, N, and its evidence, from what its cells say, (C) each."""
     kept = weights > _NEGLIGIBLE
     weights, forces, stds = weights[kept], forces[kept], stds[kept]

@@ -288,9 +288,12 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     titles = TITLES_ASIDE[: 0 if not leaves_plane(snapshot.corners) else 1 if snapshot.estimated is None else 2]
     aside = [_limits_aside(finger, snapshot)] * len(titles)
     widths = [float(np.ptp(limits)) for limits in [*x_limits, *aside]]
-    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths)
+    height, highest = (
+        (1.5 if aside else 1.3) + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths),
+        4.5 if aside else 4.2,
+    )
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, min(max(height, 3.2), 4.2)), layout="compressed")
+        figure = Figure(figsize=(WIDTH, min(max(height, 3.2), highest)), layout="compressed")
         panels = figure.subplots(1, len(widths), sharey=True, width_ratios=widths)
         draw_segments(panels[0], finger, snapshot.corners, color(snapshot.true_torque, limit))
         draw_segments(panels[1], finger, snapshot.corners, np.full((finger.segments, 3), 0.94))
