@@ -340,7 +340,7 @@ def _interval_of(weights: Array, forces: Array, stds: Array, largest: float) -> 
     before, upto = 0.0, upto / total
     for _ in range(_FINER):  # divides what holds nearly all of it once more
         within = np.clip(np.searchsorted(upto, (_TAIL, 1 - _TAIL)) - np.array([1, 0]), 0, len(edges) - 1)
-        before, edges = float(upto[within[0]]), np.geomspace(*edges[within], _EDGES)
+        before, edges = float(upto[within[0]]), np.geomspace(edges[within[0]], edges[within[1]], _EDGES)
         upto = before + np.concatenate([[0.0], _masses(weights, forces, stds, edges).cumsum()]) / total
     return _interval(upto, edges), np.sqrt(2 * np.pi) * total / (_DECADES * np.log(10))
 

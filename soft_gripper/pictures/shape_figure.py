@@ -179,7 +179,6 @@ def draw_band(axes: Axes, points: Array, std: Array, label: str = _BAND) -> None
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
-TITLES_ASIDE = ("(d) simulation", "(e) estimate")
 _ESTIMATED_JOINTS = "estimated_joint_positions"
 WIDTH = 8.4  # inches
 _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
@@ -285,13 +284,10 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         layout = replace(layout, sections=arcs, borders=None)
     limit = torque_limit([snapshot.torque, snapshot.true_torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    titles = TITLES_ASIDE[: 0 if not leaves_plane(snapshot.corners) else 1 if snapshot.estimated is None else 2]
-    aside = [_limits_aside(finger, snapshot)] * len(titles)
-    widths = [float(np.ptp(limits)) for limits in [*x_limits, *aside]]
-    height, highest = (
-        (1.5 if aside else 1.3) + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths),
-        4.5 if aside else 4.2,
-    )
+    aside, y_limits = _aside(snapshot), _limits_aside(finger, snapshot)
+    widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(aside)]]
+    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(aside)
+    highest = 4.5 if aside else 4.2
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, min(max(height, 3.2), highest)), layout="compressed")
         panels = figure.subplots(1, len(widths), sharey=True, width_ratios=widths)
@@ -308,16 +304,24 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
-        drawn_aside = (snapshot.corners, snapshot.true_torque), (snapshot.estimated, snapshot.torque)
-        for axes, (shape, torque), limits, title in zip(panels[3:], drawn_aside, aside, titles, strict=False):
+        for axes, (title, shape, torque) in zip(panels[3:], aside, strict=True):
             _draw_aside(axes, finger, snapshot, shape, color(torque, limit))
-            axes.set(xlabel="y [mm]", aspect="equal", xlim=limits, ylim=z_limits)
+            axes.set(xlabel="y [mm]", aspect="equal", xlim=y_limits, ylim=z_limits)
             axes.set_title(title, fontsize="medium")
         panels[0].set_ylabel("z [mm]")
         bar = add_torque_bar(figure, limit, ax=panels, aspect=30)
         bar.ax.yaxis.label.set_fontsize("small")
         figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     return figure
+
+
+def _aside(snapshot: Snapshot) -> list[tuple[str, Array, Array]]:
+    """Titles, base, joints and tip, and torques of what is drawn from the side as well."""
+    if not leaves_plane(snapshot.corners):
+        return []
+    drawn = [("(d) simulation", snapshot.corners, snapshot.true_torque)]
+    estimated = snapshot.estimated
+    return drawn if estimated is None else [*drawn, ("(e) estimate", estimated, snapshot.torque)]
 
 
 def _draw_aside(axes: Axes, finger: Finger, snapshot: Snapshot, shape: Array, colors: Array) -> None:

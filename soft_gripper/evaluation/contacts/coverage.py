@@ -279,7 +279,7 @@ def coverage_rows(
     number: int, seed: int, again: int = AGAIN, report: Callable[[str], object] = print
 ) -> list[CoverageRow]:
     """The rows of all contacts under all conditions; tenths in doubt are counted on `again` contacts instead."""
-    rows = []
+    rows: list[CoverageRow] = []
     for kind in KINDS:
         rows += _of_single(kind, number, seed, again)
         report(kind)

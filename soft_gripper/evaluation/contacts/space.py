@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -216,14 +216,15 @@ def spatial_row(
         (1e3 * _tip_distance(found.gaussian, contacts.q), every),
         (known.force_bounds[:, 0] / contacts.normal_force, np.isfinite(known.force_set[:, 0])),
     )
+    shares = _true_percent(contacts, known)
     return SpatialRow(
         *(kind, condition.name, sections, beyond, len(place)),
-        **_true_percent(contacts, known),
-        **dict(zip(_MEDIANS, (_of(np.median, *median) for median in medians), strict=True)),
+        *(shares[name] for name in _SHARES),
+        *(_of(np.median, *median) for median in medians),
     )
 
 
-_MEDIANS = "force_percent", "direction_degrees", "location_percent", "tip_mm", "tip_gaussian_mm", "bound"
+_SHARES = tuple(f"{name}_percent" for name in ("detected", "explained", "interval", "set", "bound", "place"))
 
 
 def _true_percent(contacts: SpatialContacts, known: ContactPosterior) -> dict[str, float]:
@@ -231,16 +232,16 @@ def _true_percent(contacts: SpatialContacts, known: ContactPosterior) -> dict[st
     pressing, place = contacts.normal_force, contacts.arc_length
     low, _, high = known.force_interval.T
     detected, explained = known.probability > DETECTED, np.isfinite(known.force_set[:, 0])
-    (least, most), (nearest, furthest) = known.force_set.T, known.arc_length_set.T
-    shares = {
-        "detected": (detected, np.ones_like(detected)),
-        "explained": (explained, np.ones_like(detected)),
-        "interval": ((low <= pressing) & (pressing <= high), explained),
-        "set": ((least <= pressing) & (pressing <= most), explained),
-        "bound": (pressing <= known.force_bounds[:, 0], explained),
-        "place": ((nearest <= place) & (place <= furthest), detected & explained),
-    }
-    return {f"{name}_percent": 100 * _of(np.mean, *share) for name, share in shares.items()}
+    (smallest, most), (nearest, furthest) = known.force_set.T, known.arc_length_set.T
+    shares = (
+        (detected, np.ones_like(detected)),
+        (explained, np.ones_like(detected)),
+        ((low <= pressing) & (pressing <= high), explained),
+        ((smallest <= pressing) & (pressing <= most), explained),
+        (pressing <= known.force_bounds[:, 0], explained),
+        ((nearest <= place) & (place <= furthest), detected & explained),
+    )
+    return {name: 100 * _of(np.mean, *share) for name, share in zip(_SHARES, shares, strict=True)}
 
 
 def _tip_distance(found: Array, true: Array) -> Array:
@@ -285,7 +286,8 @@ def _counted_again(row: SpatialRow, condition: Conditions, contacts: SpatialCont
     """The row with shares of other contacts."""
     layout, samples = _given(row.sections, contacts, condition, seed)
     known = SpatialContactShape(layout, condition.assumed).posterior(*samples).known
-    return replace(row, number=len(contacts.arc_length), **_true_percent(contacts, known))
+    shares: dict[str, Any] = {"number": len(contacts.arc_length), **_true_percent(contacts, known)}
+    return replace(row, **shares)
 
 
 def _of(statistic: Callable[[Array], float], values: Array, chosen: NDArray[np.bool_]) -> float:
