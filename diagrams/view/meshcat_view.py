@@ -29,7 +29,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
-from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES, DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
@@ -182,8 +182,8 @@ def add_meshcat_view(
     Args:
         builder: builder of a diagram with the scene.
         scene: the simulated scene.
-        signals: must contain `{finger}.arcs` and `{finger}.external_torque`; `contact_force` with its
-            `contact_arc_length` and `position_std` are drawn if present.
+        signals: must contain `{finger}.arcs` and `{finger}.external_torque`; contact, `position_std` and the
+            places of an estimate in space are drawn if present; see EstimateVisualizer.
         meshcat: the Meshcat to draw in.
         pressure: the `pressure` part, whose limits determine the torque scale.
         sensor: the `sensor` part, whose sections determine the arcs, which may have unequal lengths.
@@ -242,9 +242,10 @@ def _drawn(
     arcs, layout = signals[f"{finger.name}.arcs"].size() // len(ARC), sensor_layout(finger.finger, sensor)
     # An estimator has one arc per section, or else arcs of equal length.
     ends = layout.section_ends if arcs == layout.sections else finger.finger.section_ends(arcs)
-    has_contact = {f"{finger.name}.contact_{name}" for name in ("force", "arc_length")} <= signals.keys()
+    in_space = {f"{finger.name}.{name}" for name in PLACES} <= signals.keys()
+    has_contact = {f"{finger.name}.{name}" for name in CONTACT_SIGNALS[in_space]} <= signals.keys()
     has_band = f"{finger.name}.position_std" in signals
-    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band)
+    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band, in_space)
 
 
 def _geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ def grip_force_bound(*fingers):
     block = GripForceBound([f"f{i}" for i in range(len(fingers))])
     context = block.CreateDefaultContext()
     for i, (quantiles, contact) in enumerate(fingers):
-        block.GetInputPort(f"f{i}.contact_force_quantiles").FixValue(context, quantiles)
+        block.GetInputPort(f"f{i}.contact_force_interval").FixValue(context, quantiles)
         block.GetInputPort(f"f{i}.contact").FixValue(context, [contact])
     (found,) = block.GetOutputPort("force").Eval(context)
     return found
