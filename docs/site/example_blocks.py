@@ -23,7 +23,10 @@ _SCENARIOS = {
     "tip_distance_steps": ["estimator.health=true", "pressure.leaks={left_finger: 0.1}"],
     "three_chambers": [],
     "tendon_grasp": [],
-    "turned_box_grasp": ["estimator.type=gaussian", "sensor.layout=four_faces_and_diagonal"],
+    "turned_box_grasp": [
+        *("estimator.type=gaussian", "estimator.alongside=[recursive]"),
+        "sensor.layout=four_faces_and_diagonal",
+    ],
 }
 _CREEPING = "package://soft_gripper/recordings/pneumatic_segment.urdf"
 
