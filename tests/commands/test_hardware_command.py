@@ -34,7 +34,7 @@ from soft_gripper.hardware.identification.simulated_motion import Setup
 from soft_gripper.models import DIRECTORY
 
 PUMPED = replace(SEGMENT, open_for=1.2)  # the segment, its valve open for a shorter time
-BEAM_LASTS, SEGMENT_LASTS, ARM_LASTS = 1.7, 2.5, 4.5  # s
+BEAM_LASTS, SEGMENT_LASTS, ARM_LASTS = 1.7, 3.6, 4.5  # s; of the segment long enough for what recovers to be seen
 FREE = ("youngs_modulus", "pressure_law", "fill_time", "mounting_x", "mounting_z")  # of the segment
 ROWS = {f"{name} {count}": (name, count) for name in ("arcs", "gaussian") for count in (1, 2)}  # of the claims
 DRAWN = ROWS["arcs 2"], ROWS["gaussian 1"]
