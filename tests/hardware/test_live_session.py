@@ -26,6 +26,7 @@ SCENARIO = load_scenario(
 )
 TIP, STD = "left_finger.tip_pose", "left_finger.position_std"
 COMMAND = "left_finger.pressure_command"
+BUSY = 30.0  # s that a busy machine may take
 
 
 @pytest.fixture(scope="module")
@@ -63,20 +64,24 @@ def by_count(results):
     return {int(found["count"]): found for found in results if TIP in found and found["age"] == 0}
 
 
-def run_live(source, send, messages, drops=(), **changes):
-    """A session fed in real time, from another thread, by `send`; it ends a little after the last message."""
+def run_live(source, send, messages, **changes):
+    """A session fed in real time, from another thread, by `send`; it ends a little after the last has been taken."""
     live = made(source, is_live=True, **changes)
+    counts, began, lasts = live.session.counts, time.monotonic(), 0.01 * len(messages) + 0.3
 
     def feed():
-        began = time.monotonic()
         for i, message in enumerate(messages):
             time.sleep(max(0.0, began + 0.01 * i - time.monotonic()))
-            if message is not None:
-                send(message)
+            send(message)
 
-    thread, end = threading.Thread(target=feed), time.monotonic() + 0.01 * len(messages) + 0.3
+    def is_over():
+        waited = time.monotonic() - began
+        is_done = counts.used + counts.lost + counts.late >= len(messages)
+        return waited > lasts + (0 if is_done else BUSY)
+
+    thread = threading.Thread(target=feed)
     thread.start()
-    live.session.run(lambda: time.monotonic() > end)
+    live.session.run(is_over)
     thread.join()
     return live
 

@@ -1,6 +1,6 @@
 """Bench: the estimators and the grip controller of a station, without its plant, one sample at a time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.commanding import grip_supply
 from soft_gripper.diagrams.live import wake_all
-from soft_gripper.diagrams.recording import Recording, add_logs, provenance, read_logs
+from soft_gripper.diagrams.recording import Recording, add_logs, make_recording, provenance
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.wiring.drive import Commands
 from soft_gripper.diagrams.wiring.estimation import add_estimation
@@ -147,10 +147,24 @@ class Bench:
         return layout.signals(q)[layout.quantity]
 
     def recording(self) -> Recording:
-        """Every signal of every sample so far, of a bench that records."""
+        """Every signal of every sample so far, or since the last `forget`, of a bench that records."""
+        return self.recorded()()
+
+    def recorded(self) -> Callable[[], Recording]:
+        """The same, to be computed later, in any thread, from what has been logged now."""
         assert self._logs is not None
-        about = provenance(self.scenario, self.scenario.sensor.type, self.scenario.estimator.type)
-        return read_logs(self._logs, self._context, about)
+        logs, taken, of = self._logs, self._logs.taken(self._context), self.scenario
+
+        def recording() -> Recording:
+            about = provenance(of, of.sensor.type, of.estimator.type)
+            return make_recording(logs.signals, *logs.computed(*taken), about)
+
+        return recording
+
+    def forget(self) -> None:
+        """Forgets all samples recorded so far."""
+        assert self._logs is not None
+        self._logs.clear(self._context)
 
     def _give(self, values: Mapping[str, Array]) -> None:
         for name, value in values.items():

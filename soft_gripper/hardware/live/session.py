@@ -134,11 +134,18 @@ class Session:
         self._due = self._arrived + 1.5 * bench.period
         self._is_silent = False
         self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
+        self.efforts: deque[float] = deque(maxlen=_LATENCIES)  # s, processor time of the same
+        self.results: dict[str, Any] = {}  # the last that were sent; SI units
 
     @property
     def counts(self) -> Counts:
         """What has happened to the readings so far."""
         return self._watch.counts
+
+    @property
+    def zeroing(self) -> bool:
+        """Whether readings are being collected, to zero the sensors."""
+        return self._zeroing is not None
 
     def zero(self) -> None:
         """From now on, readings are collected, until `zeroed`, and commands are safe; fingers are free and at rest."""
@@ -150,21 +157,22 @@ class Session:
         Raises:
             InputError: if nothing was collected.
         """
-        if not self._zeroing:
+        collected, self._zeroing = self._zeroing, None
+        if not collected:
             raise InputError(
                 "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
             )
-        for name in self._zeroing[0]:
-            found = np.array([each[name] for each in self._zeroing])
+        for name in collected[0]:
+            found = np.array([each[name] for each in collected])
             number = np.isfinite(found).sum(axis=0)
             # A sensor that was never read stays as it is.
             self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
-        self._zeroing = None
 
-    def run(self, is_over: Callable[[], bool]) -> None:
-        """Runs until `is_over`, or until nothing will ever arrive again."""
+    def run(self, is_over: Callable[[], bool], between: Callable[[], object] = lambda: None) -> None:
+        """Runs until `is_over`, or until nothing will ever arrive again; `between` is called after every turn."""
         while not is_over() and not self._source.is_over:
             self.turn()
+            between()
         self._send(self._commands_only() | {"stale": 1.0})
 
     def turn(self) -> None:
@@ -172,7 +180,10 @@ class Session:
         messages = self._source.receive(max(0.0, self._due - self._clock()))
         arrived = self._clock()
         for message in messages:
+            began, used = time.thread_time(), self.counts.used
             self._take(message, arrived)
+            if self.counts.used > used:
+                self.efforts.append(time.thread_time() - began)
         if self._pace is not None and (now := self._clock()) >= self._due:
             self._send_aged(now - self._arrived)
             self._due = now + self._bench.period
@@ -234,6 +245,7 @@ class Session:
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
     def _send(self, results: dict[str, Any]) -> None:
+        self.results = results
         factor = self._config.pressure_factor
         in_units = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
         self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)
