@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import PassThrough
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.control.pid_controller import SampledPidController
 from soft_gripper.diagrams.commanding import grip_supply
 from soft_gripper.diagrams.live import wake_all
 from soft_gripper.diagrams.recording import Recording, add_logs, make_recording, provenance
@@ -108,6 +109,7 @@ class Bench:
         self._context = self._simulator.get_mutable_context()
         self._ports = {name: diagram.GetInputPort(name) for name in self.inputs}
         self._outputs = {name: diagram.GetOutputPort(name) for name in self.signals}
+        self._controllers = _controllers(diagram)
         self._layouts = parts.layouts
         self.quantities = {name: f"{name}.{layout.quantity}" for name, layout in parts.layouts.items()}
         self._missing = {name: np.full(self.inputs[name], np.nan) for name in self.quantities.values()}
@@ -122,6 +124,11 @@ class Bench:
         """Takes a sample that is missing: no sensor was read, and what drives the fingers is as before."""
         self._give(self._missing)
         self._advance()
+
+    def restart_control(self) -> None:
+        """Lets the grip controller begin anew, after others have commanded the fingers."""
+        for system in self._controllers:
+            system.SetDefaultContext(system.GetMyMutableContextFromRoot(self._context))
 
     def read(self, signals: Sequence[str]) -> dict[str, Array]:
         """Signals as of the last sample, (size,) each."""
@@ -177,6 +184,13 @@ class Bench:
             self._simulator.Initialize()  # as sensors do, from the first reading on
         self._simulator.AdvancePendingEvents()
         self._samples += 1
+
+
+def _controllers(diagram: Diagram) -> list[SampledPidController]:
+    if not diagram.HasSubsystemNamed("grip_control"):
+        return []
+    systems = diagram.GetSubsystemByName("grip_control").GetSystems()
+    return [system for system in systems if isinstance(system, SampledPidController)]
 
 
 def bench_scenario(scenario: Scenario) -> Scenario:

@@ -158,6 +158,7 @@ class Session:
             InputError: if nothing was collected.
         """
         collected, self._zeroing = self._zeroing, None
+        self._bench.restart_control()
         if not collected:
             raise InputError(
                 "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
@@ -202,6 +203,8 @@ class Session:
             return  # an estimate that is newer has been sent already
         for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
             self._bench.skip()
+        if self._is_silent:
+            self._bench.restart_control()  # the fingers are where safe commands have led them
         self._use(reading)
         self._last, self._arrived, self._is_silent = reading, arrived, False
         self._due = arrived + 1.5 * self._bench.period
