@@ -35,6 +35,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.foxglove import write_mcap
 from soft_gripper.diagrams.live import add_live, wake_all
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
@@ -317,7 +318,13 @@ class Recording:
         return self.data[signal]
 
     def save(self, path: Path | str) -> None:
-        """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open."""
+        """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open.
+
+        A name that ends in .mcap gives an MCAP file, and a layout for Foxglove beside it (`foxglove`).
+        """
+        if Path(path).suffix == ".mcap":
+            write_mcap(self.data, Path(path))
+            return
         with atomic_file(Path(path)) as partial:
             self.data.to_netcdf(partial, engine="scipy")
 
@@ -333,7 +340,9 @@ class Recording:
         try:
             with file.open("rb") as opened:
                 begin = opened.read(len(_MAGICS[0]))
-            require(begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file")
+            require(
+                begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file; nccopy -k classic converts netCDF 4"
+            )
             with xr.open_dataset(file, engine="scipy") as data:
                 fits = data.nbytes <= _LARGEST * file.stat().st_size
                 require(fits, file, "size", data.nbytes, "is damaged: its arrays are larger than the file")

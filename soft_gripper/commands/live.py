@@ -4,21 +4,23 @@ import argparse
 import logging
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_scenario
 from soft_gripper.errors import InputError
-from soft_gripper.files.output import atomic_folder, lock_folder
+from soft_gripper.files.output import atomic_folder, check_file, keep_inputs, lock_folder
 from soft_gripper.hardware.live.bench import Bench, bench_scenario
 from soft_gripper.hardware.live.bench_schema import BenchConfig, described, load_bench
 from soft_gripper.hardware.live.endpoints import Endpoints, Sink, Source
 from soft_gripper.hardware.live.session import Session
 from soft_gripper.hardware.live.twin import Twin, TwinSource
+from soft_gripper.hardware.tables import Columns
 from soft_gripper.interrupts import held_back
 from soft_gripper.play.live_view import LiveView
 from soft_gripper.play.page_server import LivePage, page_contents, page_server
@@ -36,10 +38,14 @@ class _Live(NamedTuple):
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
+    if options.mcap is not None:
+        check_file(options.mcap)
     scenario = bench_scenario(chosen_scenario(options))
     file = options.bench or (None if scenario.bench is None else Path(scenario.bench))
     if options.twin and (file is None or not options.page):
         raise InputError("live", "--twin", True, "is shown beside hardware: give --bench and --page")
+    if options.mcap is not None and options.page:
+        raise InputError("live", "--mcap", str(options.mcap), "records a whole session: leave it, or --page, out")
     with Endpoints(file or options.scenario) as endpoints, held_back() as is_interrupted:
         if file is None:
             live = _with_twin(scenario, endpoints, options)
@@ -50,14 +56,20 @@ def run(options: argparse.Namespace) -> None:
             _show(session, live, options, is_interrupted)
         else:
             _run(session, options, is_interrupted)
-            _keep(live.bench, options.out)
+    for line in _followed(live.bench):
+        print(line, file=sys.stderr)
+    if not options.page:
+        _keep(live.bench, options.out, options.mcap)
 
 
-def _keep(bench: Bench, out: Path | None) -> None:
+def _keep(bench: Bench, out: Path | None, mcap: Path | None) -> None:
     if out is not None:
         with atomic_folder(out) as partial:
             bench.recording().save(partial / "recording.nc")
         print(f"Recording: {out / 'recording.nc'}", file=sys.stderr)
+    if mcap is not None:
+        bench.recording().save(mcap)
+        print(f"Recording: {mcap}", file=sys.stderr)
 
 
 def _show(session: Session, live: _Live, options: argparse.Namespace, is_interrupted: Callable[[], bool]) -> None:
@@ -90,8 +102,11 @@ def _with_hardware(scenario: Scenario, file: Path, endpoints: Endpoints, options
     config = replace(found, source=options.source or found.source, sink=options.sink or found.sink)
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
     bench = Bench(scenario, moving, records=_records(options))
-    _check_inputs(file, config, bench)
-    source = endpoints.source(config.source, 0.0 if options.fast else bench.period)
+    check_inputs(file, config, bench)
+    columns = None if config.time is None else Columns(config.names, config.time)
+    if options.mcap is not None:
+        keep_inputs([file, config.source.removeprefix("file:")], [options.mcap])
+    source = endpoints.source(config.source, 0.0 if options.fast else bench.period, columns)
     twin = Twin(scenario) if options.twin else None
     return _Live(bench, config, source, _sink(endpoints, config.sink, options), twin, moving)
 
@@ -115,12 +130,23 @@ def _sink(endpoints: Endpoints, address: str | None, options: argparse.Namespace
     return endpoints.sink(address or "stdio:")
 
 
+def _followed(bench: Bench) -> Iterator[str]:
+    """How far every finger that `recursive` estimates has moved since its calibration."""
+    for finger in bench.quantities:
+        if f"{finger}.bend_change" in bench.signals:
+            yield changes_line(finger, lambda name: bench.read([name])[name])
+
+
 def _records(options: argparse.Namespace) -> bool:
-    return bool(options.page) or options.out is not None
+    return bool(options.page) or options.out is not None or options.mcap is not None
 
 
-def _check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
-    """Whether a bench measures all that its estimators need."""
+def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
+    """Checks that the bench that a file describes measures all that its estimators need.
+
+    Raises:
+        InputError: if it does not.
+    """
     found = {
         f"{name}.{kind}": len(fields)
         for name, finger in config.fingers.items()

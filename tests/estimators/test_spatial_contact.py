@@ -56,8 +56,8 @@ def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
     """By torques of dead loads at the joints, one after the other; so do friction and another place."""
     shape, finger = estimator(), finger_in_space()
     q, surface = 0.05 * bent(36), SurfaceCells.of(finger)
-    left = shape._unexplained(q, None, shape.layout.read(q), np.zeros(36), GRAVITY)
-    cells = shape._cells(left)
+    left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
+    cells = shape.contact.cells(left)
     (number,) = np.flatnonzero((surface.side == side) & (surface.place == 37) & ~surface.rough)
     assert surface.link[number] == LINK
     normal = np.array(normal) / np.linalg.norm(normal)
@@ -174,7 +174,7 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     contacts = contacts_in_space(6, 0.2, seed)
     sample = contacts.at(np.array([int(np.argmax(contacts.arc_length))]))
     given, largest = read(found, sample, 1e-3), found.uncertainty.largest_force
-    fit = found._explained(*given)[1]
+    fit = found._explained(found._gaussian(*given).q, *given)[2]
     r, c, spreads, prior = fit.r[0], fit.cells.response[0], fit.cells.spreads[0], fit.cells.prior
     forces = largest * np.logspace(-3, 0, 301)
     inside, density = spreads.swapaxes(-1, -2) @ spreads, np.empty(len(forces))

@@ -15,7 +15,7 @@ from soft_gripper.hardware.replay.arm_estimation import PERIOD, arm_recording
 from soft_gripper.hardware.replay.held_out import replay_recordings
 from soft_gripper.scenario.scenario_file import load_scenario
 
-ROW, SAMPLES = "arcs 2", 200
+ROW, SAMPLES = "spline 2", 200
 ANGLES = "arm.estimated_joint_angles"
 # The drive of the recorded arm is fitted as a matrix, which no scenario has: here is an estimator that needs none.
 SCENARIO = """
@@ -23,7 +23,7 @@ models:
 - { name: arm, file: "package://soft_gripper/recordings/two_segment_arm.urdf" }
 gravity: [0, 0, 9.81]  # the arm hangs down, along z of its base
 sensor: { sections: 2, period: 0.02 }
-estimator: { type: arcs }
+estimator: { type: spline }
 """
 
 
@@ -41,7 +41,7 @@ def recorded(_):
 @pytest.mark.parametrize("trial", [made_up, recorded])
 def test_a_recorded_trial_over_every_link(trial, arms, arm_finger, tmp_path):
     arm, others = trial(arms)
-    replay = replay_recordings([arm], others, {ROW: ("arcs", 2)}, arm_finger, np.array([0.0, 0.0, 9.81]))
+    replay = replay_recordings([arm], others, {ROW: ("spline", 2)}, arm_finger, np.array([0.0, 0.0, 9.81]))
     signals = replay.replayed[0].signals
     offline = signals[f"{ROW}.estimated_joint_angles"].values[1 : SAMPLES + 1]
     readings = signals[f"{ROW}.strain"].values[1 : SAMPLES + 1].reshape(len(offline), -1)
