@@ -94,6 +94,8 @@ def _show(session: Session, live: _Live, options: argparse.Namespace, is_interru
             _run(session, options, lambda: view.is_over or is_interrupted(), between)
         finally:
             view.recorder.close()
+            if page.refused:
+                print(f"Rejected {page.refused} messages that were not valid commands.", file=sys.stderr)
             print("Recordings:", ", ".join(map(str, view.recorder.recordings)) or "none.", file=sys.stderr)
 
 

@@ -1,7 +1,7 @@
 """LiveView: a live session on the page: its scene, tables and plots, and the buttons that zero and record."""
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -40,7 +40,15 @@ class LiveView:
     and plots have what was sent last: while no reading arrives, the last estimates, whose bands widen.
     """
 
-    def __init__(self, session: Session, bench: Bench, folder: Path, moving: Sequence[str], twin: Twin | None = None):
+    def __init__(
+        self,
+        session: Session,
+        bench: Bench,
+        folder: Path,
+        moving: Sequence[str],
+        twin: Twin | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ):
         """
         Args:
             session: its `run` is to call `refresh` between turns.
@@ -48,6 +56,7 @@ class LiveView:
             folder: takes the recordings.
             moving: names of the fingers whose base moves.
             twin: is shown beside; it is advanced by whoever has it.
+            clock: real time, s.
         """
         self._session, self._bench, self._twin = session, bench, twin
         self.fingers = list(bench.quantities)
@@ -58,7 +67,8 @@ class LiveView:
         self._of_twin = {} if twin is None else _compared(twin, bench, self.fingers)
         self.panel = Panel((Button.ZERO, Button.RECORD, Button.STOP))
         self.feed = SignalFeed(self.signals)
-        self._began = self._due = time.monotonic()
+        self._clock = clock
+        self._began = self._due = clock()
         self._zeroed_at, self._note, self._has_scene, self.is_over = np.inf, "", True, False
 
     @property
@@ -79,7 +89,7 @@ class LiveView:
         for button in self.panel.pressed():
             self._react(button)
         self.recorder.forget()
-        now = time.monotonic()
+        now = self._clock()
         if now >= self._zeroed_at:
             self._finish_zeroing()
         if now >= self._due:
@@ -92,7 +102,7 @@ class LiveView:
             self.is_over = True
         elif button == Button.ZERO:
             self._session.zero()
-            self._zeroed_at = time.monotonic() + ZEROING
+            self._zeroed_at = self._clock() + ZEROING
         elif self.recorder.is_recording:
             self.recorder.end()
         else:

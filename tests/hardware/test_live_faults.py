@@ -23,6 +23,7 @@ WORST = 1.1  # times the error over a good link
 DROPPED = DELAYED = 0.1
 TIP, STD = "left_finger.tip_pose", "left_finger.position_std"
 LIMIT, MOST = 0.65, 0.9  # N
+SILENCE = (3.0, 4.0)  # s
 CLOSING = [
     *("sensor.sections=2", "sensor.errors.preset=realistic", "estimator.type=recursive"),
     *("control.set_points=[0.01]", f"control.force_limit={LIMIT}"),
@@ -109,26 +110,25 @@ def messages_of(recording, bench):
 
 @pytest.mark.slow
 def test_a_grip_over_a_bad_link():
-    """A box held at 0.65 N of estimated force; the true one counts. A second of silence lets go, and grips again."""
-    good, bad = held_box(7.0, False), held_box(7.0, True, (3.0, 4.0))
-    assert good.counts.silences == 0
-    assert bad.counts.silences == 1
-    silent, ends = round(3.0 / PERIOD), round(4.0 / PERIOD)
-    assert np.all(bad.commands[silent + round(0.05 / PERIOD) : ends - 1] == 0.0)
-    assert np.all(bad.commands[silent - 50 : silent] > 0.0)
-    held = [*range(150, silent), *range(550, 700)]  # gripped for a while
-    assert off(bad.forces[held]) < WORST * off(good.forces[held])
-    assert bad.forces.max() < MOST
+    """A box held at 0.65 N of estimated force; the true one counts, in the mean over three random sensor errors."""
+    errors = []
+    for seed in range(3):
+        good, bad = held_box(7.0, False, seed), held_box(7.0, True, seed, SILENCE)
+        begin, end = (round(time / PERIOD) for time in SILENCE)
+        assert good.counts.silences == 0
+        assert bad.counts.silences == 1
+        assert np.all(bad.commands[begin - 50 : begin] > 0.0)
+        assert np.all(bad.commands[begin + round(0.05 / PERIOD) : end - 1] == 0.0)
+        held = np.r_[begin - 150 : begin, end + 150 : len(good.forces)]  # gripped for a while
+        errors.append([np.abs(grip.forces[held].mean(axis=1) - LIMIT).mean() for grip in (good, bad)])
+        assert bad.forces.max() < MOST
+    over_good, over_bad = np.mean(errors, axis=0)
+    assert over_bad < WORST * over_good
 
 
-def off(forces):
-    """The mean distance of a grip's force from its limit, N."""
-    return np.abs(forces.mean(axis=1) - LIMIT).mean()
-
-
-def held_box(seconds, is_bad, silence=(np.inf, np.inf)):
+def held_box(seconds, is_bad, seed, silence=(np.inf, np.inf)):
     """Closed loop between a twin and its bench: true forces (T, 2) N and commands (T) Pa, sample by sample."""
-    scenario = load_scenario("box_grasp", CLOSING)
+    scenario = load_scenario("box_grasp", [*CLOSING, f"sensor.seed={seed}"])
     twin, bench = Twin(scenario), Bench(scenario)
     forces, commands, last = [], [], [np.nan]
     names = [f"{side}_finger.normal_force" for side in ("left", "right")]
