@@ -31,7 +31,7 @@ _ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
     "tip ± [mm]": (("position_std",), lambda std: f"{1e3 * std[-1]:.2f}"),
     "contact": (("contact_answer",), None),
     "force [N]": (("contact_force", "contact_force_std"), lambda force, std: _with_std(force[0], std[0])),
-    "force at most [N]": (("contact_force_bounds",), lambda bounds: f"{bounds[0]:.2f}"),
+    "at most [N]": (("contact_force_bounds",), lambda bounds: f"{bounds[0]:.2f}"),
     "contact at [mm]": (("contact_arc_length",), lambda place: _millimetres(place[0])),
     "health": (("fault",), None),
 }

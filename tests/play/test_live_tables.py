@@ -42,7 +42,7 @@ def test_what_is_estimated_has_a_row_and_what_is_not_has_none():
     assert found["tip ± [mm]"] == ["0.42", "-"]
     assert found["force [N]"] == ["0.50 ± 0.04", "-"]
     assert found["contact"] == ["touched here", "-"]
-    assert "force at most [N]" not in found
+    assert "at most [N]" not in found
 
 
 def test_a_fault_is_marked():
