@@ -14,12 +14,14 @@ from pydrake.systems.primitives import PassThrough
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene, add_plant
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES
 from soft_gripper.diagrams.view.meshcat_view import PERIOD, add_estimates, geometry_paths, set_up_view
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.sensor_block import joints_port
 
-_DRAWN = ("arcs", "external_torque", "contact_force", "contact_arc_length", "position_std")
+_CONTACT = dict.fromkeys(name for names in CONTACT_SIGNALS.values() for name in names)
+_DRAWN = ("arcs", "external_torque", "position_std", *PLACES, *_CONTACT)
 _ESTIMATES, _TWIN = "/drake", "/twin"  # Meshcat paths
 _OPACITY, _SCALE = 0.3, (1.04, 1.04, 1.0)  # of the twin's grippers, which are drawn a little thicker
 

@@ -29,7 +29,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
-from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES, DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
@@ -203,8 +203,8 @@ def add_estimates(
 ) -> None:
     """Adds the visualizers of bodies and of estimates.
 
-    `signals` must contain `{finger}.arcs` and `{finger}.external_torque`; `contact_force` with its `contact_arc_length`
-    and `position_std` are drawn if present. For the other arguments see `add_meshcat_view`.
+    `signals` must contain `{finger}.arcs` and `{finger}.external_torque`; contact, `position_std` and the places of an
+    estimate in space are drawn if present, see EstimateVisualizer. For the other arguments see `add_meshcat_view`.
     """
     plant, scene_graph, fingers = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
@@ -270,9 +270,10 @@ def _drawn(
     arcs, layout = signals[f"{finger.name}.arcs"].size() // len(ARC), sensor_layout(finger.finger, sensor)
     # An estimator has one arc per section, or else arcs of equal length.
     ends = layout.section_ends if arcs == layout.sections else finger.finger.section_ends(arcs)
-    has_contact = {f"{finger.name}.contact_{name}" for name in ("force", "arc_length")} <= signals.keys()
+    in_space = {f"{finger.name}.{name}" for name in PLACES} <= signals.keys()
+    has_contact = {f"{finger.name}.{name}" for name in CONTACT_SIGNALS[in_space]} <= signals.keys()
     has_band = f"{finger.name}.position_std" in signals
-    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band)
+    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band, in_space)
 
 
 def geometry_paths(

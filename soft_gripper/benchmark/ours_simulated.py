@@ -68,7 +68,7 @@ def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
     known = _known(inputs)
     contact, posterior = found(*known).contact, found.posterior(*known)
     assert contact is not None
-    low, _, high = np.nan_to_num(posterior.force_quantiles, nan=0.0).T
+    low, _, high = np.nan_to_num(posterior.force_interval, nan=0.0).T
     mean = np.nan_to_num(contact.force)
     return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / _BAND
 

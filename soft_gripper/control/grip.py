@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from soft_gripper.estimators.force_posterior import PROBABILITIES
+from soft_gripper.estimators.force_posterior import INTERVAL
 from soft_gripper.signals import describe
 
 
@@ -75,22 +75,21 @@ class GripForceBound(LeafSystem):
 
     ::
 
-        {finger}.contact_force_quantiles (3) N ---> +----------------+
-                                                    | GripForceBound | ---> force  (1) N
-        {finger}.contact (1) 0 or 1 --------------> +----------------+
+        {finger}.contact_force_interval (3) N ---> +----------------+
+                                                   | GripForceBound | ---> force  (1) N
+        {finger}.contact (1) 0 or 1 -------------> +----------------+
 
-    The bound of a finger is the largest of its quantiles, which the force exceeds with a probability of 2.5 %. A finger
-    without a detected contact counts as 0: the posterior takes the inertia of a free finger on an accelerated arm for a
-    contact, the detector does not. An unknown bound, NaN, makes the mean NaN.
+    The bound of a finger is the upper end of its interval, which the force exceeds with a probability of at most 2.5 %.
+    A finger without a detected contact counts as 0: the posterior takes the inertia of a free finger on an accelerated
+    arm for a contact, the detector does not. An unknown bound, NaN, makes the mean NaN.
     """
 
     def __init__(self, fingers: Iterable[str]):
         """`fingers` are their names."""
         super().__init__()
-        quantiles = len(PROBABILITIES)
         self._ports = [
             (
-                self.DeclareVectorInputPort(f"{name}.contact_force_quantiles", quantiles),
+                self.DeclareVectorInputPort(f"{name}.contact_force_interval", len(INTERVAL)),
                 self.DeclareVectorInputPort(f"{name}.contact", 1),
             )
             for name in fingers

@@ -291,7 +291,7 @@ def _std_of_sum(covariance: Array, weights: Array) -> Array:
 
 _FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for friction on a face jumps there
 # m, standard deviation of the lever at the joint next to a contact, which may lie on both of its links.
-_STRADDLED = 1.5e-3
+STRADDLED = 1.5e-3
 CONE = 0.45  # largest coefficient of friction reckoned with
 _SLIDING = 0.25  # probability of friction at either end of the cone; sliding contacts are there
 _RUBS = CONE * np.linspace(-1, 1, 5)  # friction per force
@@ -341,7 +341,7 @@ def force_cells(layout: MeasurementModel, q: Array, compliance: Array) -> Cells:
     rubbing = np.concatenate(faces, axis=-2)[..., place + count * (side > 0), :]
     moved = np.diff(across[..., ::2, :], axis=-2)[..., place, :] / math.sqrt(12)
     nearest = np.abs(middles[:, None] - finger.joint_arc_lengths).argmin(axis=-1)
-    straddled = _STRADDLED * to_bends[..., nearest, :][..., place, :]
+    straddled = STRADDLED * to_bends[..., nearest, :][..., place, :]
     response = side[:, None] * across[..., 1::2, :][..., place, :] + rub[:, None] * rubbing
     return Cells(response, np.stack([moved, rub_std[:, None] * rubbing, straddled], axis=-2), place, side, prior)
 

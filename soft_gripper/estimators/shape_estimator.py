@@ -11,7 +11,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES, put_out_arcs, put_out_pose
-from soft_gripper.estimators.force_posterior import ANSWERS, PROBABILITIES
+from soft_gripper.estimators.force_posterior import ANSWERS, INTERVAL
 from soft_gripper.estimators.plane import bending_plane
 from soft_gripper.estimators.uncertainty import position_std
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -21,7 +21,7 @@ _ENDS, MODES = ("least", "most"), ("first", "second")
 POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactPosterior
     "probability": ("1", {}),
     "answer": ("1", {}),
-    "force_quantiles": ("N", {"quantile": tuple(f"{100 * p:g} %" for p in PROBABILITIES)}),
+    "force_interval": ("N", {"force": INTERVAL}),
     "force_set": ("N", {"end": _ENDS}),
     "force_bounds": ("N", {"given": ("one", "one beyond", "several beyond")}),
     "arc_length_set": ("m", {"end": _ENDS}),
@@ -46,7 +46,7 @@ class ShapeEstimator(ArrayBlock):
                                     |                | ---> contact_arc_length_std  (1) m
                                     |                | ---> contact_probability     (1) that something touches
                                     |                | ---> contact_answer          (1) 0 nothing, 1 somewhere, 2 here
-                                    |                | ---> contact_force_quantiles (3) N
+                                    |                | ---> contact_force_interval (3) N
                                     |                | ---> contact_force_set ...   as of ContactPosterior
                                     |                | ---> theta                   (S) rad, bend of each section
                                     |                | ---> kappa                   (S) 1/m, curvature of each section

@@ -62,6 +62,6 @@ def test_a_free_gripper_on_a_moving_arm_is_not_limited(bounded):
     station, recording = bounded
     free = ~of_fingers(recording, "contact").any(axis=0)
     before = np.arange(len(free)) < of_fingers(recording, "normal_force").any(axis=0).argmax()
-    assert np.nanmax(of_fingers(recording, "contact_force_quantiles")[:, before]) > station.scenario.control.force_limit
+    assert np.nanmax(of_fingers(recording, "contact_force_interval")[:, before]) > station.scenario.control.force_limit
     assert not recording["grip.force"].values[before & free].any()
     assert free[before].all()

@@ -235,7 +235,7 @@ def test_ports_with_a_force_limit():
 def test_ports_with_a_bound():
     control = grip_control(force_limit=0.5, force_bound=True)
     inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}
-    measured = ("tip_pose", "external_torque", "contact_force_quantiles", "contact")
+    measured = ("tip_pose", "external_torque", "contact_force_interval", "contact")
     assert inputs == {"set_point", *(f"{which}.{name}" for which in ("first", "second") for name in measured)}
     assert control.HasOutputPort("force")
 
