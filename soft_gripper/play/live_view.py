@@ -52,7 +52,7 @@ class LiveView:
         """
         Args:
             session: its `run` is to call `refresh` between turns.
-            bench: of the session, one that records; into `folder`.
+            bench: of the session, one that records.
             folder: takes the recordings.
             moving: names of the fingers whose base moves.
             twin: is shown beside; it is advanced by whoever has it.

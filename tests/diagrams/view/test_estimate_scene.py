@@ -1,4 +1,4 @@
-"""Fingers drawn as they are estimated: where their links are, with and without a base that moves, in plane and space."""
+"""Fingers drawn as they are estimated: where their links are, in the plane and in space, and on a base that moves."""
 
 from types import SimpleNamespace
 
