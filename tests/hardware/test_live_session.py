@@ -195,6 +195,40 @@ def test_a_flood_only_counts(messages):
     assert (live.session.counts.used, live.session.counts.excess) == (50, 950)
 
 
+def test_a_machine_that_is_too_slow_stays_close_behind(messages):
+    """A result takes three periods: readings that cannot be used are counted, and the last is hardly late."""
+    source = Waiting(encoded(messages[0] | {"count": float(i)}, "json") for i in range(1000))
+    live = made(source, is_live=True, clock=lambda: source.now)
+    live.session._sink = source.take_long
+    while source.arrived < 1000:
+        live.session.turn()
+    counts = live.session.counts
+    assert counts.used + counts.lost == 1000
+    assert counts.used == pytest.approx(333, abs=30)
+    assert counts.excess == counts.lost
+    assert max(live.session.latencies) < 0.6
+
+
+class Waiting:
+    """Messages that arrive every period of a clock, which runs while a result is computed and sent."""
+
+    is_over = False
+
+    def __init__(self, messages):
+        self.messages, self.now, self.arrived = list(messages), 0.0, 0
+
+    def receive(self, timeout):
+        self.now += 1e-9
+        found = self.messages[self.arrived : int(self.now / 0.01) + 1]
+        self.arrived += len(found)
+        if not found:
+            self.now += timeout
+        return found
+
+    def take_long(self, *_):
+        self.now += 0.03
+
+
 def test_zeroing_removes_offsets(messages, offline):
     """A constant added to every reading is gone after readings of free fingers."""
     live = made(lambda timeout: [])

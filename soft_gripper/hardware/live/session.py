@@ -30,6 +30,7 @@ _BANDS = {  # what a band is of, by its name
 }
 _MOST_SKIPPED = 1.0  # s of missing readings that the estimators are told of; no memory of theirs is longer
 _MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
+_MOST_BEHIND = 0.5  # s that readings may take that arrived together; after that the newest of them alone is used
 _REMEMBERED = 2.0  # s over which the speed of an estimate is measured
 _LATENCIES = 100_000  # of the last readings
 
@@ -180,7 +181,10 @@ class Session:
         """Waits for readings, until the next result is due at most."""
         messages = self._source.receive(max(0.0, self._due - self._clock()))
         arrived = self._clock()
-        for message in messages:
+        for i, message in enumerate(messages, 1):
+            if self._pace is not None and i < len(messages) and self._clock() - arrived > _MOST_BEHIND:
+                self.counts.excess += 1
+                continue
             began, used = time.thread_time(), self.counts.used
             self._take(message, arrived)
             if self.counts.used > used:
