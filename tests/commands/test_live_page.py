@@ -66,13 +66,13 @@ def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None
         assert recording["time"][-1] > 0.1  # of one second, on a machine however busy
         assert recording["left_finger.position_std"].attrs["units"] == "m"
 
+        assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
         driver.find_element("id", "stop").click()
         code, said = served.end()
         assert code == 0
         assert f"Recordings: {folder}" in said
         assert re.search(r"Readings: \d+ used", said)
         wait_until(lambda: text(driver, "mode") == "ended")
-        assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
     finally:
         driver.quit()
 
