@@ -219,12 +219,19 @@ class SignalLogs(Diagram):
 
     def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
         """Times, (T,) s, and all signals, (T, size) each, in the context of the root diagram."""
+        return self.computed(*self.taken(root_context))
+
+    def taken(self, root_context: Context) -> tuple[Array, dict[int, Any]]:
+        """Times, (T,) s, and a copy of the logs, by port number, in the context of the root diagram."""
         log = self._sink.FindLog(root_context)
         ends = np.cumsum([*self._sizes.values()])
-        vectors = dict(zip(self._sizes, np.split(log.data().T, ends[:-1], axis=1), strict=True))
-        values = {number: sink.values(root_context) for number, sink in self._values.items()}
-        time: Array = log.sample_times()
-        return time, derive(self._sources, time, vectors | values)
+        vectors = dict(zip(self._sizes, np.split(log.data().T.copy(), ends[:-1], axis=1), strict=True))
+        values = {number: [*sink.values(root_context)] for number, sink in self._values.items()}
+        return log.sample_times().copy(), vectors | values
+
+    def computed(self, time: Array, logged: Mapping[int, Any]) -> tuple[Array, dict[str, Array]]:
+        """The samples in what was `taken`; unlike that, in any thread."""
+        return time, derive(self._sources, time, logged)
 
     def clear(self, root_context: Context) -> None:
         """Forgets all samples, in the context of the root diagram."""
@@ -379,10 +386,16 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
         root_context: the context of the root diagram.
         about: attributes of the recording, see `provenance`.
     """
-    names, variables = _axis_names(logs.signals), {}
+    return make_recording(logs.signals, *logs.samples(root_context), about)
+
+
+def make_recording(
+    signals: Mapping[str, Signal], time: Array, samples: Mapping[str, Array], about: Mapping[str, str] | None = None
+) -> Recording:
+    """Labels the samples of signals, (T, size) each, at times, (T,) s; `about` as for `read_logs`."""
+    names, variables = _axis_names(signals), {}
     coords: dict[str, Any] = {}
-    time, samples = logs.samples(root_context)
-    for name, signal in logs.signals.items():
+    for name, signal in signals.items():
         labels = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
         values = samples[name].reshape(-1, *map(len, labels.values()))
         variables[name] = (["time", *labels], values, _attributes(signal))

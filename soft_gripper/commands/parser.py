@@ -281,6 +281,7 @@ COMMANDS = (
         (
             "tip_distance_steps                                the simulated twin in the place of hardware",
             "tip_distance_steps --bench bench.yaml --zero 2    readings and commands as bench.yaml describes",
+            "tip_distance_steps --page                         the same in a browser, to look at",
             "my_scenario.yaml --source udp://:6000 --out results/monday",
         ),
         (
@@ -299,7 +300,10 @@ COMMANDS = (
                 "--seconds", "how long to run (default: until Ctrl-C, or the end of the readings)", "S", number(1e7)
             ),
             flag("--fast", "use the readings of a file as fast as possible"),
-            option("--out", "folder for a recording of every signal", "DIR", path),
+            flag("--page", "show estimates, contacts and the counts of readings in a browser; zero and record there"),
+            flag("--twin", "with --page and --bench: show a simulated twin beside the hardware, commanded alike"),
+            HOST,
+            option("--out", "folder for a recording of every signal; with --page, for its recordings", "DIR", path),
             MCAP,
         ),
     ),

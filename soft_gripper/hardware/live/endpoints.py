@@ -166,7 +166,7 @@ class UdpSource:
 
     def __init__(self, bound: socket.socket):
         self._socket = bound
-        self.port: int = bound.getsockname()[1]
+        self.host, self.port = bound.getsockname()
 
     def receive(self, timeout: float) -> list[Message]:
         if not select.select([self._socket], [], [], timeout)[0]:
