@@ -234,9 +234,9 @@ def _in_balance(
 
 
 def in_doubt(row: Any, shares: Sequence[str], again: int) -> bool:
-    """Whether a share of a row may be below ENOUGH by chance, or is one of too few that are detected."""
+    """Whether a share of a row may be below ENOUGH by chance, or is one of too few; never without others to count."""
     few = located(row) < FEWEST < again * row.detected_percent / 100
-    return few or any(getattr(row, f"{share}_percent") < CLEAR for share in shares)
+    return again > 0 and (few or any(getattr(row, f"{share}_percent") < CLEAR for share in shares))
 
 
 def located(row: Any) -> float:
@@ -376,11 +376,11 @@ def _print_lines(lines: Sequence[Sequence[str | float]]) -> None:
         print("".join(f"{cell:<22}" for cell in first) + "".join(f"{cell:>14}" for cell in rest))
 
 
-def main(number: int = 1100, seed: int = 1, out: str = "results/contact_coverage") -> None:
+def main(number: int = 1100, seed: int = 1, again: int = AGAIN, out: str = "results/contact_coverage") -> None:
     """Writes table and figure, and prints a summary."""
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    rows = coverage_rows(number, seed)
+    rows = coverage_rows(number, seed, again)
     write_csv(folder / TABLE, rows)
     save_figure(coverage_figure(rows), folder / FIGURE)
     print_coverage(rows)
