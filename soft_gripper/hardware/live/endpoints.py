@@ -12,7 +12,7 @@
 """
 
 import os
-import select
+import selectors
 import socket
 import sys
 import time
@@ -159,6 +159,16 @@ class Endpoints:
         return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
 
 
+_Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)  # epoll refuses files on a disk
+
+
+def _has_come(file: socket.socket | int, timeout: float) -> bool:
+    """Whether there is something to read from a socket or descriptor, of any number, within a timeout, s."""
+    with _Selector() as selector:
+        selector.register(file, selectors.EVENT_READ)
+        return bool(selector.select(timeout))
+
+
 class UdpSource:
     """The datagrams that arrive at a socket."""
 
@@ -169,7 +179,7 @@ class UdpSource:
         self.host, self.port = bound.getsockname()
 
     def receive(self, timeout: float) -> list[Message]:
-        if not select.select([self._socket], [], [], timeout)[0]:
+        if not _has_come(self._socket, timeout):
             return []
         found: list[Message] = []
         while len(found) < MOST_WAITING:
@@ -187,7 +197,7 @@ class LineSource:
         self._descriptor, self._begun, self.is_over = descriptor, b"", False
 
     def receive(self, timeout: float) -> list[Message]:
-        if self.is_over or not select.select([self._descriptor], [], [], timeout)[0]:
+        if self.is_over or not _has_come(self._descriptor, timeout):
             return []
         try:
             arrived = os.read(self._descriptor, MOST_BYTES)
