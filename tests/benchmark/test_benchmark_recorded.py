@@ -66,7 +66,9 @@ def segment(tmp_path_factory):
 def test_a_segment_bends_as_its_pressure_law_says(segment):
     found = scores(twin("segment_tip", segment), segment, "fitted", "nearest")
     for region in ("15 kPa", "35 kPa"):
-        assert found[region, "fitted"].mean < 2.5e-3
+        recorded = TASK["segment_tip"].read(segment / f"pneumatic_segment/{region.replace(' ', '')}.csv")
+        travel = np.linalg.norm(np.ptp(recorded.outputs, axis=0))
+        assert found[region, "fitted"].mean < 0.1 * travel  # inertia and the valve, which it leaves out, are the rest
         assert found[region, "fitted"].mean < found[region, "nearest"].mean
 
 

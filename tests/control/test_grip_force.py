@@ -31,11 +31,11 @@ def test_is_a_force():
 
 
 def grip_force_bound(*fingers):
-    """What the block makes of the quantiles, N, and contact of some fingers."""
+    """What the block makes of the intervals, N, and contact of some fingers."""
     block = GripForceBound([f"f{i}" for i in range(len(fingers))])
     context = block.CreateDefaultContext()
-    for i, (quantiles, contact) in enumerate(fingers):
-        block.GetInputPort(f"f{i}.contact_force_interval").FixValue(context, quantiles)
+    for i, (interval, contact) in enumerate(fingers):
+        block.GetInputPort(f"f{i}.contact_force_interval").FixValue(context, interval)
         block.GetInputPort(f"f{i}.contact").FixValue(context, [contact])
     (found,) = block.GetOutputPort("force").Eval(context)
     return found

@@ -312,7 +312,7 @@ ARM_NOMINAL = ArmTruth(
 PSI = 6894.757
 TRIALS = {  # which chambers are under pressure; 2 and 4 bend the sections in opposite directions
     "trial_1": ((0,), (0,)), "trial_2": ((0,), (1,)), "trial_3": ((1,), (1,)), "trial_4": ((1,), (0,)),
-    "trial_5": ((0, 2), (1, 2)),
+    "trial_5": ((0, 2), (1, 2)), "trial_6": ((1, 2), (0, 2)),
 }  # fmt: skip
 
 

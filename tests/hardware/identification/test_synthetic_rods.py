@@ -182,7 +182,7 @@ def test_the_command_finds_the_truth_of_a_beam(beams, tmp_path, monkeypatch):
         ("load_101g", "test"),
     ]
     assert max(float(row["motion_error_mm"]) for row in rows) < 0.4
-    assert {path.suffix for path in tmp_path.glob("fitted.*")} == {".urdf", ".csv", ".png", ".svg"}
+    assert {path.suffix for path in tmp_path.glob("fitted.*")} == {".urdf", ".yaml", ".csv", ".png", ".svg"}
     modulus, std = map(float, re.search(r"youngs_modulus +\S+ +(\S+) +(\S+) +Pa", outcome.out).groups())
     assert modulus == pytest.approx(found.base.youngs_modulus, rel=1e-4)
     assert 1e-4 < std / modulus < 0.01
