@@ -15,6 +15,7 @@ from soft_gripper.evaluation.contacts.coverage import (
     coverage_row,
     coverage_rows,
     estimated,
+    in_doubt,
     main,
     several_contacts,
 )
@@ -95,8 +96,21 @@ def test_intervals_cover_the_truth_in_each_third_of_the_length():
 
 @pytest.mark.slow
 def test_the_study_writes_its_table_and_figure(tmp_path, capsys):
-    main(40, 3, 0, str(tmp_path))
+    main(40, 3, 20, str(tmp_path))
     rows = read_csv(tmp_path / TABLE, CoverageRow)
     assert {row.contacts for row in rows} > {"simulated", "two contacts"}
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
     assert "least coverage" in capsys.readouterr().out
+
+
+def test_a_share_that_may_be_low_by_chance_is_in_doubt():
+    contacts = rubbing_contacts(2, 0.45, 0.0, 3, (0.5, 0.9))
+    layout, force, place = SensorLayout(contacts.finger, 2), np.abs(contacts.force), contacts.arc_length
+    found = stated(contacts, 0.5 * force, 2 * force, np.stack([place - 1e-3, place + 1e-3], axis=-1))
+    row = replace(coverage_row("by hand", conditions()[0], layout, 0.5, contacts, found), number=120)
+    shares = "interval", "set", "bound", "place"
+    assert not in_doubt(row, shares, 1000)
+    assert in_doubt(replace(row, set_percent=93.9), shares, 1000)
+    assert not in_doubt(replace(row, set_percent=93.9), shares, 0)
+    assert in_doubt(replace(row, detected_percent=50.0), shares, 1000), "60 are detected, and 500 would be"
+    assert not in_doubt(replace(row, detected_percent=5.0), shares, 1000), "50 would be too few as well"
