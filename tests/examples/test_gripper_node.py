@@ -22,6 +22,7 @@ format: text
 fields: [t, a0, a1, a2, a3, pa, b0, b1, b2, b3, pb]
 time: t
 pressure_unit: kPa
+stale_after: 10 # s: this machine may be busy
 fingers:
   left_finger: { readings: [a0, a1, a2, a3], pressures: [pa] }
   right_finger: { readings: [b0, b1, b2, b3], pressures: [pb] }
