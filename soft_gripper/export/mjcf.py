@@ -25,11 +25,12 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import Joint, JointActuator, RevoluteJoint, RigidBody, WeldJoint
+from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody, WeldJoint
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, make_commands
 from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, springs, text
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
@@ -38,6 +39,9 @@ from soft_gripper.truth.contact import combined_friction
 LONGEST_STEP = 0.002  # s
 # Time constant, s, and damping ratio of contacts. With MuJoCo's 0.02 s light links sink in; see docs/export.md.
 _SOLREF = "0.004 1"
+# m, radius of the patch over which a skin touches, which gives it torsional friction; one of 35 to 90 mm^2 has 3.3 to
+# 5.4 mm. Two points of contact alone would let an object swing about the line between them.
+_PATCH = 4e-3
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
@@ -47,7 +51,7 @@ class Mjcf(NamedTuple):
     text: str
     meshes: Mapping[str, Path]  # files that the text names, by their names in it
     actuators: Sequence[str]  # pressures of chambers, Pa, and then positions of joints of an arm
-    arm: Sequence[float]  # commands that hold the arm where a run begins, of the last actuators
+    commands: Commands  # of the actuators, over time
     left_out: Sequence[str]  # what MuJoCo simulates otherwise, or not at all
 
 
@@ -70,7 +74,6 @@ class _Writer:
         self._positions = self._plant.GetPositions(self._context)
         self._qpos: list[float] = []  # in the order of the joints in the file
         self._names: list[str] = []  # of the actuators
-        self._arm_joints: list[tuple[Joint, float]] = []  # and the stiffnesses of their controllers
         self._tips = {finger.links[-1].index(): finger for finger in station.fingers}
         self._root = ET.Element("mujoco", model="scenario")
         self._assets = ET.Element("asset")
@@ -94,11 +97,13 @@ class _Writer:
         tendons, actuators = ET.SubElement(self._root, "tendon"), ET.SubElement(self._root, "actuator")
         for finger in self._station.fingers:
             self._add_chambers(tendons, actuators, finger)
-        self._add_positions(actuators)
-        arm = [self._held_at(*each) for each in self._arm_joints]
-        self._add_home(arm)
+        commands = make_commands(self._station, self._names)
+        for actuator in arm_actuators(self._station):
+            self._add_position(actuators, actuator)
+        self._add_home([*np.zeros(commands.pressures.shape[1]), *commands.arm[0]])
         ET.indent(self._root)
-        return Mjcf(ET.tostring(self._root, encoding="unicode") + "\n", self._meshes, self._names, arm, self._left_out)
+        found = ET.tostring(self._root, encoding="unicode") + "\n"
+        return Mjcf(found, self._meshes, self._names, commands, self._left_out)
 
     def _add_children(self, element: ET.Element, parent: RigidBody) -> None:
         for joint in self._children.get(parent.index(), []):
@@ -182,8 +187,15 @@ class _Writer:
         for one, other in sorted(self._inspector.GetCollisionCandidates(), key=_values):
             if one in self._geoms and other in self._geoms:
                 friction = combined_friction(self._friction(one), self._friction(other))
-                settings = {"geom1": self._geoms[one], "geom2": self._geoms[other], "condim": "3", "solref": _SOLREF}
-                ET.SubElement(contact, "pair", settings, friction=text([friction, friction, 0.005, 1e-4, 1e-4]))
+                touches_over_patch = self._is_compliant(one) or self._is_compliant(other)
+                dimension, torsion = ("4", 2 / 3 * _PATCH * friction) if touches_over_patch else ("3", 0.005)
+                settings = {"geom1": self._geoms[one], "geom2": self._geoms[other], "solref": _SOLREF}
+                settings |= {"condim": dimension, "friction": text([friction, friction, torsion, 1e-4, 1e-4])}
+                ET.SubElement(contact, "pair", settings)
+
+    def _is_compliant(self, geometry: GeometryId) -> bool:
+        properties = self._inspector.GetProximityProperties(geometry)
+        return bool(properties.HasProperty("hydroelastic", "hydroelastic_modulus"))
 
     def _friction(self, geometry: GeometryId) -> float:
         properties = self._inspector.GetProximityProperties(geometry)
@@ -206,29 +218,19 @@ class _Writer:
             ET.SubElement(actuators, "general", settings)
             self._names.append(name)
 
-    def _add_positions(self, actuators: ET.Element) -> None:
-        """Adds the PD controllers of an arm's joints."""
-        for index in self._plant.GetJointActuatorIndices():
-            actuator: JointActuator = self._plant.get_joint_actuator(index)
-            joint = actuator.joint()
-            if joint.index() in self._springs or not actuator.has_controller():
-                continue
-            gains = actuator.get_controller_gains()
-            settings = {"name": _joint_name(joint), "joint": _joint_name(joint), "kp": repr(gains.p)}
-            ET.SubElement(actuators, "position", settings, kv=repr(gains.d))
-            self._names.append(_joint_name(joint))
-            self._arm_joints.append((joint, gains.p))
+    def _add_position(self, actuators: ET.Element, actuator: ArmActuator) -> None:
+        """Adds the PD controller of a joint of an arm."""
+        name = _joint_name(actuator.joint)
+        settings = {"name": name, "joint": name, "kp": repr(actuator.stiffness), "kv": repr(actuator.damping)}
+        if np.isfinite(actuator.effort):
+            settings["forcerange"] = text([-actuator.effort, actuator.effort])
+        ET.SubElement(actuators, "position", settings)
+        self._names.append(name)
 
-    def _add_home(self, arm: list[float]) -> None:
-        """Adds the state in which a run begins; commands to an arm also carry its weight there."""
-        ctrl = [0.0] * (len(self._names) - len(arm)) + arm
+    def _add_home(self, ctrl: Sequence[float]) -> None:
+        """Adds the state in which a run begins: empty chambers, and an arm that carries its weight."""
         keyframe = ET.SubElement(self._root, "keyframe")
         ET.SubElement(keyframe, "key", name="home", qpos=text(self._qpos), ctrl=text(ctrl))
-
-    def _held_at(self, joint: Joint, stiffness: float) -> float:
-        """The command at which a PD controller with that stiffness holds a joint of the arm where a run begins."""
-        weight = self._plant.CalcGravityGeneralizedForces(self._context)[joint.velocity_start()]
-        return float(self._positions[joint.position_start()] - weight / stiffness)
 
 
 def _name(body: RigidBody) -> str:

@@ -45,8 +45,10 @@ def left_out(station: Station) -> Iterator[str]:
             if part:
                 yield f"{finger.name}: {name}"
         yield f"{finger.name}: hydroelastic_modulus of its skin; contacts are those of the other simulator"
-    if scenario.task is not None:
-        yield "task: the arm stays where the run begins"
+    if scenario.task is not None and scenario.task.grips:
+        yield "task: it waits for estimates; the arm stays where the run begins"
+    if scenario.external:
+        yield f"external: {', '.join(scenario.external)}; commands are those of the scenario"
     if scenario.control.set_points is not None:
         yield "control.set_points: a closed loop; pressures stay 0"
     if scenario.pressure.leaks:
