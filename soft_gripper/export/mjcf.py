@@ -31,7 +31,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, make_commands
-from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, springs, text
+from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, scoped_name, springs, text
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.contact import combined_friction
@@ -123,14 +123,14 @@ class _Writer:
         if isinstance(joint, WeldJoint):
             return
         if joint.child_body().is_floating_base_body():
-            ET.SubElement(body, "freejoint", name=_joint_name(joint))
+            ET.SubElement(body, "freejoint", name=scoped_name(joint))
             X_WB = self._plant.GetDefaultFloatingBaseBodyPose(joint.child_body())
             self._qpos += [*X_WB.translation(), *X_WB.rotation().ToQuaternion().wxyz()]
             return
         axis, kind = axis_of(joint), "hinge" if isinstance(joint, RevoluteJoint) else "slide"
         X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
         stiffness, damping = self._springs.get(joint.index(), (0.0, joint.default_damping()))
-        settings = {"name": _joint_name(joint), "type": kind}
+        settings = {"name": scoped_name(joint), "type": kind}
         settings |= {"pos": text(X_CM.translation()), "axis": text(X_CM.rotation() @ axis)}
         settings |= {"stiffness": repr(float(stiffness)), "damping": repr(float(damping))}
         low, high = joint.position_lower_limit(), joint.position_upper_limit()
@@ -210,7 +210,7 @@ class _Writer:
             tendon = ET.SubElement(tendons, "fixed", name=f"{name} chamber")
             for way in finger.finger.driven_ways:
                 for joint, gain in zip(finger.joints_of(way), gains[way][chamber], strict=True):
-                    ET.SubElement(tendon, "joint", joint=_joint_name(joint), coef=repr(float(gain)))
+                    ET.SubElement(tendon, "joint", joint=scoped_name(joint), coef=repr(float(gain)))
             settings = {"name": name, "tendon": f"{name} chamber", "gainprm": "1", "biastype": "none"}
             settings["ctrlrange"] = text([supply.minimum, supply.maximum])
             if supply.time_constant > 0:
@@ -220,7 +220,7 @@ class _Writer:
 
     def _add_position(self, actuators: ET.Element, actuator: ArmActuator) -> None:
         """Adds the PD controller of a joint of an arm."""
-        name = _joint_name(actuator.joint)
+        name = scoped_name(actuator.joint)
         settings = {"name": name, "joint": name, "kp": repr(actuator.stiffness), "kv": repr(actuator.damping)}
         if np.isfinite(actuator.effort):
             settings["forcerange"] = text([-actuator.effort, actuator.effort])
@@ -235,10 +235,6 @@ class _Writer:
 
 def _name(body: RigidBody) -> str:
     return str(body.scoped_name())
-
-
-def _joint_name(joint: Joint) -> str:
-    return f"{joint.GetParentPlant().GetModelInstanceName(joint.model_instance())}::{joint.name()}"
 
 
 def _placed(X: RigidTransform) -> dict[str, str]:

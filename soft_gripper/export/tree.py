@@ -88,6 +88,11 @@ def inertia_of(body: RigidBody) -> RotationalInertia:
     return about_center
 
 
+def scoped_name(joint: Joint) -> str:
+    """`model::joint`."""
+    return f"{joint.GetParentPlant().GetModelInstanceName(joint.model_instance())}::{joint.name()}"
+
+
 def text(values: Iterable[float]) -> str:
     """Numbers with all their digits."""
     return " ".join(repr(float(value)) for value in values)
