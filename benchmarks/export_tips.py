@@ -64,7 +64,9 @@ def main() -> int:
         apart = differences(load_scenario(case.scenario, [*case.overrides, "record.truth=none"])).max(axis=-1)
         missed += apart.max() > case.bar
         steps = ", ".join(f"{1e3 * each:.4g}" for each in apart)
-        print(f"{name:<24} {steps} mm; {'MISSES ' if apart.max() > case.bar else ''}bar {1e3 * case.bar:g} mm", flush=True)
+        print(
+            f"{name:<24} {steps} mm; {'MISSES ' if apart.max() > case.bar else ''}bar {1e3 * case.bar:g} mm", flush=True
+        )
     return int(missed > 0)
 
 

@@ -33,11 +33,13 @@ def main(environments: int = 64) -> tuple[np.ndarray, np.ndarray]:
 
     places = 1 + np.array([model.joint(joint).qposadr[0] for joint in finger.joints])  # time comes first in a state
     q = states[:, 4::5, places]  # (E, T, N), every 10 ms
-    in_chambers = 1 + model.nq + model.nv + model.actuator("left_finger").id
+    in_chambers = 1 + model.nq + model.nv + model.actuator_actadr[model.actuator("left_finger").id]
     shape = finger.estimate(finger.read(q), states[:, 4::5, [in_chambers]])
-    wrong = np.linalg.norm(shape.q[:, -1] - q[:, -1], axis=-1)
-    print(f"{environments} environments, {q.shape[1]} samples: joint angles within {np.degrees(wrong.max()):.2f} degrees")
-    print(f"estimated contact forces at the end: {shape.contact.force[:, -1].min():.2f} to {shape.contact.force[:, -1].max():.2f} N")
+    wrong, force = np.linalg.norm(shape.q[:, -1] - q[:, -1], axis=-1), shape.contact.force[:, -1]
+    print(
+        f"{environments} environments, {q.shape[1]} samples: joint angles within {np.degrees(wrong.max()):.2f} degrees"
+    )
+    print(f"estimated contact forces at the end: {force.min():.2f} to {force.max():.2f} N")
     return q, shape.q
 
 

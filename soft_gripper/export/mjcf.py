@@ -3,10 +3,19 @@
 All numbers are written in full precision. Every pair of shapes that may touch is listed, with the friction of the pair
 as Drake combines it: MuJoCo by itself would take the larger of two coefficients. A chamber is a fixed tendon along the
 joints of its finger, weighted by the pressure gain of each, that an actuator with the lag of the supply pulls at.
+
+MuJoCo knows contact at points only, so that a finger has the points under its skin of `contact: points`, of the same
+stiffness. MuJoCo takes the stiffness K of a contact of impedance d as an acceleration per penetration,
+
+    k = (1 - d) K (sum of the mobilities of both bodies),
+
+where the mobility is its body_invweight0 (the documentation of MuJoCo, "Solver parameters": at rest R f = -a_ref, with
+the regularisation R = (1 - d) / d times that sum); the damping is critical.
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,7 +40,17 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, make_commands
-from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, scoped_name, springs, text
+from soft_gripper.export.tree import (
+    axis_of,
+    inertia_of,
+    joints_below,
+    left_out,
+    mobilities,
+    pose_at_zero,
+    scoped_name,
+    springs,
+    text,
+)
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.contact import combined_friction
@@ -39,9 +58,9 @@ from soft_gripper.truth.contact import combined_friction
 LONGEST_STEP = 0.002  # s
 # Time constant, s, and damping ratio of contacts. With MuJoCo's 0.02 s light links sink in; see docs/export.md.
 _SOLREF = "0.004 1"
-# m, radius of the patch over which a skin touches, which gives it torsional friction; one of 35 to 90 mm^2 has 3.3 to
-# 5.4 mm. Two points of contact alone would let an object swing about the line between them.
-_PATCH = 4e-3
+_POINTS = 2  # on either side of every link, unless the scenario says how many
+_IMPEDANCE = 0.95  # d of a contact with a skin
+_RIGID = 1e9  # N/m, from which on a contact is not that of a skin
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
@@ -61,6 +80,8 @@ def to_mjcf(scenario: Scenario) -> Mjcf:
     Raises:
         InputError: if a part of the scenario cannot be built, or has a joint or a shape without a counterpart.
     """
+    if scenario.contact == "surface":
+        scenario = replace(scenario, contact="points", contact_points=_POINTS)
     return _Writer(make_station(scenario)).write()
 
 
@@ -81,7 +102,13 @@ class _Writer:
         self._geoms: dict[GeometryId, str] = {}
         self._children = joints_below(self._plant)
         self._springs = dict(springs(station.fingers))
-        self._left_out = list(left_out(station))
+        self._left_out = [*left_out(station), *self._contact_left_out()]
+        self._mobilities = mobilities(self._plant)
+
+    def _contact_left_out(self) -> Iterator[str]:
+        for finger in self._station.fingers:
+            points = self._scenario.contact_points
+            yield f"{finger.name}: contact over surfaces; it touches at {points} points on either side of every link"
 
     def write(self) -> Mjcf:
         step = min(self._scenario.plant_config.time_step or LONGEST_STEP, LONGEST_STEP)
@@ -159,7 +186,8 @@ class _Writer:
 
     def _shape(self, shape: Shape, name: str) -> dict[str, str]:
         if isinstance(shape, Mesh | Convex):
-            return {"type": "mesh", "mesh": self._add_mesh(shape, name)}
+            self._add_mesh(shape, name)
+            return {"type": "mesh", "mesh": name}
         kinds: dict[type[Shape], tuple[str, Any]] = {
             Box: ("box", lambda box: box.size() / 2),
             Sphere: ("sphere", lambda ball: [ball.radius()]),
@@ -174,28 +202,42 @@ class _Writer:
         kind, size = kinds[type(shape)]
         return {"type": kind, "size": text(size(shape))}
 
-    def _add_mesh(self, shape: Mesh | Convex, name: str) -> str:
+    def _add_mesh(self, shape: Mesh | Convex, name: str) -> None:
+        """Adds a mesh by its file, or a convex part of one by its corners."""
+        if isinstance(shape, Convex):
+            hull = shape.GetConvexHull()
+            corners = np.array([hull.vertex(i) for i in range(hull.num_vertices())])
+            ET.SubElement(self._assets, "mesh", name=name, vertex=text(corners.ravel()))
+            return
         source = Path(shape.source().path())
         file = f"mesh_{len(self._meshes)}{source.suffix}"
         self._meshes[file] = source
-        if isinstance(shape, Mesh):
-            self._left_out.append(f"{name}: MuJoCo lets others touch the convex hull of a mesh, not its surface")
         ET.SubElement(self._assets, "mesh", name=name, file=file, scale=text(shape.scale3()))
-        return name
 
     def _add_pairs(self, contact: ET.Element) -> None:
         for one, other in sorted(self._inspector.GetCollisionCandidates(), key=_values):
             if one in self._geoms and other in self._geoms:
                 friction = combined_friction(self._friction(one), self._friction(other))
-                touches_over_patch = self._is_compliant(one) or self._is_compliant(other)
-                dimension, torsion = ("4", 2 / 3 * _PATCH * friction) if touches_over_patch else ("3", 0.005)
-                settings = {"geom1": self._geoms[one], "geom2": self._geoms[other], "solref": _SOLREF}
-                settings |= {"condim": dimension, "friction": text([friction, friction, torsion, 1e-4, 1e-4])}
-                ET.SubElement(contact, "pair", settings)
+                settings = {"geom1": self._geoms[one], "geom2": self._geoms[other], "condim": "3"}
+                settings["friction"] = text([friction, friction, 0.005, 1e-4, 1e-4])
+                ET.SubElement(contact, "pair", settings | self._compliance(one, other))
 
-    def _is_compliant(self, geometry: GeometryId) -> bool:
+    def _compliance(self, one: GeometryId, other: GeometryId) -> dict[str, str]:
+        """How a pair gives way."""
+        compliance = sum(1 / self._stiffness(each) for each in (one, other))
+        if compliance * _RIGID < 1:
+            return {"solref": _SOLREF}
+        mobility = sum(self._mobilities[self._body_of(each).index()] for each in (one, other))
+        k = (1 - _IMPEDANCE) / compliance * mobility
+        return {"solref": text([-k, -2 * np.sqrt(k)]), "solimp": text([_IMPEDANCE, _IMPEDANCE, 1e-3, 0.5, 2])}
+
+    def _body_of(self, geometry: GeometryId) -> RigidBody:
+        return self._plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
+
+    def _stiffness(self, geometry: GeometryId) -> float:
+        """Of a point of contact, N/m."""
         properties = self._inspector.GetProximityProperties(geometry)
-        return bool(properties.HasProperty("hydroelastic", "hydroelastic_modulus"))
+        return float(properties.GetPropertyOrDefault("material", "point_contact_stiffness", np.inf))
 
     def _friction(self, geometry: GeometryId) -> float:
         properties = self._inspector.GetProximityProperties(geometry)

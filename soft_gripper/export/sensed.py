@@ -6,6 +6,7 @@ and all times: leading axes are free. D joint positions: way after way in which 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class SensedFinger:
             finger.torque_of_drive(way, np.asarray(pressure)) if way in finger.driven_ways else nothing for way in ways
         ]
         is_planar = ways == ("bending",)
-        gravity = planar_gravity(pose, self.gravity) if is_planar else self.gravity @ pose[..., :3]
+        gravity: Any = planar_gravity(pose, self.gravity) if is_planar else self.gravity @ pose[..., :3]
         return self.function(np.asarray(readings), np.concatenate(torques, axis=-1), gravity)
 
 
@@ -94,7 +95,10 @@ def _sensed(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     if isinstance(function, RecursiveShape | SpatialRecursiveShape):
         expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"
         raise InputError("sensed finger", "estimator.type", scenario.estimator.type, expected)
-    for part, has in (("creep", "creeps, and remembers how it was bent"), ("tendons", "has them; give one with chambers")):
+    for part, has in (
+        ("creep", "creeps, and remembers how it was bent"),
+        ("tendons", "has them; give one with chambers"),
+    ):
         if found := getattr(nominal.finger, part):
             raise InputError("sensed finger", part, len(found), f"finger '{finger.name}' {has}")
     gravity = np.array(scenario.gravity) * scenario.estimator.compensate_gravity
