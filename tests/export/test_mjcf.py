@@ -1,63 +1,79 @@
 """Scenarios in MuJoCo compared with Drake, and what the exported files say."""
 
 import csv
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import soft_gripper
+from export_tips import differences
+from export_trials import run_trial
 
-from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.export.folder import export_mjcf
 from soft_gripper.export.mjcf import to_mjcf
+from soft_gripper.export.tree import mobilities
 from soft_gripper.scenario.scenario_file import load_scenario
 
-STEPS = ["pressure.steps.all=[60e3, 150e3]"]
-
-
-def tips_in_drake(scenario):
-    """At the end of each step, (steps, F, 3) m in the world."""
-    station = make_station(scenario)
-    recording = run_station(station)
-    plant, context = station.plant, station.plant.CreateDefaultContext()
-    ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
-    found = []
-    for row in np.searchsorted(recording["time"].values, ends - 1e-6):
-        plant.SetPositionsAndVelocities(context, recording["plant.state"].values[row])
-        found.append([finger.frames[-1].CalcPoseInWorld(context).translation() for finger in station.fingers])
-    return np.array(found)
-
-
-def tips_in_mujoco(scenario, folder):
-    """The same, by the loader that is exported, in a process without this package."""
-    pytest.importorskip("mujoco")
-    export_mjcf(scenario, folder)
-    subprocess.run([sys.executable, "-I", folder / "run_mjcf.py"], check=True, cwd=folder, capture_output=True)
-    with (folder / "tips.csv").open(newline="") as file:
-        rows = np.array(list(csv.reader(file))[1:], dtype=float)
-    ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
-    at_ends = rows[np.searchsorted(rows[:, 0], ends - 1e-6)]
-    fingers = len(make_station(scenario).fingers)
-    return at_ends[:, 1 : 1 + 3 * fingers].reshape(-1, fingers, 3)
+TRIALS = (0, 1, 2, 3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "overrides", "bar"),
     [
-        ("free_bending", STEPS, 5e-6),  # 0.005 mm; the bar is 0.5 mm
+        ("free_bending", ["pressure.steps.all=[60e3, 150e3]"], 5e-6),  # 0.005 mm; the bar is 0.5 mm
         ("three_chambers", ["pressure.steps={all: [60e3], finger::left: [20e3]}"], 5e-6),
-        ("box_grasp", ["pressure.steps.all=[50e3, 100e3, 150e3]"], 1.5e-3),
+        ("box_grasp", ["pressure.steps.all=[50e3, 150e3]"], 0.5e-3),  # the bar is 1.5 mm
+        ("turned_box_grasp", ["pressure.steps.all=[100e3]"], 1e-3),  # fingers that twist
+        ("irregular_grasp", ["pressure.steps.all=[100e3]"], 1e-3),  # a mesh that is not convex
     ],
 )
-def test_tips_at_rest_are_those_of_drake(tmp_path, name, overrides, bar):
-    scenario = load_scenario(name, overrides)
-    difference = np.linalg.norm(tips_in_mujoco(scenario, tmp_path) - tips_in_drake(scenario), axis=-1)
-    assert difference.max() < bar
+def test_tips_at_rest_are_those_of_drake(name, overrides, bar):
+    pytest.importorskip("mujoco")
+    assert differences(load_scenario(name, [*overrides, "record.truth=none"])).max() < bar
+
+
+@pytest.mark.slow
+def test_random_grasps_are_held_or_dropped_alike():
+    pytest.importorskip("mujoco")
+    held = [run_trial(seed=0, number=number).held for number in TRIALS]
+    assert all(drake == mujoco for drake, mujoco in held)
+    assert {drake for drake, _ in held} == {True, False}
+
+
+def test_a_skin_is_as_stiff_in_mujoco_as_in_drake():
+    """Force over penetration of every point that carries something, N/m."""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(to_mjcf(load_scenario("box_grasp")).text)
+    data, force = mujoco.MjData(model), np.zeros(6)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.ctrl[:] = 100e3
+    mujoco.mj_step(model, data, 1000)
+    found = []
+    for number, contact in enumerate(data.contact):
+        mujoco.mj_contactForce(model, data, number, force)
+        if "finger" in model.geom(contact.geom1).name and force[0] > 0.1:
+            found.append(-force[0] / contact.dist)
+    half_stiffness = 0.5 * 2e5 * 0.02 * 0.01 / 0.005  # E A / H of the last link, which has half of it
+    assert found == pytest.approx([half_stiffness / 2] * 4, rel=0.05)  # on two points each
+
+
+def test_mobilities_are_those_by_which_mujoco_scales_contacts():
+    mujoco = pytest.importorskip("mujoco")
+    scenario = load_scenario("bottle_grasp")
+    model, plant = mujoco.MjModel.from_xml_string(*text_and_meshes(scenario)), make_station(scenario).plant
+    for index, mobility in mobilities(plant).items():
+        name = plant.get_body(index).scoped_name().get_full()
+        if name != "WorldModelInstance::WorldBody" and plant.get_body(index).default_mass() > 0:
+            assert model.body(name).invweight0[0] == pytest.approx(mobility, rel=1e-6, abs=1e-9), name
+
+
+def text_and_meshes(scenario):
+    found = to_mjcf(scenario)
+    return found.text, {name: source.read_bytes() for name, source in found.meshes.items()}
 
 
 def test_springs_friction_and_pressures_are_in_the_file():
@@ -106,8 +122,23 @@ def test_meshes_are_beside_the_file(tmp_path):
     found = export_mjcf(load_scenario("bottle_grasp"), tmp_path)
     (name,) = found.meshes
     assert (tmp_path / "meshes" / name).read_bytes() == found.meshes[name].read_bytes()
-    (mesh,) = ET.parse(tmp_path / "scenario.xml").iter("mesh")
-    assert mesh.get("file") == name
+    assets = ET.parse(tmp_path / "scenario.xml").find("asset")
+    assert [mesh.get("file") for mesh in assets if "file" in mesh.attrib] == [name]
+    assert len([mesh for mesh in assets if "vertex" in mesh.attrib]) == 14  # the convex parts that fingers touch
+
+
+def test_the_arm_moves_as_it_is_commanded_in_drake():
+    """Its desired positions, with the velocity and the weight folded in; the gripper of 0.1 kg hangs at the ram."""
+    found = to_mjcf(load_scenario("bottle_grasp"))
+    times, arm = found.commands.times, found.commands.arm
+    weight = arm[0, 1]
+    assert arm[-1, 1] - weight == pytest.approx(0.08)
+    assert arm[times < 2.9, 1] == pytest.approx(weight)  # it waits for 3 s
+    desired = simulate(load_scenario("bottle_grasp", ["record.truth=none"]))["task.desired_state"].values
+    damping_over_stiffness = 2 / (2 * np.pi * 10)
+    folded = desired[1:, 1] + damping_over_stiffness * desired[1:, 3]
+    count = min(len(folded), len(arm))
+    np.testing.assert_allclose(arm[:count, 1] - weight, folded[:count], rtol=0, atol=1e-9)
 
 
 def test_commands_are_those_of_the_steps(tmp_path):
