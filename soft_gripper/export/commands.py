@@ -16,6 +16,7 @@ from soft_gripper.diagrams.arm import Arm
 from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.drive import OF, steps_of
+from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 
 
@@ -23,7 +24,7 @@ class Commands(NamedTuple):
     """Values that hold from a time on; K times, C chambers, n joints of an arm."""
 
     times: Array  # (K,) s; the run ends at the last one
-    pressures: Array  # (K, C) Pa
+    pressures: Array  # (K, C) Pa, effective: what the laws of the chambers make of the pressures
     arm: Array  # (K, n) rad or m
 
 
@@ -48,24 +49,23 @@ def arm_actuators(station: Station) -> list[ArmActuator]:
     return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(driven, gains, strict=True)]
 
 
-def make_commands(station: Station, chambers: Sequence[str]) -> Commands:
-    """The commands of a station.
+def chamber_names(finger: PlantFinger) -> list[str]:
+    """The chambers of a finger: `finger`, or `finger::chamber` if it has several."""
+    labels = [f"{finger.name}{OF}{label}" for names in finger.finger.chamber_axis.values() for label in names]
+    return labels or [finger.name] * finger.finger.pressures
 
-    Args:
-        station: the station.
-        chambers: the names of its chambers, `finger` or `finger::chamber`.
-    """
+
+def make_commands(station: Station) -> Commands:
+    """The commands of a station."""
     scenario, arm = station.scenario, station.parts.arm
     moves, desired = _motion(station)
     starts = np.arange(scenario.steps) * scenario.step_duration
     end = max(moves[-1], 0.0 if _has_fixed_motion(scenario) else scenario.steps * scenario.step_duration)
     times = np.unique([*starts[starts < end], *moves[moves < end], end])
     step, sample = (np.searchsorted(each, times + 1e-9, side="right") - 1 for each in (starts, moves))
-    columns = [_pressures(scenario, name) for name in chambers]
-    held = np.array([[*column, *[column[-1]] * (len(starts) - len(column))] for column in columns])
-    held = held.reshape(len(columns), len(starts))
+    pressures = np.concatenate([_pressures(scenario, finger)[step] for finger in station.fingers], axis=1)
     positions = np.zeros((len(moves), 0)) if arm is None else _folded(arm, arm_actuators(station), desired)
-    return Commands(times, held.T[step], positions[sample])
+    return Commands(times, pressures, positions[sample])
 
 
 def _has_fixed_motion(scenario: Scenario) -> bool:
@@ -95,13 +95,15 @@ def _folded(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array
     return found
 
 
-def _pressures(scenario: Scenario, chamber: str) -> list[float]:
-    """The pressure of a chamber at each step, Pa; 0 in a closed loop."""
-    if scenario.control.set_points is not None:
-        return [0.0]
-    finger, _, own = chamber.partition(OF)
-    steps = steps_of("pressure", scenario.pressure.steps, finger, [own] if own else ())
-    return [float(step) for step in steps[:, 0]]
+def _pressures(scenario: Scenario, finger: PlantFinger) -> Array:
+    """The effective pressures of a finger at each step, Pa, (steps, C); 0 in a closed loop."""
+    count = finger.finger.pressures
+    if scenario.control.set_points is not None or not count:
+        return np.zeros((scenario.steps, count))
+    labels = [label for names in finger.finger.chamber_axis.values() for label in names]
+    given = steps_of("pressure", scenario.pressure.steps, finger.name, labels)
+    held = given[np.minimum(np.arange(scenario.steps), len(given) - 1)]
+    return finger.finger.effective_pressure(held)
 
 
 def table(names: Sequence[str], commands: Commands) -> str:

@@ -2,7 +2,9 @@
 
 All numbers are written in full precision. Every pair of shapes that may touch is listed, with the friction of the pair
 as Drake combines it: MuJoCo by itself would take the larger of two coefficients. A chamber is a fixed tendon along the
-joints of its finger, weighted by the pressure gain of each, that an actuator with the lag of the supply pulls at.
+joints of its finger, weighted by the pressure gain of each, that an actuator with the lag of the supply pulls at. A
+branch of creep is an actuator at every joint, whose activation is the internal angle: it follows the angle of the
+joint, which is its command.
 
 MuJoCo knows contact at points only, so that a finger has the points under its skin of `contact: points`, of the same
 stiffness. MuJoCo takes the stiffness K of a contact of impedance d as an acceleration per penetration,
@@ -38,10 +40,12 @@ from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody, WeldJoint
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
-from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, make_commands
+from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
 from soft_gripper.export.tree import (
     axis_of,
+    exports_creep,
     inertia_of,
     joints_below,
     left_out,
@@ -70,7 +74,7 @@ class Mjcf(NamedTuple):
 
     text: str
     meshes: Mapping[str, Path]  # files that the text names, by their names in it
-    actuators: Sequence[str]  # pressures of chambers, Pa, and then positions of joints of an arm
+    actuators: Sequence[str]  # that are commanded: effective pressures of chambers, Pa; positions of joints of an arm
     commands: Commands  # of the actuators, over time
     left_out: Sequence[str]  # what MuJoCo simulates otherwise, or not at all
 
@@ -103,13 +107,20 @@ class _Writer:
         self._geoms: dict[GeometryId, str] = {}
         self._children = joints_below(self._plant)
         self._springs = dict(springs(station.fingers))
-        self._left_out = [*left_out(station), *self._contact_left_out()]
+        self._left_out = [*left_out(station), *self._approximations()]
         self._mobilities = mobilities(self._plant)
 
-    def _contact_left_out(self) -> Iterator[str]:
+    def _approximations(self) -> Iterator[str]:
         for finger in self._station.fingers:
             points = self._scenario.contact_points
+            own = finger.finger
             yield f"{finger.name}: contact over surfaces; it touches at {points} points on either side of every link"
+            if own.creep and not exports_creep(finger):
+                yield f"{finger.name}: creep, which its pressure_law multiplies"
+            if any(own.laws):
+                yield f"{finger.name}: that its pressure_law follows the lag; commands are effective pressures"
+            if chambers_turn(finger):
+                yield f"{finger.name}: chambers that turn as it twists; their torques are those of the straight finger"
 
     def write(self) -> Mjcf:
         step = min(self._scenario.plant_config.time_step or LONGEST_STEP, LONGEST_STEP)
@@ -125,10 +136,13 @@ class _Writer:
         tendons, actuators = ET.SubElement(self._root, "tendon"), ET.SubElement(self._root, "actuator")
         for finger in self._station.fingers:
             self._add_chambers(tendons, actuators, finger)
-        commands = make_commands(self._station, self._names)
         for actuator in arm_actuators(self._station):
             self._add_position(actuators, actuator)
-        self._add_home([*np.zeros(commands.pressures.shape[1]), *commands.arm[0]])
+        for finger in self._station.fingers:
+            self._add_creep(actuators, finger)
+        commands = make_commands(self._station)
+        commanded = [*np.zeros(commands.pressures.shape[1]), *commands.arm[0]]
+        self._add_home([*commanded, *np.zeros(len(actuators) - len(commanded))])
         ET.indent(self._root)
         found = ET.tostring(self._root, encoding="unicode") + "\n"
         return Mjcf(found, self._meshes, self._names, commands, self._left_out)
@@ -255,19 +269,28 @@ class _Writer:
     def _add_chambers(self, tendons: ET.Element, actuators: ET.Element, finger: PlantFinger) -> None:
         """Adds the chambers of a finger, and their actuators."""
         gains, supply = finger.finger.pressure_gains, self._scenario.pressure
-        labels = [label for labels in finger.finger.chamber_axis.values() for label in labels]
-        for chamber in range(finger.finger.pressures):
-            name = f"{finger.name}::{labels[chamber]}" if labels else finger.name
+        limits = np.outer([supply.minimum, supply.maximum], np.ones(finger.finger.pressures))
+        ranges = finger.finger.effective_pressure(limits).T
+        for chamber, (name, limit) in enumerate(zip(chamber_names(finger), ranges, strict=True)):
             tendon = ET.SubElement(tendons, "fixed", name=f"{name} chamber")
             for way in finger.finger.driven_ways:
                 for joint, gain in zip(finger.joints_of(way), gains[way][chamber], strict=True):
                     ET.SubElement(tendon, "joint", joint=scoped_name(joint), coef=repr(float(gain)))
             settings = {"name": name, "tendon": f"{name} chamber", "gainprm": "1", "biastype": "none"}
-            settings["ctrlrange"] = text([supply.minimum, supply.maximum])
+            settings["ctrlrange"] = text(limit)
             if supply.time_constant > 0:
                 settings |= {"dyntype": "filterexact", "dynprm": repr(supply.time_constant)}
             ET.SubElement(actuators, "general", settings)
             self._names.append(name)
+
+    def _add_creep(self, actuators: ET.Element, finger: PlantFinger) -> None:
+        """Adds the branches of creep: each follows the angle of its joint, which it is given as a command."""
+        for number, branch in enumerate(finger.finger.creep if exports_creep(finger) else ()):
+            for joint, k in zip(finger.joints, finger.finger.stiffness, strict=True):
+                name = scoped_name(joint)
+                settings = {"name": f"{name} creep {number}", "joint": name, "biastype": "none"}
+                settings |= {"gainprm": repr(float(branch.share * k)), "dyntype": "filterexact"}
+                ET.SubElement(actuators, "general", settings, dynprm=repr(branch.time))
 
     def _add_position(self, actuators: ET.Element, actuator: ArmActuator) -> None:
         """Adds the PD controller of a joint of an arm."""

@@ -59,6 +59,7 @@ class _Writer:
         self._add_world_shapes(world)
         ET.indent(root)
         lacks = [f"{finger.name}: pressures, SDFormat has no drive" for finger in self._station.fingers]
+        lacks += [f"{finger.name}: creep" for finger in self._station.fingers if finger.finger.creep]
         skin = "hydroelastic_modulus of its skin; contacts are those of the other simulator"
         lacks += [f"{finger.name}: {skin}" for finger in self._station.fingers]
         lacks += ["contacts between links of one model, such as two fingers, in simulators that leave them out"]

@@ -40,19 +40,17 @@ def springs(fingers: Iterable[PlantFinger]) -> Iterator[tuple[Any, tuple[float, 
                 yield joint.index(), (float(k), float(k) * finger.finger.relaxation_time)
 
 
+def exports_creep(finger: PlantFinger) -> bool:
+    """Whether creep depends on the angles of the joints alone."""
+    return bool(finger.finger.creep) and finger.finger.pressure_law is None
+
+
 def left_out(station: Station) -> Iterator[str]:
     """Properties of fingers and parts of a scenario that the file does not have."""
     scenario = station.scenario
     for finger in station.fingers:
-        own = finger.finger
-        parts = {
-            "creep": own.creep,
-            "elastic_law": own.elastic_law,
-            "tendons": own.tendons,
-            "pressure_law": any(own.laws),
-        }
-        for name, part in parts.items():
-            if part:
+        for name in ("elastic_law", "tendons"):
+            if getattr(finger.finger, name):
                 yield f"{finger.name}: {name}"
     if scenario.task is not None and scenario.task.grips:
         yield "task: it waits for estimates; the arm stays where the run begins"
