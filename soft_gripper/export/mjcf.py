@@ -62,9 +62,9 @@ from soft_gripper.truth.contact import combined_friction
 LONGEST_STEP = 0.002  # s
 # Time constant, s, and damping ratio of contacts. With MuJoCo's 0.02 s light links sink in; see docs/export.md.
 _SOLREF = "0.004 1"
-_POINTS = 2  # on either side of every link, unless the scenario says how many
 _IMPEDANCE = 0.95  # d of a contact with a skin
-_PATCH = 3e-3  # m, radius of the patch that a point stands for; links of the shipped fingers touch over 35 to 90 mm^2
+# m, radius of the patch over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps.
+_PATCH = 4e-3
 _RIGID = 1e9  # N/m, from which on a contact is not that of a skin
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
@@ -85,9 +85,7 @@ def to_mjcf(scenario: Scenario) -> Mjcf:
     Raises:
         InputError: if a part of the scenario cannot be built, or has a joint or a shape without a counterpart.
     """
-    if scenario.contact == "surface":
-        scenario = replace(scenario, contact="points", contact_points=_POINTS)
-    return _Writer(make_station(scenario)).write()
+    return _Writer(make_station(replace(scenario, contact="points"))).write()
 
 
 class _Writer:
@@ -250,7 +248,7 @@ class _Writer:
     def _friction(self, *pair: GeometryId) -> dict[str, str]:
         """Of a pair; that of a skin also resists turning, as pressure that is even over a patch does."""
         friction = combined_friction(*map(self._coefficient, pair))
-        torsion = 2 / 3 * _PATCH * friction
+        torsion = 2 / 3 * _PATCH / np.sqrt(self._scenario.contact_points) * friction
         settings = {"friction": text([friction, friction, torsion, 1e-4, 1e-4])}
         return settings | {"condim": "4" if self._is_skin(*pair) else "3"}
 
