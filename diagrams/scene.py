@@ -28,7 +28,7 @@ from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.library_messages import without_messages
 from soft_gripper.scenario.drake_parsing import drake_reads
-from soft_gripper.scenario.model_files import load_model
+from soft_gripper.scenario.model_files import load_model, soft_body
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 
@@ -79,7 +79,10 @@ def add_model(
     """
     model, fingers = load_model(plant, config, where, is_arm, visuals, points)
     X_PC = config.X_PC.GetDeterministicValue()
-    if config.free:
+    soft = soft_body(plant, model)
+    if soft is not None:
+        soft.set_default_pose(X_PC)
+    elif config.free:
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
     else:
         plant.WeldFrames(find_frame(plant, config.parent, where, "parent"), own_frame(plant, config, where), X_PC)
@@ -222,7 +225,7 @@ def remove_idle_skins(scene: Scene) -> None:
     plant, scene_graph, fingers = scene
     turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
     other_joints = plant.num_positions() > turning
-    if other_joints or not all(finger.is_anchored for finger in fingers):
+    if other_joints or plant.deformable_model().num_bodies() or not all(finger.is_anchored for finger in fingers):
         return
     reaches = _reaches(scene)
     pairs = scene_graph.model_inspector().GetCollisionCandidates()

@@ -99,7 +99,7 @@ def add_station(
     free = [model.name for model in scenario.models if model.free]
     arm = None if scenario.arm is None else scenario.arm.model
     wrenches = scenario.record.truth != "none"
-    station.signals |= add_plant_signals(builder, scene.plant, free, arm, wrenches)
+    station.signals |= add_plant_signals(builder, scene, free, arm, wrenches)
     if meshcat is not None:
         add_meshcat_view(
             builder,

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
@@ -199,10 +199,21 @@ def load_model(
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
-    if not plant.GetBodyIndices(models[0]):
+    soft = soft_body(plant, models[0])
+    if soft is None and not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
+    if soft is not None and plant.GetBodyIndices(models[0]):
+        raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
+    if soft is not None and not config.free:
+        raise InputError(where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to")
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
+
+
+def soft_body(plant: MultibodyPlant, model: ModelInstanceIndex) -> DeformableBody | None:
+    """The soft body of a model instance, if it is one."""
+    bodies = plant.deformable_model().GetBodyIds(model)
+    return plant.deformable_model().GetBody(bodies[0]) if bodies else None
 
 
 def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:

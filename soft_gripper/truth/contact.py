@@ -54,6 +54,11 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
         if pair[0] in geometries or pair[1] in geometries:
             wrench = info.F_Ac_W()
             yield Patch(pair, surface.centroid(), _area(surface), wrench.translational(), wrench.rotational())
+    for i in range(results.num_deformable_contacts()):
+        soft = results.deformable_contact_info(i)
+        pair, mesh, wrench = (soft.id_A().get_value(), soft.id_B().get_value()), soft.contact_mesh(), soft.F_Ac_W()
+        if pair[0] in geometries or pair[1] in geometries:
+            yield Patch(pair, mesh.centroid(), _area(mesh), wrench.translational(), wrench.rotational())
     for i in range(results.num_point_pair_contacts()):
         point = results.point_pair_contact_info(i)
         touching = point.point_pair()

@@ -1,10 +1,12 @@
 """Measures from the recording of a trial, and the samples at which something went wrong."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context
@@ -12,7 +14,6 @@ from pydrake.systems.framework import Context
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger
 
@@ -36,36 +37,37 @@ def slip(station: Station, recording: Recording, samples: NDArray[np.int_]) -> f
     if not len(samples):
         return float("nan")
     assert station.scenario.task is not None
-    held = first_body(plant, str(station.scenario.task.object))
+    held = object_poses(recording, str(station.scenario.task.object), samples)
     context = plant.CreateDefaultContext()
     plant.SetPositionsAndVelocities(context, states[0])
     centers = {finger: recording[f"{finger.name}.contact_center"].values[samples[0]] for finger in station.fingers}
-    grips = [_grip(context, finger, held, p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
+    grips = [_grip(context, finger, held[0], p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
     if not grips:
         return float("nan")
     slips = np.empty((len(states), len(grips)))
-    for slips_now, state in zip(slips, states, strict=True):
+    for slips_now, state, X_WO in zip(slips, states, held, strict=True):
         plant.SetPositionsAndVelocities(context, state)
-        slips_now[:] = [_moved(context, grip, held) for grip in grips]
+        slips_now[:] = [_moved(context, grip, X_WO) for grip in grips]
     return float(slips.mean(axis=1).max())
 
 
-def _grip(context: Context, finger: PlantFinger, held: RigidBody, p_WC: Array) -> Grip:
+def object_poses(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> list[RigidTransform]:
+    """The poses of an object in the world at some samples of a recording."""
+    poses = recording[f"{name}.pose"].values[samples]
+    return [RigidTransform(Quaternion(pose[:4] / np.linalg.norm(pose[:4])), pose[4:]) for pose in poses]
+
+
+def _grip(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
     """The grip at a point in the world, on the link with the nearest centre."""
-    points = np.array([_in_frame(context, link, p_WC) for link in finger.links])
+    points = np.array([link.EvalPoseInWorld(context).inverse() @ p_WC for link in finger.links])
     middles = np.diff(finger.finger.link_ends) / 2
     nearest = int(np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=1)))
-    return Grip(finger.links[nearest], points[nearest], _in_frame(context, held, p_WC))
+    return Grip(finger.links[nearest], points[nearest], X_WO.inverse() @ p_WC)
 
 
-def _in_frame(context: Context, body: RigidBody, p_W: Array) -> Array:
-    p_B: Array = body.EvalPoseInWorld(context).inverse() @ p_W
-    return p_B
-
-
-def _moved(context: Context, grip: Grip, held: RigidBody) -> float:
+def _moved(context: Context, grip: Grip, X_WO: RigidTransform) -> float:
     """Distance between the points of object and link, along the link's inner face, m."""
-    X_LO = held.body_frame().CalcPose(context, grip.link.body_frame())
+    X_LO = grip.link.EvalPoseInWorld(context).inverse() @ X_WO
     _, y, z = X_LO @ grip.on_object - grip.on_link
     return float(np.hypot(y, z))
 
@@ -111,11 +113,7 @@ class TrialRun:
     @cached_property
     def final_pose(self) -> RigidTransform:
         """Final pose of the object frame in the world."""
-        plant = self._station.plant
-        context = plant.CreateDefaultContext()
-        plant.SetPositionsAndVelocities(context, self._recording["plant.state"].values[-1])
-        body = first_body(plant, str(self._task.object))
-        return body.EvalPoseInWorld(context)
+        return object_poses(self._recording, str(self._task.object), [-1])[0]
 
     @property
     def _goal_pose(self) -> RigidTransform:

@@ -38,7 +38,7 @@ def slip_mm(station, placed, centers) -> float:
         of_finger = np.full((len(placed), 3), np.nan)
         of_finger[0] = centers.get(finger, NOWHERE)
         signals[f"{finger}.contact_center"] = of_finger
-    return 1e3 * slip(station, recording(signals), np.arange(len(placed)))
+    return 1e3 * slip(station, recording(station, signals), np.arange(len(placed)))
 
 
 def face(station, finger, positions) -> np.ndarray:
@@ -96,4 +96,4 @@ def test_without_contact_or_samples_there_is_no_slip_to_measure(station):
     placed = [(RigidTransform(), {})]
     assert np.isnan(slip_mm(station, placed, {}))
     signals = {"plant.state": np.zeros((5, station.plant.num_multibody_states()))}
-    assert np.isnan(slip(station, recording(signals), np.array([], dtype=int)))
+    assert np.isnan(slip(station, recording(station, signals), np.array([], dtype=int)))

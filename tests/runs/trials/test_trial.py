@@ -45,7 +45,7 @@ def good_signals(station: Station) -> dict[str, np.ndarray]:
 
 
 def row(station: Station, signals: dict[str, np.ndarray]) -> TrialRow:
-    return trial_row("pick_and_place_box", 3, station, recording(signals))
+    return trial_row("pick_and_place_box", 3, station, recording(station, signals))
 
 
 def begin(name: str) -> int:

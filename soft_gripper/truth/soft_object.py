@@ -1,0 +1,110 @@
+"""Ground truth of a soft object: its pose, how far it is squeezed, and its largest strain.
+
+All follow from the vertices of its finite elements. T samples of V vertices are computed at once, after the run.
+"""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import GeometryConfigurationVector, GeometryId, SceneGraphInspector
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import DeformableBody
+from pydrake.systems.framework import Context
+from scipy.spatial.distance import pdist
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.scenario.tetrahedra import Tetrahedra
+from soft_gripper.signals import XYZ
+
+POSE, POSE_UNITS = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z"), ("1", "1", "1", "1", "m", "m", "m")
+
+
+def rest_shape(plant: MultibodyPlant, inspector: SceneGraphInspector, body: DeformableBody) -> Tetrahedra:
+    """The undeformed elements of a soft body of a finalized plant, in the frame of its file."""
+    vertices = body.get_default_pose().inverse() @ body.GetPositions(plant.CreateDefaultContext())
+    elements = inspector.GetReferenceMesh(body.geometry_id()).tetrahedra()
+    return Tetrahedra(vertices.T, np.array([[element.vertex(i) for i in range(4)] for element in elements]))
+
+
+def element_volumes(rest: Tetrahedra, vertices: Array) -> Array:
+    """Volumes of deformed elements, (..., V, 3) m -> (..., M) m^3; one that is not positive is inside out."""
+    corners = vertices[..., rest.cells, :]
+    volumes: Array = np.linalg.det(corners[..., 1:, :] - corners[..., :1, :]) / 6
+    return volumes
+
+
+def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:
+    """The pose of the undeformed body that fits the deformed one best, (..., V, 3) m -> (..., 7).
+
+    By least squares, each vertex weighted with the volume around it (Kabsch, Acta Crystallographica A32, 1976). A
+    quaternion w x y z, and the position of the frame of the file, in the world.
+    """
+    weight = np.bincount(rest.cells.ravel(), np.repeat(rest.volumes, 4), len(rest.vertices))
+    weight /= weight.sum()
+    home, center = weight @ rest.vertices, weight @ vertices
+    spread = np.swapaxes(vertices - center[..., None, :], -1, -2) @ (weight[:, None] * (rest.vertices - home))
+    u, _, v = np.linalg.svd(spread)
+    u[..., 2] *= np.linalg.det(u @ v)[..., None]  # a rotation, not a reflection
+    turn = u @ v
+    quaternion = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_quat(canonical=True, scalar_first=True)
+    return np.concatenate([quaternion.reshape(*turn.shape[:-2], 4), center - turn @ home], axis=-1)
+
+
+def squeeze(rest: Tetrahedra, vertices: Array) -> Array:
+    """How far a body is squeezed, (..., V, 3) m -> (...) m.
+
+    That is the largest decrease of the distance between any two vertices of its surface: between fingers that press on
+    opposite sides, it includes the indentations that they make, which depend on the size of the elements.
+    """
+    surface = np.unique(rest.boundary)
+    home, flat = pdist(rest.vertices[surface]), vertices[..., surface, :].reshape(-1, len(surface), 3)
+    decrease = np.array([np.max(home - pdist(points)) for points in flat])
+    return decrease.reshape(vertices.shape[:-2])
+
+
+def largest_strain(rest: Tetrahedra, vertices: Array) -> Array:
+    """The largest principal strain in any element, stretched or compressed, (..., V, 3) m -> (...).
+
+    A principal stretch minus 1, in absolute value.
+    """
+    edges, home = (np.diff(each[..., rest.cells, :], axis=-2) for each in (vertices, rest.vertices))
+    gradient = np.swapaxes(np.linalg.solve(home, edges), -1, -2)  # rows of edges: edges = home @ gradient'
+    stretch = np.linalg.svd(gradient, compute_uv=False)
+    strain: Array = np.abs(stretch - 1).max(axis=(-1, -2))
+    return strain
+
+
+class SoftObject(ArrayBlock):
+    """Outputs the shape of a soft object of the plant.
+
+    ::
+
+                           +------------+ ---> vertices       (V x 3) m in the world
+        configurations --> | SoftObject | ---> pose           (7) q_w, q_x, q_y, q_z, x, y, z; m in the world
+                           |            | ---> squeeze        (1) m
+                           +------------+ ---> largest_strain (1)
+
+    The pose is that of the undeformed body that fits it best, see `fitted_pose`.
+    """
+
+    def __init__(self, rest: Tetrahedra, geometry: GeometryId):
+        """`rest` is the undeformed body, see `rest_shape`, and `geometry` that of the body in the plant."""
+        super().__init__()
+        self._geometry = geometry.get_value()
+        model = Value(GeometryConfigurationVector())
+        self._configurations = self.DeclareAbstractInputPort("configurations", model)
+        self.show("configuration", self._collect, {self._configurations.ticket()})
+        self.derive("points", np.asarray, "configuration", over_time=np.array)
+        labels = {"vertex": range(len(rest.vertices)), "xyz": XYZ}
+        self.put_out("vertices", lambda points: points, "points", unit="m", **labels)
+        self.put_out("pose", lambda points: fitted_pose(rest, points), "points", unit=POSE_UNITS, pose_entry=POSE)
+        self.put_out("squeeze", lambda points: squeeze(rest, points), "points", unit="m")
+        self.put_out("largest_strain", lambda points: largest_strain(rest, points), "points")
+
+    def _collect(self, context: Context) -> Array:
+        """The vertices, (V, 3) m in the world."""
+        configurations = self._configurations.Eval(context)
+        (own,) = (each for each in configurations.ids() if each.get_value() == self._geometry)
+        found: Array = configurations.value(own).reshape(-1, 3)
+        return found
