@@ -30,6 +30,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
 from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.soft_visualizer import SoftVisualizer, drawn_bodies
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
@@ -37,6 +38,7 @@ from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.model_files import soft_body
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
@@ -153,6 +155,12 @@ def box_corners(
     return np.concatenate([np.empty((0, 3)), *corners])
 
 
+def soft_vertices(plant: MultibodyPlant, context: Context, models: Iterable[ModelInstanceIndex]) -> Array:
+    """Vertices of the soft objects among some models, (M, 3) m in the world; `context` is the plant's."""
+    bodies = [body for model in models if (body := soft_body(plant, model))]
+    return np.concatenate([np.empty((0, 3)), *[body.GetPositions(context).T for body in bodies]])
+
+
 PERIOD = 1 / 20  # s between frames
 FIELD_OF_VIEW = np.radians(35)  # vertical
 _ASPECT = 1.5  # smallest width over height of a window that still shows everything
@@ -200,12 +208,23 @@ def add_meshcat_view(
     for name, port in inputs(estimates).items():
         if name != "body_poses":
             builder.Connect(signals[name], port)
+    _add_soft_objects(builder, scene, signals, meshcat, [model.name for model in models if model.free])
     direction = viewing_direction(arm, plant, fingers, _DIRECTION)
     _set_scene(meshcat)
     if arm is not None:
         _light_from_camera(meshcat, direction)
     _aim_camera(meshcat, _landmarks(scene, models, arm, task), direction)
     draw_torque_legend(meshcat, limit, FIELD_OF_VIEW)
+
+
+def _add_soft_objects(
+    builder: DiagramBuilder, scene: Scene, signals: Mapping[str, OutputPort], meshcat: Meshcat, free: Sequence[str]
+) -> None:
+    bodies = drawn_bodies(scene.plant, scene.scene_graph, free)
+    if bodies:
+        drawing = builder.AddNamedSystem("soft_visualizer", SoftVisualizer(meshcat, bodies, PERIOD))
+        for name, port in inputs(drawing).items():
+            builder.Connect(signals[name], port)
 
 
 def _contact_arrows() -> ContactVisualizerParams:
@@ -275,7 +294,8 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
             plant.SetPositions(context, model, posture)
             points += [*box_corners(plant, scene_graph, context, moved, Role.kIllustration)]
     free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
-    points += [*box_corners(plant, scene_graph, plant.CreateDefaultContext(), free, Role.kIllustration)]
+    context = plant.CreateDefaultContext()
+    points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration), *soft_vertices(plant, context, free)]
     if task is not None and task.object is not None:
         points.append(task.X_WGoal.GetDeterministicValue().translation())
     return np.array(points)
