@@ -38,8 +38,8 @@ from soft_gripper.diagrams.arm import Arm, carried_models
 from soft_gripper.diagrams.scene import first_body, own_frame
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
-from soft_gripper.scenario.model_files import soft_body
 from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.truth.soft_object import soft_body
 
 TOUCH_DEPTH = 1e-3  # m, penetration that counts as a touch
 

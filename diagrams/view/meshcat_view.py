@@ -38,7 +38,6 @@ from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.model_files import soft_body
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, SensorConfig, TaskConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
@@ -155,12 +154,6 @@ def box_corners(
     return np.concatenate([np.empty((0, 3)), *corners])
 
 
-def soft_vertices(plant: MultibodyPlant, context: Context, models: Iterable[ModelInstanceIndex]) -> Array:
-    """Vertices of the soft objects among some models, (M, 3) m in the world; `context` is the plant's."""
-    bodies = [body for model in models if (body := soft_body(plant, model))]
-    return np.concatenate([np.empty((0, 3)), *[body.GetPositions(context).T for body in bodies]])
-
-
 PERIOD = 1 / 20  # s between frames
 FIELD_OF_VIEW = np.radians(35)  # vertical
 _ASPECT = 1.5  # smallest width over height of a window that still shows everything
@@ -197,7 +190,7 @@ def add_meshcat_view(
         sensor: the `sensor` part, whose sections determine the arcs, which may have unequal lengths.
         models, arm, task: parts of the scenario; their whole workspace is kept in view.
     """
-    plant, scene_graph, fingers = scene
+    plant, scene_graph, fingers, soft = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
     ContactVisualizer.AddToBuilder(builder, plant, meshcat, _contact_arrows())
     drawn = [_drawn(scene_graph, finger, signals, sensor) for finger in fingers]
@@ -208,23 +201,17 @@ def add_meshcat_view(
     for name, port in inputs(estimates).items():
         if name != "body_poses":
             builder.Connect(signals[name], port)
-    _add_soft_objects(builder, scene, signals, meshcat, [model.name for model in models if model.free])
+    if soft:
+        drawing = SoftVisualizer(meshcat, drawn_bodies(plant, scene_graph, soft), PERIOD)
+        builder.AddNamedSystem("soft_visualizer", drawing)
+        for name, port in inputs(drawing).items():
+            builder.Connect(signals[name], port)
     direction = viewing_direction(arm, plant, fingers, _DIRECTION)
     _set_scene(meshcat)
     if arm is not None:
         _light_from_camera(meshcat, direction)
     _aim_camera(meshcat, _landmarks(scene, models, arm, task), direction)
     draw_torque_legend(meshcat, limit, FIELD_OF_VIEW)
-
-
-def _add_soft_objects(
-    builder: DiagramBuilder, scene: Scene, signals: Mapping[str, OutputPort], meshcat: Meshcat, free: Sequence[str]
-) -> None:
-    bodies = drawn_bodies(scene.plant, scene.scene_graph, free)
-    if bodies:
-        drawing = builder.AddNamedSystem("soft_visualizer", SoftVisualizer(meshcat, bodies, PERIOD))
-        for name, port in inputs(drawing).items():
-            builder.Connect(signals[name], port)
 
 
 def _contact_arrows() -> ContactVisualizerParams:
@@ -285,7 +272,7 @@ def _set_scene(meshcat: Meshcat) -> None:
 
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
     """Points to keep in view, (M, 3) m: the reach of the fingers, the arm, the object handled, and its goal."""
-    plant, scene_graph, fingers = scene
+    plant, scene_graph, fingers, soft = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
     if arm is not None:
         model, context = plant.GetModelInstanceByName(arm.model), plant.CreateDefaultContext()
@@ -295,7 +282,8 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
             points += [*box_corners(plant, scene_graph, context, moved, Role.kIllustration)]
     free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
     context = plant.CreateDefaultContext()
-    points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration), *soft_vertices(plant, context, free)]
+    points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration)]
+    points += [vertex for each in soft.values() for vertex in each.vertices(context)]
     if task is not None and task.object is not None:
         points.append(task.X_WGoal.GetDeterministicValue().translation())
     return np.array(points)

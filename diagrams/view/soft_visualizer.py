@@ -1,6 +1,6 @@
 """Soft objects in Meshcat, and in its recording."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +11,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from soft_gripper.arrays import Array
-from soft_gripper.scenario.model_files import soft_body
-from soft_gripper.scenario.tetrahedra import Tetrahedra
-from soft_gripper.truth.soft_object import fitted_pose, rest_shape
+from soft_gripper.files.tetrahedra import Tetrahedra
+from soft_gripper.truth.soft_object import SoftBody, fitted_pose
 
 SOFT = "/drake/soft"
 LEAST_CHANGE = 1e-4  # m, of a vertex relative to the body, for which its shape is drawn anew
@@ -28,14 +27,11 @@ class DrawnBody(NamedTuple):
     color: Rgba
 
 
-def drawn_bodies(plant: MultibodyPlant, scene_graph: SceneGraph, names: Sequence[str]) -> list[DrawnBody]:
-    """The soft objects among some models. Drake does not draw them itself any more, which it does not do in recordings."""
-    found = []
-    for name in names:
-        if body := soft_body(plant, plant.GetModelInstanceByName(name)):
-            rest = rest_shape(plant, scene_graph.model_inspector(), body)
-            found.append(DrawnBody(name, rest, _color(scene_graph, body.geometry_id())))
-            scene_graph.RemoveRole(plant.get_source_id(), body.geometry_id(), Role.kIllustration)
+def drawn_bodies(plant: MultibodyPlant, scene_graph: SceneGraph, soft: Mapping[str, SoftBody]) -> list[DrawnBody]:
+    """Soft objects, hidden from Drake's visualizer, which records no shapes and, before 1.58, draws only the first."""
+    found = [DrawnBody(name, each.rest, _color(scene_graph, each.geometry)) for name, each in soft.items()]
+    for each in soft.values():
+        scene_graph.RemoveRole(plant.get_source_id(), each.geometry, Role.kIllustration)
     return found
 
 

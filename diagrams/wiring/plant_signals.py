@@ -4,15 +4,14 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import DeformableBody, Joint, ModelInstanceIndex, PrismaticJoint, QuaternionFloatingJoint, RevoluteJoint
+from pydrake.multibody.tree import Joint, ModelInstanceIndex, PrismaticJoint, QuaternionFloatingJoint, RevoluteJoint
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.diagrams.scene import Scene, arm_joints
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.scenario.model_files import soft_body
 from soft_gripper.signals import describe
-from soft_gripper.truth.soft_object import POSE, POSE_UNITS, SoftObject, rest_shape
+from soft_gripper.truth.soft_object import POSE, POSE_UNITS, SoftObject
 
 _WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
 _WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
@@ -42,8 +41,8 @@ def add_plant_signals(
     signals = {"plant.state": describe(plant.get_state_output_port(), units, state=names)}
     for name in free:
         model = plant.GetModelInstanceByName(name)
-        if soft := soft_body(plant, model):
-            signals |= _add_soft_object(builder, scene, soft, name)
+        if name in scene.soft:
+            signals |= _add_soft_object(builder, scene, name)
             continue
         first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_positions_start()
         pose = _pick(builder, plant, f"{name}.pose", range(first, first + 7))
@@ -54,11 +53,9 @@ def add_plant_signals(
     return signals | (_arm_signals(builder, plant, arm) if arm is not None else {})
 
 
-def _add_soft_object(builder: DiagramBuilder, scene: Scene, body: DeformableBody, name: str) -> dict[str, OutputPort]:
-    rest = rest_shape(scene.plant, scene.scene_graph.model_inspector(), body)
-    block = builder.AddNamedSystem(f"{name}.shape", SoftObject(rest, body.geometry_id()))
-    configurations = scene.plant.get_deformable_body_configuration_output_port()
-    builder.Connect(configurations, block.get_input_port())
+def _add_soft_object(builder: DiagramBuilder, scene: Scene, name: str) -> dict[str, OutputPort]:
+    block = builder.AddNamedSystem(f"{name}.shape", SoftObject(scene.soft[name]))
+    builder.Connect(scene.plant.get_deformable_body_configuration_output_port(), block.get_input_port())
     return {f"{name}.{signal}": port for signal, port in vector_outputs(block).items()}
 
 

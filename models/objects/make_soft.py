@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 from trimesh.creation import icosphere
 
 from soft_gripper.arrays import Array
-from soft_gripper.scenario.tetrahedra import Tetrahedra, oriented
+from soft_gripper.files.tetrahedra import Tetrahedra, oriented
 
 BLOCK, CELLS = (0.044, 0.04, 0.06), (3, 3, 4)  # m: as box.sdf
 TOMATO = (0.046, 0.046, 0.042)  # m: diameters
@@ -22,7 +22,11 @@ def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> Tetr
     numbers = np.arange(np.prod(count)).reshape(count)
     axes = [np.linspace(-length / 2, length / 2, points) for length, points in zip(size, count, strict=True)]
     vertices = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    walks = [np.cumsum([corner, *steps], axis=0) for corner in np.ndindex(*cells) for steps in permutations(np.eye(3, dtype=int))]
+    walks = [
+        np.cumsum([corner, *steps], axis=0)
+        for corner in np.ndindex(*cells)
+        for steps in permutations(np.eye(3, dtype=int))
+    ]
     return oriented(Tetrahedra(vertices, np.array([numbers[tuple(walk.T)] for walk in walks])))
 
 
@@ -37,4 +41,10 @@ def ball(size: Array) -> Tetrahedra:
 if __name__ == "__main__":
     for name, body in {"soft_block": block(BLOCK, CELLS), "tomato": ball(np.array(TOMATO))}.items():
         Path(__file__).with_name(f"{name}.vtk").write_text(body.as_vtk(), encoding="utf-8")
-        print(name, len(body.cells), body.vertices.min(axis=0), body.volumes.sum(), body.volumes.min() / body.volumes.max())
+        print(
+            name,
+            len(body.cells),
+            body.vertices.min(axis=0),
+            body.volumes.sum(),
+            body.volumes.min() / body.volumes.max(),
+        )

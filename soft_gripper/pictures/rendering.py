@@ -36,10 +36,9 @@ from pydrake.systems.sensors import CameraInfo
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
-from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, soft_vertices, upright_view, viewing_direction
+from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.scenario.model_files import soft_body
 from soft_gripper.scenario.schema import Scenario
 
 
@@ -67,9 +66,7 @@ class RecordedScene:
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
         scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
-        self.plant, self.scene_graph, self.fingers = scene
-        instances = {model.name: self.plant.GetModelInstanceByName(model.name) for model in scenario.models}
-        self._soft = {name: body for name, model in instances.items() if (body := soft_body(self.plant, model))}
+        self.plant, self.scene_graph, self.fingers, self._soft = scene
         give_normals(self.scene_graph, self.plant.get_source_id())
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
@@ -118,8 +115,8 @@ class RecordedScene:
         moving = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
         fixed = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
         small = [corners for corners in fixed if len(corners) and _extent(corners) < _extent(moving) / 2]
-        soft = soft_vertices(self.plant, self._go_to(time), models)
-        return np.concatenate([moving, *small, soft])
+        soft = [each.vertices(self._go_to(time)) for each in self._soft.values()]
+        return np.concatenate([moving, *small, *soft])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
         """The visible geometries of a body."""
@@ -138,8 +135,8 @@ class RecordedScene:
         context = self.plant.GetMyMutableContextFromRoot(self._context)
         signals = self.signals(time)
         self.plant.SetPositionsAndVelocities(context, signals["plant.state"].values)
-        for name, body in self._soft.items():
-            body.SetPositions(context, signals[f"{name}.vertices"].values.T)
+        for name, soft in self._soft.items():
+            soft.body.SetPositions(context, signals[f"{name}.vertices"].values.T)
         return context
 
 

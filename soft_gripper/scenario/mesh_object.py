@@ -14,9 +14,9 @@ from trimesh.visual.material import SimpleMaterial
 
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import atomic_file, writable_folder
+from soft_gripper.files.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
 from soft_gripper.fingers.finger_links import DRAKE
 from soft_gripper.scenario.schema import MeshConfig
-from soft_gripper.scenario.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
 
 _LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
 _CONVERSION = f"1, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
@@ -136,6 +136,7 @@ def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
 
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", SUFFIX)
+_DIGITS = 12  # of coordinates in metres: Drake wants the drawn surface of a soft object inside its elements
 MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
 
 
@@ -173,7 +174,9 @@ def _add_rigid(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: Mesh
 def _add_soft(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
     """A link of finite elements, drawn as their surface."""
     if path.suffix.lower() != SUFFIX:
-        expected = f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
+        expected = (
+            f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
+        )
         raise InputError(path, "mesh.youngs_modulus", config.youngs_modulus, expected)
     _add_visual(link, f"file://{keep_by_content(_obj(mesh.smooth_shaded, normals=True))}", config)
     elements = read_tetrahedra(path).scaled(config.scale).as_vtk()
@@ -227,7 +230,9 @@ def _add_geometry(link: ET.Element, kind: str, uri: str) -> ET.Element:
 
 
 def _obj(mesh: trimesh.Trimesh, normals: bool = False) -> str:
-    text: str = trimesh.exchange.obj.export_obj(mesh, include_texture=False, include_normals=normals, header=None)
+    text: str = trimesh.exchange.obj.export_obj(
+        mesh, include_texture=False, include_normals=normals, header=None, digits=_DIGITS
+    )
     return text
 
 

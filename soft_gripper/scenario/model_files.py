@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
+from pydrake.multibody.tree import ModelInstanceIndex
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
@@ -28,6 +28,7 @@ from soft_gripper.scenario.arm_file import arm_urdf
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.scenario.schema import FingerChanges, FingerConfig, ModelConfig
+from soft_gripper.truth.soft_object import soft_body
 
 _LOGGER = logging.getLogger(__name__)
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
@@ -205,15 +206,11 @@ def load_model(
     if soft is not None and plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
     if soft is not None and not config.free:
-        raise InputError(where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to")
+        raise InputError(
+            where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
+        )
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
-
-
-def soft_body(plant: MultibodyPlant, model: ModelInstanceIndex) -> DeformableBody | None:
-    """The soft body of a model instance, if it is one."""
-    bodies = plant.deformable_model().GetBodyIds(model)
-    return plant.deformable_model().GetBody(bodies[0]) if bodies else None
 
 
 def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:

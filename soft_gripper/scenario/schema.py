@@ -257,6 +257,8 @@ class TaskConfig(ByValue):
     time_limit: float = quantity(60.0, "s", above=0)  # for the whole task
     # Normal force of a finger that the object withstands; used to judge trials.
     force_limit: float | None = quantity(None, "N", above=0)
+    # Squeeze that a soft object withstands; used to judge trials.
+    squeeze_limit: float | None = quantity(None, "m", above=0)
     pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the pose that motions are planned for
     trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper grasp-trials`
 

@@ -3,28 +3,59 @@
 All follow from the vertices of its finite elements. T samples of V vertices are computed at once, after the run.
 """
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import GeometryConfigurationVector, GeometryId, SceneGraphInspector
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import DeformableBody
+from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
 from pydrake.systems.framework import Context
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.scenario.tetrahedra import Tetrahedra
+from soft_gripper.files.tetrahedra import Tetrahedra
 from soft_gripper.signals import XYZ
 
 POSE, POSE_UNITS = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z"), ("1", "1", "1", "1", "m", "m", "m")
 
 
-def rest_shape(plant: MultibodyPlant, inspector: SceneGraphInspector, body: DeformableBody) -> Tetrahedra:
-    """The undeformed elements of a soft body of a finalized plant, in the frame of its file."""
-    vertices = body.get_default_pose().inverse() @ body.GetPositions(plant.CreateDefaultContext())
-    elements = inspector.GetReferenceMesh(body.geometry_id()).tetrahedra()
-    return Tetrahedra(vertices.T, np.array([[element.vertex(i) for i in range(4)] for element in elements]))
+class SoftBody(NamedTuple):
+    """A soft object of a finalized plant."""
+
+    body: DeformableBody
+    rest: Tetrahedra  # undeformed, in the frame of its file
+
+    @property
+    def geometry(self) -> GeometryId:
+        """What touches, and is drawn."""
+        return self.body.geometry_id()
+
+    def vertices(self, context: Context) -> Array:
+        """Of its elements, in the context of the plant, (V, 3) m in the world."""
+        found: Array = self.body.GetPositions(context).T
+        return found
+
+
+def soft_body(plant: MultibodyPlant, model: ModelInstanceIndex) -> DeformableBody | None:
+    """The soft body of a model instance, if it is one."""
+    bodies = plant.deformable_model().GetBodyIds(model)
+    return plant.deformable_model().GetBody(bodies[0]) if bodies else None
+
+
+def soft_bodies(plant: MultibodyPlant, inspector: SceneGraphInspector, names: Iterable[str]) -> dict[str, SoftBody]:
+    """The soft objects of a finalized plant, among the models with these names."""
+    found = {}
+    for name in names:
+        if body := soft_body(plant, plant.GetModelInstanceByName(name)):
+            vertices = body.get_default_pose().inverse() @ body.GetPositions(plant.CreateDefaultContext())
+            elements = inspector.GetReferenceMesh(body.geometry_id()).tetrahedra()
+            cells = np.array([[element.vertex(i) for i in range(4)] for element in elements])
+            found[name] = SoftBody(body, Tetrahedra(vertices.T, cells))
+    return found
 
 
 def element_volumes(rest: Tetrahedra, vertices: Array) -> Array:
@@ -88,10 +119,9 @@ class SoftObject(ArrayBlock):
     The pose is that of the undeformed body that fits it best, see `fitted_pose`.
     """
 
-    def __init__(self, rest: Tetrahedra, geometry: GeometryId):
-        """`rest` is the undeformed body, see `rest_shape`, and `geometry` that of the body in the plant."""
+    def __init__(self, soft: SoftBody):
         super().__init__()
-        self._geometry = geometry.get_value()
+        rest, self._geometry = soft.rest, soft.geometry.get_value()
         model = Value(GeometryConfigurationVector())
         self._configurations = self.DeclareAbstractInputPort("configurations", model)
         self.show("configuration", self._collect, {self._configurations.ticket()})

@@ -92,6 +92,7 @@ class TrialRun:
         self.outcome = Outcome(outcomes[-1])
         self.outcomes = np.append(outcomes[1:], outcomes[-1])  # outcome after each sample
         self.force_limit = self._task.force_limit  # N; None: no limit
+        self.squeeze_limit = self._task.squeeze_limit  # m; None: no limit
 
     def when(self, sample: int) -> str:
         """The time and the phase of a sample, as text."""
@@ -131,6 +132,15 @@ class TrialRun:
     def peak_force(self) -> float:
         """Largest normal force of a finger, N."""
         return max(float(self._of(finger, "normal_force").max()) for finger in self._fingers)
+
+    @cached_property
+    def squeeze(self) -> float:
+        """Largest squeeze of a soft object while a finger touches it, m; NaN of a rigid one."""
+        signal = f"{self._task.object}.squeeze"
+        if signal not in self._recording.data:
+            return NAN
+        touched = np.any([self._of(finger, "normal_force") > 0 for finger in self._fingers], axis=0)
+        return float(self._recording[signal].values.max(where=touched, initial=0.0))
 
     @cached_property
     def slip(self) -> float:

@@ -45,7 +45,7 @@ class Tetrahedra(NamedTuple):
 
     def as_vtk(self) -> str:
         """The text of a VTK file."""
-        points = [" ".join(f"{x:.9g}" for x in vertex) for vertex in self.vertices]
+        points = [" ".join(f"{x:.12f}" for x in vertex) for vertex in self.vertices]
         cells = [f"4 {' '.join(map(str, cell))}" for cell in self.cells]
         head = ("# vtk DataFile Version 3.0", "soft body", "ASCII", "DATASET UNSTRUCTURED_GRID")
         sizes = len(points), len(cells), 5 * len(cells)
@@ -69,7 +69,9 @@ def read_tetrahedra(path: Path) -> Tetrahedra:
     require(inside, path, "cells", int(mesh.cells.max()), f"there are {len(mesh.vertices)} points, numbered from 0")
     require(bool(np.isfinite(mesh.vertices).all()), path, "points", "nan", "must be finite numbers")
     volumes = np.abs(mesh.volumes)
-    require(volumes.min() > 1e-9 * volumes.max(), path, "cells", int(volumes.argmin()), "is a tetrahedron without volume")
+    require(
+        volumes.min() > 1e-9 * volumes.max(), path, "cells", int(volumes.argmin()), "is a tetrahedron without volume"
+    )
     return oriented(mesh)
 
 
