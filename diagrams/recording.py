@@ -35,6 +35,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.control.task import Phase
+from soft_gripper.diagrams.foxglove import write_mcap
 from soft_gripper.diagrams.live import add_live, wake_all
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
@@ -218,12 +219,19 @@ class SignalLogs(Diagram):
 
     def samples(self, root_context: Context) -> tuple[Array, dict[str, Array]]:
         """Times, (T,) s, and all signals, (T, size) each, in the context of the root diagram."""
+        return self.computed(*self.taken(root_context))
+
+    def taken(self, root_context: Context) -> tuple[Array, dict[int, Any]]:
+        """Times, (T,) s, and a copy of the logs, by port number, in the context of the root diagram."""
         log = self._sink.FindLog(root_context)
         ends = np.cumsum([*self._sizes.values()])
-        vectors = dict(zip(self._sizes, np.split(log.data().T, ends[:-1], axis=1), strict=True))
-        values = {number: sink.values(root_context) for number, sink in self._values.items()}
-        time: Array = log.sample_times()
-        return time, derive(self._sources, time, vectors | values)
+        vectors = dict(zip(self._sizes, np.split(log.data().T.copy(), ends[:-1], axis=1), strict=True))
+        values = {number: [*sink.values(root_context)] for number, sink in self._values.items()}
+        return log.sample_times().copy(), vectors | values
+
+    def computed(self, time: Array, logged: Mapping[int, Any]) -> tuple[Array, dict[str, Array]]:
+        """The samples in what was `taken`; unlike that, in any thread."""
+        return time, derive(self._sources, time, logged)
 
     def clear(self, root_context: Context) -> None:
         """Forgets all samples, in the context of the root diagram."""
@@ -310,7 +318,13 @@ class Recording:
         return self.data[signal]
 
     def save(self, path: Path | str) -> None:
-        """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open."""
+        """Writes one netCDF file, which xarray, MATLAB (ncread) and Julia (NCDatasets) open.
+
+        A name that ends in .mcap gives an MCAP file, and a layout for Foxglove beside it (`foxglove`).
+        """
+        if Path(path).suffix == ".mcap":
+            write_mcap(self.data, Path(path))
+            return
         with atomic_file(Path(path)) as partial:
             self.data.to_netcdf(partial, engine="scipy")
 
@@ -326,7 +340,9 @@ class Recording:
         try:
             with file.open("rb") as opened:
                 begin = opened.read(len(_MAGICS[0]))
-            require(begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file")
+            require(
+                begin in _MAGICS, file, "file", file.name, "is not a netCDF 3 file; nccopy -k classic converts netCDF 4"
+            )
             with xr.open_dataset(file, engine="scipy") as data:
                 fits = data.nbytes <= _LARGEST * file.stat().st_size
                 require(fits, file, "size", data.nbytes, "is damaged: its arrays are larger than the file")
@@ -370,10 +386,16 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
         root_context: the context of the root diagram.
         about: attributes of the recording, see `provenance`.
     """
-    names, variables = _axis_names(logs.signals), {}
+    return make_recording(logs.signals, *logs.samples(root_context), about)
+
+
+def make_recording(
+    signals: Mapping[str, Signal], time: Array, samples: Mapping[str, Array], about: Mapping[str, str] | None = None
+) -> Recording:
+    """Labels the samples of signals, (T, size) each, at times, (T,) s; `about` as for `read_logs`."""
+    names, variables = _axis_names(signals), {}
     coords: dict[str, Any] = {}
-    time, samples = logs.samples(root_context)
-    for name, signal in logs.signals.items():
+    for name, signal in signals.items():
         labels = {names[name, axis]: list(values) for axis, values in signal.axes.items()}
         values = samples[name].reshape(-1, *map(len, labels.values()))
         variables[name] = (["time", *labels], values, _attributes(signal))

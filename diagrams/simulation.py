@@ -141,6 +141,11 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
 
 def run_station(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Recording:
     """Runs the scenario of a station with a fresh context; see `simulate`."""
+    return _recording(station, run_to_end(station, meshcat, progress).get_context())
+
+
+def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Simulator:
+    """The same, but returns the simulator, which can go on from there."""
     check_closed(station)
     simulator = make_simulator(station)
     if meshcat is not None:
@@ -155,7 +160,7 @@ def run_station(station: Station, meshcat: Meshcat | None = None, progress: Prog
             break
     if meshcat is not None:
         meshcat.PublishRecording()
-    return _recording(station, simulator.get_context())
+    return simulator
 
 
 def _recording(station: Station, context: Context) -> Recording:

@@ -1,21 +1,37 @@
-"""An estimator for the benchmark: `soft-gripper benchmark --estimator benchmark_estimator:linear`, in this folder."""
+"""Estimators for the benchmark: `soft-gripper benchmark --estimator benchmark_estimator:linear`, in this folder."""
 
 import numpy as np
 
 
-def linear(task, train):
-    """A straight line through the training samples, whose residuals are the stated standard deviations."""
-    inputs = np.vstack([recorded.inputs for recorded in train])  # (T, n), in the units of task.inputs
+def linear(task, train, features=lambda inputs: inputs):
+    """A straight line through the training samples, whose residuals are the stated standard deviations.
+
+    In recognition its outputs are the probabilities of the shapes, and what is missing to 1 is that of another one.
+    """
+    inputs = np.vstack([features(recorded.inputs) for recorded in train])  # (T, n), in the units of task.inputs
     outputs = np.vstack([recorded.outputs for recorded in train])  # (T, m), in the units of task.outputs
 
-    def features(inputs):
+    def with_constant(inputs):
         return np.hstack([inputs, np.ones((len(inputs), 1))])
 
-    weights = np.linalg.lstsq(features(inputs), outputs, rcond=None)[0]
-    std = (outputs - features(inputs) @ weights).std(axis=0)
+    weights = np.linalg.lstsq(with_constant(inputs), outputs, rcond=None)[0]
+    std = (outputs - with_constant(inputs) @ weights).std(axis=0)
 
     def predict(inputs):
-        mean = features(inputs) @ weights
+        mean = with_constant(features(inputs)) @ weights
         return mean, np.broadcast_to(std, mean.shape)
 
     return predict
+
+
+def with_memory(task, train, time=0.3):
+    """The same, on inputs and their means over some past time, s, where samples follow each other."""
+    share = 1.0 if task.period is None else min(task.period / time, 1.0)
+
+    def remembered(inputs):
+        means = [inputs[0]]
+        for sample in inputs[1:]:
+            means.append(means[-1] + share * (sample - means[-1]))
+        return np.hstack([inputs, means])
+
+    return linear(task, train, remembered)

@@ -4,6 +4,7 @@ from . import control as control
 from . import diagrams as diagrams
 from . import estimators as estimators
 from . import evaluation as evaluation
+from . import export as export
 from . import fingers as fingers
 from . import hardware as hardware
 from . import learning as learning

@@ -42,7 +42,8 @@ def imports(always):
         if not (always and "learning" in file.relative_to(ROOT).parts):
             found |= {name for node in nodes for name in imported(node)}
     names = packages_distributions()
-    return {names.get(name, [name])[0].lower() for name in found - {OWN} - set(sys.stdlib_module_names)}
+    others = found - {OWN} - set(sys.stdlib_module_names)
+    return {min(names.get(name, [name]), key=len).lower() for name in others}  # mujoco, rather than mujoco-core
 
 
 def test_what_is_always_imported_is_required():

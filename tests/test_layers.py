@@ -21,6 +21,7 @@ PARTS = (
     "diagrams",
     "pictures",
     "runs",
+    "export",
     "hardware",
     "play",
     "evaluation",

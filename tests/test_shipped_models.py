@@ -21,6 +21,7 @@ OBJECTS = {
     ("obstructed_outside", "peg"): ("peg.sdf", FIXED, (20, 60), 0.3),
     ("box_grasp", "table"): ("table.sdf", FIXED, (500, 360, 40), 0.5),
     ("box_grasp", "box"): ("box.sdf", 0.05, (44, 40, 60), 0.8),
+    ("bottle_grasp", "bottle"): ("bottle.obj", 0.06, (44, 44, 120), 0.8),
     ("irregular_grasp", "irregular"): ("irregular.sdf", 0.06, (68.3, 66.9, 115.1), 0.8),
     ("three_finger_grasp", "apple"): ("apple.obj", 0.06, (59.9, 59.8, 57.9), 0.8),
     ("pick_and_place_box", "workbench"): ("workbench.sdf", FIXED, (900, 900, 40), 0.5),

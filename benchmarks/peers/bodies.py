@@ -69,8 +69,3 @@ def _shape(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[tuple[
     if isinstance(shape, Mesh):
         return (), Path(shape.source().path())
     raise TypeError(f"{type(shape).__name__} has no counterpart here")
-
-
-def combined(first: float, second: float) -> float:
-    """Friction between two surfaces as Drake combines it: 2 a b / (a + b)."""
-    return 2 * first * second / (first + second)

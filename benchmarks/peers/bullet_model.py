@@ -8,10 +8,11 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 from pydrake.math import RigidTransform
 
-from peers.bodies import Body, combined
+from peers.bodies import Body
 from peers.task import Setting, Task
 from soft_gripper.fingers import Finger
 from soft_gripper.fingers.finger_links import joint_name
+from soft_gripper.truth.contact import combined_friction
 
 _UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0}
 
@@ -59,7 +60,7 @@ def _finger_friction(task: Task) -> float:
     touched = task.free or next(iter(task.bodies), None)
     if touched is None:
         return 0.0
-    return combined(task.fingers[0].contact.friction, touched.friction) / touched.friction
+    return combined_friction(task.fingers[0].contact.friction, touched.friction) / touched.friction
 
 
 def _add_body(client: BulletClient, task: Task, body: Body) -> int:
@@ -74,7 +75,7 @@ def _add_body(client: BulletClient, task: Task, body: Body) -> int:
     )
     friction = body.friction
     if task.free is not None and not body.free:
-        friction = combined(task.free.friction, body.friction) / task.free.friction
+        friction = combined_friction(task.free.friction, body.friction) / task.free.friction
     client.changeDynamics(number, -1, lateralFriction=friction, **_UNDAMPED)
     if body.free:
         client.changeDynamics(number, -1, localInertiaDiagonal=body.inertia.diagonal().tolist())

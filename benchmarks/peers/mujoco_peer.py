@@ -5,7 +5,7 @@ from time import process_time
 import mujoco
 import numpy as np
 
-from peers.mujoco_model import angles_of, make_model
+from peers.mujoco_model import angles_of, held_of, make_model
 from peers.sensing import Sensing
 from peers.task import Run, Setting, Task, Trial
 from soft_gripper.fingers import forward_kinematics
@@ -15,7 +15,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     """The model of the task; MuJoCo makes all steps of a period in one call."""
     model = make_model(task, setting)
     angles, substeps = angles_of(model, task), task.substeps(setting["step"])
-    held = model.joint(task.free.name).qposadr[0] + np.arange(3) if task.free else np.zeros(0, dtype=int)
+    held = held_of(model)
 
     def run() -> Trial:
         data, states = mujoco.MjData(model), np.zeros((len(task.commands), model.nq))

@@ -6,6 +6,9 @@ extends two standard deviations to either side, averaged over the ends of the li
 The estimated contact force of a finger is an arrow on both sides of the finger. It starts at
 the loaded face, at the estimated contact location, and points in the direction of the force. Next to the finger,
 neither the finger nor the touched object can hide it.
+
+An estimate in space is drawn along its joints, with straight links; the arrow of its force begins where the surface is
+pressed, which may be on any side, so that there is one.
 """
 
 from collections.abc import Sequence
@@ -20,6 +23,7 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.view.links_in_space import link_frames, pressed_point
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.estimators.arcs import Arcs, join_arcs, points_on_arcs, sites_on_arcs
 from soft_gripper.estimators.contact import face_offset
@@ -28,6 +32,11 @@ from soft_gripper.fingers.kinematics import as_points
 
 PROUD = 1e-3  # m, how far the estimate protrudes from the sides of the finger
 _PIECES = 2  # of the curve, per segment
+PLACES = "estimated_joint_positions", "estimated_tip_position"  # signals of an estimate in space
+CONTACT_SIGNALS = {
+    False: ("contact_force", "contact_arc_length"),
+    True: ("contact_force_vector", "contact_arc_length", "contact_side"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +50,12 @@ class DrawnFinger:
     skin: tuple[tuple[str, ...], ...]  # Meshcat paths of the shapes of each link, base to tip
     has_contact: bool = False  # a contact force is estimated
     has_band: bool = False  # the uncertainty of the curve is estimated
+    in_space: bool = False  # the estimate is one in space
+
+    @property
+    def contact_signals(self) -> tuple[str, ...]:
+        """Names of the signals that say what presses where."""
+        return CONTACT_SIGNALS[self.in_space]
 
     @property
     def sections(self) -> int:
@@ -49,12 +64,14 @@ class DrawnFinger:
 
     @property
     def pieces(self) -> int:
-        """Number of pieces in which each arc of the curve is drawn."""
+        """Number of pieces in which each arc of the curve is drawn, in the plane."""
         return int(np.ceil(_PIECES * self.finger.segments / self.sections))
 
     @property
     def piece_lengths(self) -> Array:
-        """Length of each piece, m."""
+        """Length of each piece, m; in space a piece is a link."""
+        if self.in_space:
+            return np.diff(self.finger.link_ends)
         sections = np.diff(self.section_ends) * self.finger.segment_length
         return np.repeat(sections / self.pieces, self.pieces)
 
@@ -169,7 +186,7 @@ def place_arrow(meshcat: Meshcat, drawn: DrawnFinger) -> None:
     """Makes the arrow, hidden: along z from the origin, with a shaft of 1 m that is scaled later."""
     path, aside = _arrow_path(drawn), drawn.sides[1] + PROUD
     turned = RotationMatrix.MakeXRotation(np.pi)  # a cone in Meshcat has its apex at the origin
-    for side, y in (("left", aside), ("right", -aside)):
+    for side, y in [("middle", 0.0)] if drawn.in_space else [("left", aside), ("right", -aside)]:
         meshcat.SetObject(f"{path}/shaft/{side}", Cylinder(_RADIUS, 1.0), ARROW_COLOR)
         meshcat.SetTransform(f"{path}/shaft/{side}", RigidTransform([0.0, y, 0.5]))
         meshcat.SetObject(f"{path}/head/{side}", MeshcatCone(_HEAD, _HEAD_RADIUS, _HEAD_RADIUS), ARROW_COLOR)
@@ -189,6 +206,39 @@ def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, arcs: Arcs, force: float, a
         put(meshcat, path, begin, heading - side * np.pi / 2, time)
         meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, rounded(length)], time)
         meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, rounded(length)], time)
+
+
+def draw_links(meshcat: Meshcat, path: str, corners: Array, time: float) -> None:
+    """Poses a piece for every link between corners, (N + 2, 3) m in B; hides those that are not known."""
+    middles = (corners[:-1] + corners[1:]) / 2
+    for i, (middle, R) in enumerate(zip(middles, link_frames(corners), strict=True)):
+        known = bool(np.isfinite(R).all())
+        meshcat.SetProperty(f"{path}/{i}", "visible", known, time)
+        if known:
+            meshcat.SetTransform(f"{path}/{i}", RigidTransform(RotationMatrix(R), middle), time)
+
+
+def widen_links(meshcat: Meshcat, path: str, std: Array, time: float) -> None:
+    """Scales the pieces of a ribbon in space by the standard deviations of joints and tip, (N + 1) m."""
+    for i, width in enumerate(2 * STDS * _in_links(std)):
+        for side in ("left", "right"):
+            scale = max(rounded(width), _LEAST) if np.isfinite(width) else _LEAST
+            meshcat.SetProperty(f"{path}/{i}/{side}", "scale", [scale, 1.0, 1.0], time)
+
+
+def draw_arrow_in_space(
+    meshcat: Meshcat, drawn: DrawnFinger, corners: Array, force: Array, arc_length: float, side: float, time: float
+) -> None:
+    """Poses the arrow of a force, (3) N in B, where the surface is pressed; hides it where that is not known."""
+    path, size = _arrow_path(drawn), float(np.linalg.norm(force))
+    known = bool(size >= LEAST and np.isfinite([*corners.ravel(), arc_length, side]).all())  # not if it is NaN
+    meshcat.SetProperty(path, "visible", known, time)
+    if known:
+        R = RotationMatrix.MakeFromOneVector(force / size, 2)
+        meshcat.SetTransform(path, RigidTransform(R, pressed_point(drawn.finger, corners, arc_length, side)), time)
+        length = rounded(max(LENGTH * size - _HEAD, 0.0))
+        meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, length], time)
+        meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, length], time)
 
 
 def _arrow_path(drawn: DrawnFinger) -> str:
@@ -213,11 +263,14 @@ class EstimateVisualizer(LeafSystem):
         {finger}.contact_arc_length (1) m -> |                    |
         {finger}.position_std (N + 1) m ---> +--------------------+
 
+    An estimate in space has `estimated_joint_positions` (N x 3) m and `estimated_tip_position` (3) m in B as well, and
+    its contact `contact_force_vector` (3) N in B, `contact_arc_length` and `contact_side` (1) rad instead.
+
     The links of the finger are coloured by the external torque, N m, on a scale that ends at
     `torque_limit`. The estimated curve is a dark line that protrudes from both sides of the finger. The circles and
     radii of its arcs are hidden until `estimate/arcs` is ticked in Meshcat's tree. Where a sensor has failed,
-    the curve ends and the links are dark grey. The last three inputs exist if they are estimated: the contact force is
-    an arrow, `contact_arrow`, and the uncertainty of the curve a translucent ribbon, `band_ribbon`.
+    the curve ends and the links are dark grey. Contact and uncertainty are inputs if they are estimated: the force is
+    an arrow, and the uncertainty of the curve a translucent ribbon.
     """
 
     def __init__(self, meshcat: Meshcat, fingers: Sequence[DrawnFinger], torque_limit: float, period: float):
@@ -227,9 +280,10 @@ class EstimateVisualizer(LeafSystem):
         for finger in self.fingers:
             self.DeclareVectorInputPort(f"{finger.name}.arcs", finger.sections * 7)
             self.DeclareVectorInputPort(f"{finger.name}.external_torque", finger.finger.segments)
-            if finger.has_contact:
-                self.DeclareVectorInputPort(f"{finger.name}.contact_force", 1)
-                self.DeclareVectorInputPort(f"{finger.name}.contact_arc_length", 1)
+            for name, size in zip(PLACES, (3 * finger.finger.segments, 3), strict=True) if finger.in_space else ():
+                self.DeclareVectorInputPort(f"{finger.name}.{name}", size)
+            for name in finger.contact_signals if finger.has_contact else ():
+                self.DeclareVectorInputPort(f"{finger.name}.{name}", 3 if name.endswith("vector") else 1)
             if finger.has_band:
                 self.DeclareVectorInputPort(f"{finger.name}.position_std", finger.finger.segments + 1)
         self.DeclareInitializationPublishEvent(self._place_objects)
@@ -267,17 +321,30 @@ class EstimateVisualizer(LeafSystem):
             for group in (CURVE, ARCS, *[CONTACT] * finger.has_contact, *[BAND] * finger.has_band):
                 self._meshcat.SetTransform(f"{group}/{finger.name}", poses[finger.base], time)
             arcs = arcs_of_table(self._signal(context, finger, "arcs").reshape(-1, 7))
-            self._draw_curve(finger, arcs, time)
             self._draw_arcs(finger, arcs, time)
             self._color_skin(finger, self._signal(context, finger, "external_torque"), time)
+            if finger.in_space:
+                self._draw_in_space(context, finger, time)
+                continue
+            self._draw_curve(finger, arcs, time)
             if finger.has_contact:
-                (force,), (place,) = (
-                    self._signal(context, finger, f"contact_{name}") for name in ("force", "arc_length")
-                )
+                (force,), (place,) = (self._signal(context, finger, name) for name in finger.contact_signals)
                 draw_arrow(self._meshcat, finger, arcs, force, place, time)
             if finger.has_band:
                 draw_ribbon(self._meshcat, finger, arcs, self._signal(context, finger, "position_std"), time)
         return EventStatus.Succeeded()
+
+    def _draw_in_space(self, context: Context, finger: DrawnFinger, time: float) -> None:
+        corners = np.concatenate([np.zeros(3), *(self._signal(context, finger, name) for name in PLACES)]).reshape(
+            -1, 3
+        )
+        draw_links(self._meshcat, f"{CURVE}/{finger.name}", corners, time)
+        if finger.has_contact:
+            force, (place,), (side,) = (self._signal(context, finger, name) for name in finger.contact_signals)
+            draw_arrow_in_space(self._meshcat, finger, corners, force, place, side, time)
+        if finger.has_band:
+            draw_links(self._meshcat, f"{BAND}/{finger.name}", corners, time)
+            widen_links(self._meshcat, f"{BAND}/{finger.name}", self._signal(context, finger, "position_std"), time)
 
     def _signal(self, context: Context, finger: DrawnFinger, name: str) -> Array:
         value: Array = self.GetInputPort(f"{finger.name}.{name}").Eval(context)

@@ -29,7 +29,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
-from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES, DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.soft_visualizer import SoftVisualizer, drawn_bodies
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
@@ -178,21 +178,39 @@ def add_meshcat_view(
     arm: ArmConfig | None = None,
     task: TaskConfig | None = None,
 ) -> None:
-    """Adds the visualizers of bodies and of estimates, and sets up camera, light and legend.
+    """Adds the visualizers of bodies, true contact forces and estimates, and sets up camera, light and legend.
 
     Args:
         builder: builder of a diagram with the scene.
         scene: the simulated scene.
-        signals: must contain `{finger}.arcs` and `{finger}.external_torque`; `contact_force` with its
-            `contact_arc_length` and `position_std` are drawn if present.
+        signals: see `add_estimates`.
         meshcat: the Meshcat to draw in.
         pressure: the `pressure` part, whose limits determine the torque scale.
         sensor: the `sensor` part, whose sections determine the arcs, which may have unequal lengths.
         models, arm, task: parts of the scenario; their whole workspace is kept in view.
     """
-    plant, scene_graph, fingers, soft = scene
+    add_estimates(builder, scene, signals, meshcat, pressure, sensor)
+    if scene.soft:
+        _add_soft_objects(builder, scene, signals, meshcat)
+    ContactVisualizer.AddToBuilder(builder, scene.plant, meshcat, _contact_arrows())
+    set_up_view(scene, meshcat, pressure, models, arm, task)
+
+
+def add_estimates(
+    builder: DiagramBuilder,
+    scene: Scene,
+    signals: Mapping[str, OutputPort],
+    meshcat: Meshcat,
+    pressure: PressureConfig,
+    sensor: SensorConfig,
+) -> None:
+    """Adds the visualizers of bodies and of estimates.
+
+    `signals` must contain `{finger}.arcs` and `{finger}.external_torque`; contact, `position_std` and the places of an
+    estimate in space are drawn if present, see EstimateVisualizer. For the other arguments see `add_meshcat_view`.
+    """
+    plant, scene_graph, fingers, _ = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
-    ContactVisualizer.AddToBuilder(builder, plant, meshcat, _contact_arrows())
     drawn = [_drawn(scene_graph, finger, signals, sensor) for finger in fingers]
     limit = torque_limit(pressure, fingers)
     # After the visualizer of the bodies, whose colours it sets.
@@ -201,17 +219,33 @@ def add_meshcat_view(
     for name, port in inputs(estimates).items():
         if name != "body_poses":
             builder.Connect(signals[name], port)
-    if soft:
-        drawing = SoftVisualizer(meshcat, drawn_bodies(plant, scene_graph, soft), PERIOD)
-        builder.AddNamedSystem("soft_visualizer", drawing)
-        for name, port in inputs(drawing).items():
-            builder.Connect(signals[name], port)
+
+
+def _add_soft_objects(
+    builder: DiagramBuilder, scene: Scene, signals: Mapping[str, OutputPort], meshcat: Meshcat
+) -> None:
+    bodies = drawn_bodies(scene.plant, scene.scene_graph, scene.soft)
+    drawing = builder.AddNamedSystem("soft_visualizer", SoftVisualizer(meshcat, bodies, PERIOD))
+    for name, port in inputs(drawing).items():
+        builder.Connect(signals[name], port)
+
+
+def set_up_view(
+    scene: Scene,
+    meshcat: Meshcat,
+    pressure: PressureConfig,
+    models: Sequence[ModelConfig] = (),
+    arm: ArmConfig | None = None,
+    task: TaskConfig | None = None,
+) -> None:
+    """Sets up camera, light and legend for a scene. For the arguments see `add_meshcat_view`."""
+    plant, _, fingers, _ = scene
     direction = viewing_direction(arm, plant, fingers, _DIRECTION)
     _set_scene(meshcat)
     if arm is not None:
         _light_from_camera(meshcat, direction)
     _aim_camera(meshcat, _landmarks(scene, models, arm, task), direction)
-    draw_torque_legend(meshcat, limit, FIELD_OF_VIEW)
+    draw_torque_legend(meshcat, torque_limit(pressure, fingers), FIELD_OF_VIEW)
 
 
 def _contact_arrows() -> ContactVisualizerParams:
@@ -244,22 +278,25 @@ def _largest_torque(finger: Finger, pressure: float) -> float:
 def _drawn(
     scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort], sensor: SensorConfig
 ) -> DrawnFinger:
-    skin = tuple(_geometry_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
+    skin = tuple(geometry_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
     arcs, layout = signals[f"{finger.name}.arcs"].size() // len(ARC), sensor_layout(finger.finger, sensor)
     # An estimator has one arc per section, or else arcs of equal length.
     ends = layout.section_ends if arcs == layout.sections else finger.finger.section_ends(arcs)
-    has_contact = {f"{finger.name}.contact_{name}" for name in ("force", "arc_length")} <= signals.keys()
+    in_space = {f"{finger.name}.{name}" for name in PLACES} <= signals.keys()
+    has_contact = {f"{finger.name}.{name}" for name in CONTACT_SIGNALS[in_space]} <= signals.keys()
     has_band = f"{finger.name}.position_std" in signals
-    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band)
+    return DrawnFinger(finger.name, finger.finger, ends, finger.base.index(), skin, has_contact, has_band, in_space)
 
 
-def _geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:
-    """Where MeshcatVisualizer keeps the geometries of a body."""
+def geometry_paths(
+    plant: MultibodyPlant, scene_graph: SceneGraph, body: int, prefix: str = "/drake/visualizer"
+) -> tuple[str, ...]:
+    """Where a MeshcatVisualizer with a prefix keeps the geometries of a body."""
     inspector = scene_graph.model_inspector()
     frame = plant.GetBodyFrameIdOrThrow(body)
     geometries = inspector.GetGeometries(frame, Role.kIllustration)
     names = (f"{inspector.GetName(frame)}::{inspector.GetName(geometry)}" for geometry in geometries)
-    return tuple(f"/drake/visualizer/{name.replace('::', '/')}" for name in names)
+    return tuple(f"{prefix}/{name.replace('::', '/')}" for name in names)
 
 
 def _set_scene(meshcat: Meshcat) -> None:

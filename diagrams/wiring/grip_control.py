@@ -1,6 +1,6 @@
 """Grip control, applied: the gripper opening, controlled through the common pressure of the fingers."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, Output
 from pydrake.systems.primitives import MatrixGain, Saturation
 
 from soft_gripper.arrays import Array
-from soft_gripper.control.grip import GripForce, GripTorque, LowSelector, SampledSteps
+from soft_gripper.control.grip import GripForce, GripForceBound, GripTorque, LowSelector, SampledSteps
 from soft_gripper.control.pid_controller import PidGains, SampledPidController
 from soft_gripper.diagrams.wiring.drive import Commands
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
@@ -41,8 +41,9 @@ class GripControl(Diagram):
         {finger}.contact_force (1) N ----------> +-------------+ ---> force     (1) N, of the contacts
 
     `torque` is the mean over the fingers at their base joints; `force`, which exists with a force limit, is the mean of
-    their contact forces. With a limit, the lower of the pressures commanded by the two PIDs is applied, and both PIDs
-    receive the applied pressure.
+    their contact forces, or with `force_bound` of the upper bounds of these: then the inputs `contact_force_interval`
+    and `contact` of the fingers replace `contact_force`. With a limit, the lower of the pressures commanded by the two
+    PIDs is applied, and both PIDs receive the applied pressure.
     """
 
     def __init__(self, gripper: Gripper, joints: Mapping[str, int], config: ControlConfig, supply: Supply):
@@ -63,7 +64,8 @@ class GripControl(Diagram):
         if config.torque_limit is not None:
             pressure = _add_limit(builder, "torque", config.torque_limit, config.torque_gains, pid, torque, supply)
         if config.force_limit is not None:
-            force = outputs["force"] = self._add_force(builder, joints)
+            measure = GripForceBound if config.force_bound else GripForce
+            force = outputs["force"] = self._add_force(builder, measure(joints))
             pressure = _add_limit(builder, "force", config.force_limit, config.force_gains, pid, force, supply)
         for name, port in {"pressure": pressure, **outputs}.items():
             builder.ExportOutput(port, name)
@@ -72,8 +74,8 @@ class GripControl(Diagram):
             describe(self.GetOutputPort(name), UNITS[name])
         describe(self.GetOutputPort("pressure"), "Pa")
 
-    def _add_force(self, builder: DiagramBuilder, fingers: Iterable[str]) -> OutputPort:
-        grip = builder.AddNamedSystem("grip_force", GripForce(fingers))
+    def _add_force(self, builder: DiagramBuilder, measure: GripForce | GripForceBound) -> OutputPort:
+        grip = builder.AddNamedSystem("grip_force", measure)
         for name, port in inputs(grip).items():
             builder.ExportInput(port, name)
         return grip.get_output_port()
@@ -149,22 +151,21 @@ def add_grip_control(
         config: the `control` part of a scenario.
         supply: the range of what is commanded.
         signals: must contain `{finger}.tip_pose`, `{finger}.external_torque` and, if force is limited,
-            `{finger}.contact_force`.
+            `{finger}.contact_force`, or `{finger}.contact_force_interval` and `{finger}.contact` for its bound.
         commands: of the pressures, or of the tendons of fingers without chambers.
 
     Returns:
         the input port of the set point, (1) m, and the signals.
 
     Raises:
-        InputError: if the fingers do not form a gripper, or contact force is limited but not estimated.
+        InputError: if the fingers do not form a gripper, or contact force is limited but not estimated, or its bound
+            is but contact is not detected.
     """
     gripper, joints = find_gripper(fingers, "control"), {finger.name: finger.finger.segments for finger in fingers}
     control = builder.AddNamedSystem("grip_control", GripControl(gripper, joints, config, supply))
     for name, port in inputs(control).items():
-        if name.endswith(".contact_force") and name not in signals:
-            expected = "requires an estimator of contact force: estimator.type contact or recursive"
-            raise InputError("control", "force_limit", config.force_limit, expected)
         if name != "set_point":
+            _check_known(name.rpartition(".")[2], config, name in signals)
             builder.Connect(signals[name], port)
     common, found = control.GetOutputPort("pressure"), {}
     for finger in fingers:
@@ -173,6 +174,16 @@ def add_grip_control(
         found[f"{finger.name}.{commands.kind}_command"] = command
     own = {f"grip.{name}": port for name, port in vector_outputs(control).items() if name in UNITS}
     return control.GetInputPort("set_point"), {**own, **found}
+
+
+def _check_known(signal: str, config: ControlConfig, is_known: bool) -> None:
+    if is_known:
+        return
+    if signal == "contact":
+        expected = "requires contact detection: give estimator.contact_threshold, N m"
+        raise InputError("control", "force_bound", config.force_bound, expected)
+    expected = "requires an estimator of contact force: estimator.type contact or recursive"
+    raise InputError("control", "force_limit", config.force_limit, expected)
 
 
 def _allocate(builder: DiagramBuilder, finger: PlantFinger, common: OutputPort, commands: Commands) -> OutputPort:

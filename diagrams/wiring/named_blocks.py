@@ -32,6 +32,7 @@ from soft_gripper.estimators.recursive import RecursiveEstimator, RecursiveShape
 from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, spatial_function
 from soft_gripper.estimators.spatial_estimator import SpatialEstimator
+from soft_gripper.estimators.spatial_recursive import SpatialRecursiveEstimator, SpatialRecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.own_functions import find_named, made
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -62,7 +63,10 @@ def _of_function(kind: str, uncertainty: Uncertainty) -> MakeEstimator:
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System:
         if layout.ways != ("bending",):
-            return SpatialEstimator(spatial_function(kind, layout, uncertainty), layout, gravity)
+            spatial = spatial_function(kind, layout, uncertainty, period)
+            if isinstance(spatial, SpatialRecursiveShape):
+                return SpatialRecursiveEstimator(spatial, gravity)
+            return SpatialEstimator(spatial, layout, gravity)
         function = SHAPE_FUNCTIONS[kind](layout, uncertainty, period)
         if isinstance(function, RecursiveShape):
             return RecursiveEstimator(function, gravity)

@@ -11,10 +11,7 @@ from pydrake.systems.primitives import MatrixGain
 from soft_gripper.diagrams.scene import Scene, arm_joints
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.signals import describe
-from soft_gripper.truth.soft_object import POSE, POSE_UNITS, SoftObject
-
-_WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
-_WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
+from soft_gripper.truth.soft_object import POSE, POSE_UNITS, WRENCH, WRENCH_UNITS, SoftObject
 
 
 def add_plant_signals(
@@ -42,20 +39,23 @@ def add_plant_signals(
     for name in free:
         model = plant.GetModelInstanceByName(name)
         if name in scene.soft:
-            signals |= _add_soft_object(builder, scene, name)
+            found = _add_soft_object(builder, scene, name)
+            signals |= {s: port for s, port in found.items() if wrenches or s != f"{name}.contact_wrench"}
             continue
         first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_positions_start()
         pose = _pick(builder, plant, f"{name}.pose", range(first, first + 7))
         signals[f"{name}.pose"] = describe(pose, POSE_UNITS, pose_entry=POSE)
         forces = plant.get_generalized_contact_forces_output_port(model)
-        if wrenches and forces.size() == len(_WRENCH):
-            signals[f"{name}.contact_wrench"] = describe(forces, _WRENCH_UNITS, wrench=_WRENCH)
+        if wrenches and forces.size() == len(WRENCH):
+            signals[f"{name}.contact_wrench"] = describe(forces, WRENCH_UNITS, wrench=WRENCH)
     return signals | (_arm_signals(builder, plant, arm) if arm is not None else {})
 
 
 def _add_soft_object(builder: DiagramBuilder, scene: Scene, name: str) -> dict[str, OutputPort]:
     block = builder.AddNamedSystem(f"{name}.shape", SoftObject(scene.soft[name]))
-    builder.Connect(scene.plant.get_deformable_body_configuration_output_port(), block.get_input_port())
+    configurations = scene.plant.get_deformable_body_configuration_output_port()
+    builder.Connect(configurations, block.GetInputPort("configurations"))
+    builder.Connect(scene.plant.get_contact_results_output_port(), block.GetInputPort("contact_results"))
     return {f"{name}.{signal}": port for signal, port in vector_outputs(block).items()}
 
 

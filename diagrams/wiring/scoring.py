@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain
 
@@ -21,6 +23,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
 from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses, ways_out_of_plane
+from soft_gripper.truth.soft_object import soft_body
 
 _DELAYED = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
@@ -108,14 +111,28 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger], in
     """Adds `true_contact` for fingers of one plant, which is NaN but every `interval` s; None: known at all times.
 
     Returns:
-        its signals, `{finger}.{signal}`, and `width`.
+        its signals, `{finger}.{signal}`, `{object}.{signal}` of every free model, and `width`.
     """
     plant, name = fingers[0].plant, _free_name(builder, "true_contact", fingers)
     links = {finger.name: TouchedLinks.of(finger) for finger in fingers}
-    truth = builder.AddNamedSystem(name, TrueContact(links, interval))
+    truth = builder.AddNamedSystem(name, TrueContact(links, interval, _objects(plant, fingers)))
     builder.Connect(plant.get_contact_results_output_port(), truth.GetInputPort("contact_results"))
     builder.Connect(plant.get_body_poses_output_port(), truth.GetInputPort("body_poses"))
     return vector_outputs(truth)
+
+
+def _objects(plant: MultibodyPlant, fingers: Sequence[PlantFinger]) -> dict[str, list[int]]:
+    """The collision geometries of every free model without fingers, by its name; values of their GeometryIds."""
+    free = {plant.get_body(index).model_instance() for index in plant.GetFloatingBaseBodies()}
+    found: dict[str, list[int]] = {}
+    for model in sorted(free - {finger.model for finger in fingers}):
+        bodies = map(plant.get_body, plant.GetBodyIndices(model))
+        geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
+        found[str(plant.GetModelInstanceName(model))] = [geometry.get_value() for geometry in geometries]
+    for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
+        if soft := soft_body(plant, model):
+            found[str(plant.GetModelInstanceName(model))] = [soft.geometry_id().get_value()]
+    return found
 
 
 def add_width_error(builder: DiagramBuilder, width: OutputPort, truth: OutputPort) -> OutputPort:

@@ -9,6 +9,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, System
 
 import soft_gripper as sg
+from soft_gripper.control.grip import GripForce
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.hardware.live.bench import Measured
@@ -22,7 +23,10 @@ _SCENARIOS = {
     "tip_distance_steps": ["estimator.health=true", "pressure.leaks={left_finger: 0.1}"],
     "three_chambers": [],
     "tendon_grasp": [],
-    "turned_box_grasp": ["estimator.type=gaussian", "sensor.layout=four_faces_and_diagonal"],
+    "turned_box_grasp": [
+        *("estimator.type=gaussian", "estimator.alongside=[recursive]"),
+        "sensor.layout=four_faces_and_diagonal",
+    ],
 }
 _CREEPING = "package://soft_gripper/recordings/pneumatic_segment.urdf"
 
@@ -59,6 +63,7 @@ def _all_systems() -> Iterator[Placed]:
     yield from _inside(Placed(_creeping_finger().diagram))
     model = sg.recognition.load_object_classifier("package://soft_gripper/grippers/two_finger_objects.json")
     yield Placed(Measured(0.01, 8, "1"))
+    yield Placed(GripForce(["left_finger", "right_finger"]))
     yield Placed(sg.recognition.ObjectRecognizer(model, ["left_finger", "right_finger"], 0.01))
     yield from _inside(Placed(_arm_estimation()))
     yield Placed(LogSource("strain", np.zeros((2, 8)), 0.01, "1", path=("inner", "outer"), section=range(4)))

@@ -9,7 +9,8 @@ import numpy as np
 from gentle_grasp.policies import Array, Policy
 from soft_gripper.learning import SoftGripperEnv
 
-# The control of the shipped scenario pick_and_place_delicate, with its estimator, at its rate.
+# The control of the shipped scenario pick_and_place_delicate, with its estimator, at its rate; the force is limited by
+# its mean estimate.
 _HAND_TUNED: dict[str, Any] = {
     "action.grip": "opening",
     "action.range": [0.0, 0.1],

@@ -24,7 +24,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # and the seeds of what is in them
 FOLDER = Path(__file__).parent
 NUMBER = 300  # of each
-NEAREST = 0.1  # share of the length
+PLACES = 0.1, 1.0  # shares of the length
 BORDERS = (1 / 3,)  # of the two sections of the sensors
 
 
@@ -36,7 +36,7 @@ def layout() -> SensorLayout:
 def simulated(seed: int) -> Contacts:
     """The contacts of a file."""
     numbers = tqdm(range(NUMBER), desc=f"contacts of seed {seed}", unit="contact")
-    return as_arrays([run_contact(seed, number, PEG_FRICTION, NEAREST) for number in numbers])
+    return as_arrays([run_contact(seed, number, PEG_FRICTION, PLACES) for number in numbers])
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,22 @@
-"""soft-gripper benchmark: scores estimators on recorded hardware with fixed splits."""
+"""soft-gripper benchmark: scores estimators on simulated contacts and grasps and on recorded hardware."""
 
 import argparse
 import json
 import os
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from soft_gripper.benchmark.baselines import BASELINES, Estimator
+from tqdm import tqdm
+
+from soft_gripper.benchmark.baselines import Estimator, baselines
 from soft_gripper.benchmark.ours import OURS
+from soft_gripper.benchmark.published import published_beside
 from soft_gripper.benchmark.report import by_region, document, figure, load_scores
 from soft_gripper.benchmark.scores import Score, score_task
-from soft_gripper.benchmark.tasks import TASKS, Task, missing_files, read_task
+from soft_gripper.benchmark.task import Task, missing_files, read_task
+from soft_gripper.benchmark.tasks import TASKS
 from soft_gripper.errors import InputError
 from soft_gripper.files.output import atomic_file
 from soft_gripper.hardware.recordings import DATA_FOLDER
@@ -27,12 +32,9 @@ def run(options: argparse.Namespace) -> int:
     given = options.data or (Path(named) if (named := os.environ.get(DATA_FOLDER)) else None)
     if given is not None and not given.is_dir():
         raise InputError("benchmark", "--data", str(given), "give a folder of recordings")
-    own: dict[str, Estimator] = {}
-    if options.estimator is not None:
-        own[options.estimator] = find_function("--estimator", options.estimator)
-    scores: list[Score] = []
-    for task in TASKS:
-        scores += _scored(task, task.folder or given, BASELINES | OURS.get(task.name, {}) | own)
+    own = {} if options.estimator is None else {options.estimator: find_function("--estimator", options.estimator)}
+    folders = {task: folder for task in TASKS if (folder := _folder(task, given)) is not None}
+    scores = _scores(folders, own)
     print_scores(scores)
     options.console.table("scores", scores)
     with atomic_file(options.out) as partial:
@@ -42,25 +44,59 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _scored(task: Task, folder: Path | None, estimators: dict[str, Estimator]) -> list[Score]:
+def _folder(task: Task, given: Path | None) -> Path | None:
+    """The folder of a task's files; None, and a word where they are, if they are missing."""
+    folder = task.folder or given
     if folder is None:
         print(f"{task.name}: skipped; download {task.source}, and give the folder with --data", file=sys.stderr)
-        return []
-    if missing := missing_files(task, folder):
+    elif missing := missing_files(task, folder):
         where = f"skipped, {folder} has no {', '.join(missing)}; they are at {task.source}"
         print(f"{task.name}: {where}", file=sys.stderr)
-        return []
-    train, tested = read_task(task, folder)
-    return [score for name, found in estimators.items() for score in score_task(task, name, found, train, tested)]
+        return None
+    return folder
+
+
+def _scores(folders: Mapping[Task, Path], own: Mapping[str, Estimator]) -> list[Score]:
+    """Of all estimators, by task; a user's own are run first, so that their mistakes are reported at once."""
+    recorded = {task: read_task(task, folder) for task, folder in folders.items()}
+    runs = [(task, name, found) for task in recorded for name, found in own.items()]
+    runs += [(task, *each) for task in recorded for each in (baselines(task) | OURS[task.name]).items()]
+    scores: dict[str, list[Score]] = {task.name: [] for task in recorded}
+    with tqdm(runs, desc="benchmark", unit="estimator", disable=None) as bar:
+        for task, name, estimator in bar:
+            bar.set_postfix_str(f"{task.name}: {name}")
+            scores[task.name] += score_task(task, name, estimator, *recorded[task])
+    return [score for of_task in scores.values() for score in sorted(of_task, key=lambda score: score.estimator in own)]
 
 
 def print_scores(scores: list[Score]) -> None:
-    """Prints a line for every row."""
-    print(f"{'task':12} {'region':10} {'estimator':20} {'mean':>9} {'median':>9} {'95 %':>9}      in band")
+    """Prints a line for every score, and then what others have published."""
+    widths = [max(len(getattr(s, of)) for s in scores) for of in ("task", "region", "estimator")]
+    titles = [f"{title:{width}}" for title, width in zip(("task", "region", "estimator"), widths, strict=True)]
+    print(*titles, *(f"{title:>9}" for title in ("mean", "median", "95 %")), "  ", " in band     band")
     for score in scores:
-        band = "no band" if score.within_band_percent is None else f"{score.within_band_percent:.1f} %"
-        errors = " ".join(f"{value:9.4g}" for value in (score.mean, score.median, score.percentile_95))
-        print(f"{score.task:12} {score.region:10} {score.estimator:20} {errors} {score.unit:3} {band:>8}")
+        errors = " ".join(f"{_number(value):>9}" for value in (score.mean, score.median, score.percentile_95))
+        names = (score.task, score.region, score.estimator)
+        print(
+            *(f"{name:{width}}" for name, width in zip(names, widths, strict=True)),
+            errors,
+            f"{score.unit:2}",
+            _band(score),
+        )
+    print("\npublished, of other bodies and sensors:")
+    for each in published_beside({score.task for score in scores}):
+        print(f"  {each.value}: {each.what} ({each.source}); see {', '.join(each.tasks)}")
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}"
+
+
+def _band(score: Score) -> str:
+    if score.within_band_percent is None:
+        return " no band"
+    unknown = "" if score.unknown_percent is None else f"   {score.unknown_percent:.1f} % unknown"
+    return f"{score.within_band_percent:6.1f} % {_number(score.band):>8}{unknown}"
 
 
 def compare(files: list[Path]) -> None:
@@ -72,5 +108,4 @@ def compare(files: list[Path]) -> None:
         least = min(score.mean for score in found.values())
         print(f"{task}, {region} [{next(iter(found.values())).unit}]")
         for name, score in found.items():
-            band = "no band" if score.within_band_percent is None else f"{score.within_band_percent:.1f} % in band"
-            print(f"  {'*' if score.mean == least else ' '} {name:40} {score.mean:9.4g}   {band}")
+            print(f"  {'*' if score.mean == least else ' '} {name:40} {score.mean:9.4g}   {_band(score).lstrip()}")

@@ -4,10 +4,11 @@ import argparse
 from dataclasses import asdict
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.calibration import GAIN
+from soft_gripper.estimators.calibration import GAIN, SOUGHT
 from soft_gripper.files.output import check_file, keep_inputs
-from soft_gripper.hardware.calibration import LoggedBench, calibrate_recordings
+from soft_gripper.hardware.calibration import Log, calibrate_recordings
 from soft_gripper.hardware.live.bench_schema import load_bench
+from soft_gripper.hardware.recording_schema import load_description
 from soft_gripper.scenario.calibration_file import FingerCalibrationConfig, save_calibration
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -18,7 +19,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     keep_inputs(options.recording, [options.out])
     check_file(options.out)
-    calibration = calibrate_recordings(options.recording, _logged(options))
+    calibration = calibrate_recordings(options.recording, _log(options), options.find)
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():
         _print(name, finger)
@@ -27,14 +28,17 @@ def run(options: argparse.Namespace) -> None:
     options.console.wrote(options.out)
 
 
-def _logged(options: argparse.Namespace) -> LoggedBench | None:
+def _log(options: argparse.Namespace) -> Log | None:
     """How logs are read; None: these are recordings of this project."""
-    if (options.bench is None) != (options.scenario is None):
-        missing = "--bench" if options.bench is None else "--scenario"
-        raise InputError("calibrate", missing, None, "logs need both: --bench names the fields, --scenario the fingers")
-    if options.bench is None:
+    named = {"--scenario": options.scenario, "--bench": options.bench, "--as": options.described_as}
+    found = [name for name, value in named.items() if value is not None]
+    if not found:
         return None
-    return LoggedBench(load_bench(options.bench), load_scenario(options.scenario))
+    if len(found) != 2 or "--scenario" not in found:
+        expected = "logs need --scenario, which has the fingers, and either --bench or --as, which names the columns"
+        raise InputError("calibrate", "options", found, expected)
+    read = load_description(options.described_as) if options.bench is None else load_bench(options.bench)
+    return Log(read, load_scenario(options.scenario))
 
 
 def _print(name: str, finger: FingerCalibrationConfig) -> None:
@@ -50,6 +54,11 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
     for title, (values, form) in rows.items():
         print(f"  {title:<15}", *(form.format(value) for value in values), sep="")
     print(f"  hysteresis {100 * finger.hysteresis:.2f} % of the stroke")
+    for name, (value, std, unit) in _sought(finger).items():
+        if std > 0:
+            print(f"  {name} {value:.4g} +- {std:.2g}{unit}")
+            if std > _UNKNOWN * SOUGHT[name.partition(" ")[0]]:
+                print(f"  note: the {name} is hardly known better than before: a measured tip would help")
     unknown = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNKNOWN * GAIN]
     if unknown:
         print(f"  note: the gains of readings {', '.join(unknown)} are not determined: these hardly stretch")
@@ -57,3 +66,11 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
         print("  note: a common gain and the bend ratio cannot be told apart, unless the place of the tip is measured")
     for hold in finger.doubtful:
         print(f"  note: {hold} does not fit free bending: was the finger loaded or touched?")
+
+
+def _sought(finger: FingerCalibrationConfig) -> dict[str, tuple[float, float, str]]:
+    """What was looked for with --find: value, standard deviation and unit."""
+    return {
+        "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
+        "response curvature": (finger.response_curvature, finger.response_curvature_std, ""),
+    }

@@ -70,7 +70,7 @@ def _run_alone(file: str, seed: int, trial: int, out: Path, console: Console) ->
     with atomic_file(folder / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario, folder), encoding="utf-8")
     found = judge(file, seed, trial, station, recording)
-    for column, value in (asdict(found.row) | asdict(found.details)).items():
+    for column, value in (asdict(found.row) | asdict(found.details) | asdict(found.grasp)).items():
         print(f"{column:<20} {value:.3f}" if isinstance(value, float) else f"{column:<20} {value}")
     console.table("trials", [found.row])
     console.wrote(folder / "recording.nc", folder / "scenario.yaml")

@@ -18,7 +18,7 @@ from soft_gripper.evaluation.hardware import (
 )
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.output import lock_folder
-from soft_gripper.hardware.identification.identified_finger import Identified, with_finger, write_finger
+from soft_gripper.hardware.identification.identified_finger import Identified, with_finger, write_text
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 
@@ -55,7 +55,7 @@ def _written(out: Path, experiment: Experiment, found: Identified) -> Identified
     print(file=sys.stderr)
     print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
     print_identified(found)
-    write_finger(out / f"{experiment.description}.urdf", with_finger(experiment.finger_file, found.model.finger))
+    write_text(out / f"{experiment.description}.urdf", with_finger(experiment.finger_file, found.model.finger))
     write_csv(out / f"{experiment.description}.csv", found.scores)
     return found
 

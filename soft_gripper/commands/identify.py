@@ -3,22 +3,29 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 from soft_gripper.commands.tables import print_defects, print_identified, print_identified_states
 from soft_gripper.files.csv_table import write_csv
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, keep_inputs
+from soft_gripper.hardware.identification.free_parameters import Model
 from soft_gripper.hardware.identification.identified_finger import (
-    Identified,
+    Tested,
+    compared,
     identify,
     identify_figure,
     read_finger,
+    read_setup,
+    setup_file,
+    setup_text,
     with_finger,
-    write_finger,
+    write_text,
 )
 from soft_gripper.hardware.identification.settled_states import (
-    IdentifiedStates,
+    TestedStates,
+    compared_states,
     identify_states,
     settled_states,
     states_figure,
@@ -32,40 +39,82 @@ from soft_gripper.scenario.model_files import model_path
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
+    _check_chosen(options)
     opened = open_executor(options.jobs, options.scheduler)
-    file, out = model_path(options.finger), options.out
-    finger = read_finger(file)
-    recordings = [_recordings(files, options) for files in (options.file, options.test)]
-    is_settled = _is_settled([*recordings[0], *recordings[1]])
+    file = model_path(options.finger)
+    setup, model = setup_file(file), Model(read_finger(file), read_setup(file))
+    fitted, tested = (_recordings(files, options) for files in (options.file, options.test))
+    is_settled = _is_settled([*fitted, *tested])
     paths = recording_paths([*options.file, *options.test], options.described_as, options.data)
-    keep_inputs([file, *paths], _outputs(out))
-    check_file(out)
-    found: Identified | IdentifiedStates
+    outputs = _outputs(options.out, fits=bool(options.file)) if options.out else []
+    keep_inputs([file, *([setup] if setup.exists() else []), *paths], outputs)
+    if options.out:
+        check_file(options.out)
     with opened as executor:
-        chosen = executor, options.starts, options.seed, _report
-        if is_settled:
-            states = [[settled_states(recording, finger) for recording in role] for role in recordings]
-            found = identify_states(finger, options.free, states[0], states[1], *chosen)
-        else:
-            motions = [[measured_motion(recording) for recording in role] for role in recordings]
-            found = identify(finger, options.free, motions[0], motions[1], *chosen)
+        found = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
     print(file=sys.stderr)
-    text = with_finger(file, found.model.finger)
-    if isinstance(found, IdentifiedStates):
+    if isinstance(found, TestedStates):
         print_identified_states(found)
-        figure = states_figure(found)
     else:
         print_identified(found)
-        figure = identify_figure(found)
-    save_figure(figure, out.with_suffix(""))
-    write_csv(out.with_suffix(".csv"), found.scores)
-    write_finger(out, text)
+    if options.out:
+        _write(found, file, outputs)
     options.console.table("scores", found.scores)
-    options.console.wrote(*_outputs(out))
+    options.console.wrote(*outputs)
 
 
-def _outputs(out: Path) -> list[Path]:
-    return [out.with_suffix(suffix) for suffix in (".urdf", ".csv", ".png", ".svg")]
+def _check_chosen(options: argparse.Namespace) -> None:
+    """Raises an InputError if there is nothing to do, or options of a fit are given without one, or missing."""
+    require(bool(options.file or options.test), "identify", "FILE", "", "give recordings to fit to, or --test ones")
+    for name, value in (("--free", options.free), ("--out", options.out)) if options.file else ():
+        require(bool(value), "identify", name, "", "is required to fit a finger to recordings")
+    expected = "nothing is fitted without recordings to fit to: leave it out, or give FILE"
+    require(bool(options.file or not options.free), "identify", "--free", " ".join(options.free), expected)
+
+
+def _of_motions(
+    model: Model,
+    fitted: Sequence[HardwareRecording],
+    tested: Sequence[HardwareRecording],
+    options: argparse.Namespace,
+    executor: Executor,
+) -> Tested:
+    motions, tests = ([measured_motion(recording) for recording in role] for role in (fitted, tested))
+    if not motions:
+        return compared(model, tests, executor)
+    chosen = executor, options.starts, options.seed, _report, model.setup
+    return identify(model.finger, options.free, motions, tests, *chosen)
+
+
+def _of_states(
+    model: Model,
+    fitted: Sequence[HardwareRecording],
+    tested: Sequence[HardwareRecording],
+    options: argparse.Namespace,
+    executor: Executor,
+) -> TestedStates:
+    states, tests = ([settled_states(recording, model.finger) for recording in role] for role in (fitted, tested))
+    if not states:
+        return compared_states(model, tests)
+    chosen = executor, options.starts, options.seed, _report, model.setup
+    return identify_states(model.finger, options.free, states, tests, *chosen)
+
+
+def _outputs(out: Path, fits: bool) -> list[Path]:
+    """The files that are written: those of a fit, or of a test alone."""
+    tables = [out.with_suffix(suffix) for suffix in (".csv", ".png", ".svg")]
+    return [out, setup_file(out), *tables] if fits else tables
+
+
+def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) -> None:
+    of_suffix = {output.suffix: output for output in outputs}
+    figure = states_figure(found) if isinstance(found, TestedStates) else identify_figure(found)
+    text = with_finger(file, found.model.finger)
+    save_figure(figure, of_suffix[".csv"].with_suffix(""))
+    write_csv(of_suffix[".csv"], found.scores)
+    if ".urdf" in of_suffix:
+        write_text(of_suffix[".yaml"], setup_text(found.model.setup))
+        write_text(of_suffix[".urdf"], text)
 
 
 def _recordings(files: list[str], options: argparse.Namespace) -> list[HardwareRecording]:

@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -93,6 +94,15 @@ def path(text: str) -> Path:
         raise ValueError(str(error)) from None
 
 
+def mcap_path(text: str) -> Path:
+    """Reads a path that ends in .mcap."""
+    if not text.endswith(".mcap"):
+        raise ValueError("give a name that ends in .mcap")
+    if find_spec("mcap") is None:  # found out before a run, not after it
+        raise ValueError("MCAP files require mcap: pip install 'soft-gripper[ros]'")
+    return path(text)
+
+
 def scenario_name(text: str) -> str:
     """Reads the name of a shipped scenario, or the path of a file."""
     if not os.path.exists(scenario_path(text)):
@@ -142,6 +152,7 @@ HOST = option(
     "ADDRESS",
     default=LOOPBACK,
 )
+MCAP = option("--mcap", "write an MCAP file, and a layout for Foxglove beside it", "FILE.mcap", mcap_path)
 SCHEDULER = option(
     "--scheduler",
     "Dask scheduler whose workers to use instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
@@ -149,10 +160,8 @@ SCHEDULER = option(
 )
 JOBS = option("--jobs", "number of processes (default: one per core)", "N", whole(1, 256), default=os.cpu_count() or 1)
 EXECUTOR = (JOBS, SCHEDULER)
-RECORDINGS = (
-    option("file", "recording; searched for here, then in the data folder", nargs="+"),
-    option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as"),
-)
+DESCRIBED_AS = option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as")
+RECORDINGS = (option("file", "recording; searched for here, then in the data folder", nargs="+"), DESCRIBED_AS)
 DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
 
 
@@ -244,6 +253,7 @@ COMMANDS = (
             HOST,
             HTML,
             option("--video", "write a video: .mp4, .gif, .webp or .png", "FILE", path),
+            MCAP,
         ),
     ),
     Command(
@@ -271,6 +281,7 @@ COMMANDS = (
         (
             "tip_distance_steps                                the simulated twin in the place of hardware",
             "tip_distance_steps --bench bench.yaml --zero 2    readings and commands as bench.yaml describes",
+            "tip_distance_steps --page                         the same in a browser, to look at",
             "my_scenario.yaml --source udp://:6000 --out results/monday",
         ),
         (
@@ -289,7 +300,11 @@ COMMANDS = (
                 "--seconds", "how long to run (default: until Ctrl-C, or the end of the readings)", "S", number(1e7)
             ),
             flag("--fast", "use the readings of a file as fast as possible"),
-            option("--out", "folder for a recording of every signal", "DIR", path),
+            flag("--page", "show estimates, contacts and the counts of readings in a browser; zero and record there"),
+            flag("--twin", "with --page and --bench: show a simulated twin beside the hardware, commanded alike"),
+            HOST,
+            option("--out", "folder for a recording of every signal; with --page, for its recordings", "DIR", path),
+            MCAP,
         ),
     ),
     Command(
@@ -346,11 +361,49 @@ COMMANDS = (
                 action="append",
                 default=[],
             ),
+            flag("--check-step", "repeat each run with half the time step, and name the measures that depend on it"),
             option("--out", "folder for the table", "DIR", path, required=True),
             RESUME,
             *EXECUTOR,
         ),
         _check_sweep,
+    ),
+    Command(
+        "grasp-strength",
+        "load a held object in twelve directions until it is lost",
+        (
+            "bottle_grasp                                   six forces and six torques: strength.csv, strength.png",
+            "pick_and_place_box --out results/box_strength  until the end of the first phase that holds the object",
+            "bottle_grasp --set pressure.steps.all.0=80e3 --slid 2",
+        ),
+        (
+            *CONSOLE,
+            *scenario(),
+            option("--object", "model that is loaded (default: that of the task, or the first free one)", "NAME"),
+            option(
+                "--slid",
+                "mm along the fingers by which it may slide (default: %(default)s)",
+                "MM",
+                number(1e3),
+                default=5.0,
+            ),
+            option(
+                "--turned",
+                "degrees in the fingers by which it may turn (default: %(default)s)",
+                "DEG",
+                number(180),
+                default=20.0,
+            ),
+            option(
+                "--seconds",
+                "in which a force grows to the sum of the normal forces (default: %(default)s)",
+                "S",
+                number(1e3),
+                default=2.0,
+            ),
+            *EXECUTOR,
+            out("results/grasp_strength"),
+        ),
     ),
     Command(
         "grasp-trials",
@@ -496,12 +549,21 @@ COMMANDS = (
         (
             "results/free_bending/recording.nc --out my_gripper.yaml",
             "log.csv --bench my_bench.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
+            "free.c3d --as my_recording.yaml --scenario my_scenario.yaml --out my_gripper.yaml",
         ),
         (
             *CONSOLE,
             option("recording", "a recording.nc that `soft-gripper run` wrote, or a log", read=path, nargs="+"),
             option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path),
+            DESCRIBED_AS,
             option("--scenario", "scenario with the fingers and sensors of a log", "NAME"),
+            option(
+                "--find",
+                "look for an offset of the pressure sensor, a curvature of the response, too",
+                nargs="+",
+                choices=("pressure", "response"),
+                default=(),
+            ),
             option("--out", "YAML file for nominal.calibration", "FILE", path, required=True),
         ),
     ),
@@ -512,14 +574,22 @@ COMMANDS = (
             "swing.csv --as mine.yaml --finger mine.urdf --free youngs_modulus relaxation_time --out fitted.urdf",
             "a.csv b.csv --test c.csv --as mine.yaml --finger mine.urdf --free youngs_modulus --out fitted.urdf",
             "rest.csv --as mine.yaml --finger mine.urdf --free tendon.slack tendon.stiffness --out fitted.urdf",
+            "--test new.csv --as mine.yaml --finger fitted.urdf                    test a fitted finger, without a fit",
         ),
         (
             *CONSOLE,
-            *RECORDINGS,
-            option("--test", "recordings held out for testing", "FILE", nargs="+", default=[]),
+            option("file", "recording to fit to; searched for here, then in the data folder", nargs="*"),
+            DESCRIBED_AS,
+            option(
+                "--test",
+                "held out for testing; alone: test without a fit",
+                "FILE",
+                nargs="+",
+                default=[],
+            ),
             option("--finger", "URDF with one finger, the initial guess of the fit", "FILE", required=True),
-            option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", required=True),
-            option("--out", "URDF to write; a table and figures are named after it", "FILE", urdf, required=True),
+            option("--free", "parameters to fit, such as youngs_modulus", "KEY", nargs="+", default=[]),
+            option("--out", "URDF to write; set-up, table and figures are named after it", "FILE", urdf),
             DATA,
             count("--starts", "number of random restarts; the best fit is kept", 1),
             SEED,
@@ -572,9 +642,9 @@ COMMANDS = (
     ),
     Command(
         "benchmark",
-        "score estimators of shape, force, location and load, with fixed splits",
+        "score estimators of shape, force, location, load and held objects, with fixed splits",
         (
-            "                                           simulated contacts, which ship",
+            "                                           simulated contacts and grasps, which ship",
             "--data ~/recordings --estimator mine:estimator    recorded hardware too, and your own estimator",
             "--compare benchmark.json theirs.json",
         ),
@@ -592,6 +662,20 @@ COMMANDS = (
         "print a resolved scenario, and optionally draw its block diagram",
         ("box_grasp                            print all fields as YAML", "box_grasp --graphviz blocks.svg"),
         (*scenario(), option("--graphviz", "write the block diagram (.dot, .svg, .png or .pdf)", "FILE", path)),
+    ),
+    Command(
+        "export",
+        "write a scenario for another simulator, with a loader that runs it there",
+        (
+            "box_grasp --out results/box_mujoco    scenario.xml (MJCF), meshes, commands.csv, run_mjcf.py",
+            "my_scenario.yaml --to sdf --out there    SDFormat, for Gazebo and others; without the pressures",
+        ),
+        (
+            *CONSOLE,
+            *scenario(),
+            option("--to", "format (default: %(default)s)", choices=("mjcf", "sdf"), default="mjcf"),
+            option("--out", "folder for the files", "DIR", path, required=True),
+        ),
     ),
     Command(
         "expand",

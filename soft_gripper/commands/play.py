@@ -19,7 +19,10 @@ def run(options: argparse.Namespace) -> None:
     folder = lock_folder(options.out or Path("results") / "play" / name)
     logging.getLogger("drake").setLevel(logging.WARNING)  # suppress the "Meshcat listening" messages
     session = Session(partial(station_of, options.scenario, scenario), folder)
-    page = LivePage(page_contents(name, session), session.panel, session.feed)
+    station = session.station
+    fingers = [finger.name for finger in station.fingers]
+    about = page_contents("play", name, scenario, session.panel, station.parts.signals, fingers)
+    page = LivePage(about, session.panel, session.feed)
     with held_back() as is_interrupted, page_server(options.host, lambda: session.scene, page) as address:
         print(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends the session.", flush=True)
         try:

@@ -4,15 +4,18 @@ import argparse
 import logging
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from pydrake.geometry import Meshcat
 
+from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.tables import print_phases, print_poses, print_steps, print_truth
+from soft_gripper.commands.tables import print_grasps, print_phases, print_poses, print_steps, print_truth
 from soft_gripper.commands.viewing import viewed
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
@@ -27,6 +30,7 @@ from soft_gripper.files.output import atomic_file, check_file, keep_inputs, lock
 from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.video import check_video, write_video
 from soft_gripper.runs.scores.poses import recorded_pose_table
+from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 from soft_gripper.runs.trials.trial import judged
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -62,9 +66,12 @@ def _simulated(
         print(line, file=sys.stderr)
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
-    for line in named_faults(station, recording):
+    for line in (*named_faults(station, recording), *followed(station, recording)):
         print(line)
     written = [out / file for file in _write(out, name, station, recording, console)]
+    if options.mcap is not None:
+        recording.save(options.mcap)
+        written.append(options.mcap)
     if meshcat is not None and options.html is not None:
         write_animation(meshcat, options.html)
         written.append(options.html)
@@ -86,6 +93,15 @@ def named_faults(station: Station, recording: Recording) -> list[str]:
             since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
             lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
     return lines
+
+
+def followed(station: Station, recording: Recording) -> list[str]:
+    """How far every finger that `recursive` estimates has moved since its calibration, at the end."""
+    return [
+        changes_line(finger.name, lambda name: recording[name].values[-1])
+        for finger in station.fingers
+        if f"{finger.name}.bend_change" in recording.data
+    ]
 
 
 def observed(station: Station) -> list[str]:
@@ -130,22 +146,41 @@ def fits(folder: Path, scenario: Scenario) -> bool:
 
 def _check_files(options: argparse.Namespace, out: Path, scenario: Scenario) -> None:
     """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
-    written = [file for file in (options.video, options.html) if file is not None]
+    files = [file for file in (options.video, options.html, options.mcap) if file is not None]
+    written = [*files]
     written += [] if fits(out, scenario) else [out / "scenario.yaml"]
     keep_inputs([options.scenario, *(model.file for model in scenario.models)], written)
     if options.video is not None:
         check_video(options.video)
-    for file in (options.video, options.html):
-        if file is not None:
-            check_file(file)
+    for file in files:
+        check_file(file)
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
-    """Writes the recording and the table that suits the scenario, and prints the table; returns the files."""
-    files = ["recording.nc", "scenario.yaml"]
+    """Writes the recording and the tables that suit the scenario, and prints the tables; returns the files."""
     recording.save(out / "recording.nc")
     with atomic_file(out / "scenario.yaml") as partial:
         partial.write_text(dump_scenario(station.scenario, out), encoding="utf-8")
+    files = _write_scores(out, name, station, recording, console)
+    return ["recording.nc", "scenario.yaml", *files, *_write_grasps(out, station, recording, console)]
+
+
+def _write_grasps(out: Path, station: Station, recording: Recording, console: Console) -> list[str]:
+    """Writes and prints how the objects are held, if there are any."""
+    grasps, grips = recorded_grasps(station, recording)
+    if not grasps:
+        return []
+    tables: dict[str, Sequence[Any]] = {"grasps": grasps, "grips": grips}
+    for table, rows in tables.items():
+        write_csv(out / f"{table}.csv", rows)
+        console.table(table, rows)
+    print_grasps(grasps, grips)
+    return [f"{table}.csv" for table in tables]
+
+
+def _write_scores(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
+    """Writes and prints the table that suits the scenario; returns the files."""
+    files: list[str] = []
     if station.task is not None:
         phases = phase_table(station, recording)
         write_csv(out / "phases.csv", phases)

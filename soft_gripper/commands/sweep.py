@@ -6,6 +6,7 @@ from pathlib import Path
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.sweep.run import (
+    DEPENDS,
     ERROR,
     NUMBER,
     TABLE,
@@ -37,11 +38,15 @@ def run(options: argparse.Namespace) -> int:
             opened,
             fixed=fixed,
             own=options.measure,
+            check_step=options.check_step,
             resume=options.resume,
             report=report,
         )
     files = [TABLE, *_draw(rows, points, options)]
     print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
+    if options.check_step:
+        flagged = sorted({name for row in rows for name in row[DEPENDS].split()})
+        print(f"With half the time step, {', '.join(flagged) if flagged else 'nothing'} changes by more than 5 %")
     options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
     return 0
@@ -50,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
 def _draw(rows: list[dict[str, str]], points: list[SweepPoint], options: argparse.Namespace) -> list[str]:
     """Draws the figure, if the sweep has one; returns its files."""
     keys, columns = list(points[0]), {name: [row[name] for row in rows] for name in rows[0]}
-    measured = {name: cells for name, cells in columns.items() if name not in (NUMBER, ERROR, *keys)}
+    measured = {name: cells for name, cells in columns.items() if name not in (NUMBER, DEPENDS, ERROR, *keys)}
     title = f"{Path(options.scenario).stem}: {len(points)} runs"
     figure = sweep_figure({key: columns[key] for key in keys}, measured, title)
     if figure is None:

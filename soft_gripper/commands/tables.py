@@ -15,8 +15,8 @@ from soft_gripper.control.task import Outcome
 from soft_gripper.evaluation.paper.claims import Claim, verdict
 from soft_gripper.hardware.identification.fit import Confidence, MotionScore
 from soft_gripper.hardware.identification.free_parameters import FreeParameters
-from soft_gripper.hardware.identification.identified_finger import Identified
-from soft_gripper.hardware.identification.settled_states import IdentifiedStates
+from soft_gripper.hardware.identification.identified_finger import Identified, Tested, doubts
+from soft_gripper.hardware.identification.settled_states import IdentifiedStates, TestedStates
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.placement.place_sensors import PlacedSensors
@@ -24,7 +24,9 @@ from soft_gripper.placement.placements import as_borders
 from soft_gripper.placement.samples import Assumptions
 from soft_gripper.placement.spatial_tables import VerifiedRow
 from soft_gripper.placement.tables import LeftOutRow, PlacementRow
+from soft_gripper.runs.scores.grasp import NEVER_TOUCHED
 from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
 from soft_gripper.runs.scores.steps import PhaseRow, StepRow
 from soft_gripper.runs.trials.trial import Judged
 from soft_gripper.scenario.schema import TaskConfig
@@ -85,6 +87,30 @@ def print_truth(row: Judged) -> None:
     )
 
 
+def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip]) -> None:
+    """Prints how each object is held: a line for each finger, and a line on the whole grasp."""
+    columns = {"finger": "", "normal force [N]": ".3f", "friction force [N]": ".3f", "area [mm^2]": ".1f"}
+    columns |= {"mean pressure [kPa]": ".1f", "largest pressure [kPa]": ".1f", "largest impulse [mN s]": ".1f"}
+    for grasp in grasps:
+        rows = [astuple(grip)[1:] for grip in grips if grip.object == grasp.object]
+        if grasp.grasp == NEVER_TOUCHED:
+            print(f"\nGrasp of {grasp.object}: {grasp.grasp}")
+            continue
+        print_table(columns, rows, f"Grasp of {grasp.object}: {grasp.grasp}")
+        if not math.isnan(grasp.slip_ratio):
+            print(
+                f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%});"
+                f" while held it has slid {grasp.slid_mm:.2f} mm on the fingers,\nmoved {grasp.moved_mm:.2f} mm and"
+                f" turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
+            )
+        if not math.isnan(grasp.estimated_width_mm):
+            print(
+                f"As estimated, it is {grasp.estimated_width_mm:.1f} mm wide, with a stiffness of"
+                f" {grasp.estimated_stiffness_n_m:.0f} N/m"
+            )
+        print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
+
+
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig) -> None:
     """Prints a line for each phase of a task, and its outcome."""
     columns = {"phase": "", "began [s]": ".2f", "lasted [s]": ".2f"}
@@ -120,34 +146,45 @@ def print_defects(recordings: Iterable[HardwareRecording]) -> None:
 _CORRELATED = 0.9
 
 
-def print_identified(found: Identified) -> None:
-    """Prints the parameters with their confidence and correlations, and a line for each recording."""
-    print(f"\nmarker error {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
-    _print_parameters(found.fit.free, found.fit.x, found.confidence)
-    finger = found.model.finger
-    remains = 1 - sum(branch.share for branch in finger.creep)
-    if finger.creep:
-        print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
-    _print_correlations(found.fit.free, found.confidence)
+def print_identified(found: Tested) -> None:
+    """Prints a line for each recording; of a fit first the parameters, with their confidence and correlations."""
+    if isinstance(found, Identified):
+        print(f"\nmarker error {100 * found.fit.root_mean_square:.2f} % of the largest displacement (root mean square)")
+        _print_parameters(found.fit.free, found.fit.x, found.confidence)
+        finger = found.model.finger
+        remains = 1 - sum(branch.share for branch in finger.creep)
+        if finger.creep:
+            print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
+        _print_correlations(found.fit.free, found.confidence)
     columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
-    columns |= {"settled turn [degrees]": ">", "creep [degrees]": ">", "rise [ms]": ">"}
+    columns |= dict.fromkeys(("settled turn [degrees]", "creep [degrees]", "recovery [degrees]"), ">")
+    columns |= dict.fromkeys(("50 % [ms]", "63 % [ms]"), ">")
     print_table(columns, map(_score_cells, found.scores), "marker errors [mm], and measured motion")
     for row in found.scores:
         if not np.isnan(row.frequency_hz + row.simulated_frequency_hz):
             swing = f"{row.frequency_hz:.2f} Hz ({row.simulated_frequency_hz:.2f})"
             print(f"{row.recording}: swings at {swing}, decrement {row.decrement:.2f} ({row.simulated_decrement:.2f})")
-    print("In brackets: simulated. Event times are fitted to each recording, including held-out ones.")
+    for motion in found.motions:
+        if motion.hold is not None:
+            held = f"{1e3 * motion.hold.sag:.1f} mm low, turned by {np.degrees(motion.hold.turn):.1f} degrees"
+            print(f"{motion.name}: held {held}")
+    print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
+    print("held-out ones. 50 and 63 %: times from the event to these shares of the settled turn.")
+    for doubt in doubts(found):
+        print(f"WARNING: {doubt}")
 
 
-def print_identified_states(found: IdentifiedStates) -> None:
-    """Prints the parameters with their confidence and correlations, and the errors of every recording and family."""
+def print_identified_states(found: TestedStates) -> None:
+    """Prints the errors of every recording and family, after the parameters, if any are fitted."""
     print()
-    _print_parameters(found.fit.free, found.fit.x, found.confidence)
-    _print_correlations(found.fit.free, found.confidence)
+    if isinstance(found, IdentifiedStates):
+        _print_parameters(found.fit.free, found.fit.x, found.confidence)
+        _print_correlations(found.fit.free, found.confidence)
     columns = {"recording": "", "role": "", "rows moved": "", "marker": "", "rows": "d"}
     columns |= {"root mean square": ".2f", "mean": ".2f", "95 %": ".2f"}
     print_table(columns, map(astuple, found.scores), "marker errors [mm], the mean offset removed")
-    print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
+    if isinstance(found, IdentifiedStates):
+        print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
 
 
 def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) -> None:
@@ -172,9 +209,10 @@ def _print_correlations(free: FreeParameters, confidence: Confidence) -> None:
 def _score_cells(row: MotionScore) -> list[str | float]:
     turn = f"{row.settled_turn_deg:.2f} ({row.simulated_settled_turn_deg:.2f})"
     creep = f"{row.creep_deg:.2f} ({row.simulated_creep_deg:.2f})"
-    rise = f"{row.rise_ms:.0f} ({row.simulated_rise_ms:.0f})"
+    recovery = f"{row.recovery_deg:.2f} ({row.simulated_recovery_deg:.2f})"
+    times = f"{row.t50_ms:.0f} ({row.simulated_t50_ms:.0f})", f"{row.t63_ms:.0f} ({row.simulated_t63_ms:.0f})"
     errors = row.settled_error_mm, row.motion_error_mm, row.tip_error_percent
-    return [row.recording, row.role, *errors, turn, creep, rise]
+    return [row.recording, row.role, *errors, turn, creep, recovery, *times]
 
 
 def print_replay(replay: ArmReplay) -> None:
@@ -184,17 +222,19 @@ def print_replay(replay: ArmReplay) -> None:
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
         of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.delay:.0f} ms"
         print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
+        for beyond in one.extrapolated:
+            print(f"WARNING: {one.name} is extrapolated: {beyond}")
     names = [name for name in dict.fromkeys(row.recording for row in replay.table) if name != ALL]
     for body in reversed(dict.fromkeys(row.body for row in replay.table)):
         rows = [row for row in replay.table if row.body == body]
         columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
-        columns |= {f"mean of {name}": ".2f" for name in names}
+        columns |= {"in band [%]": ".1f"} | {f"mean of {name}": ".2f" for name in names}
         cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]
         print_table(columns, cells, f"error of '{body}' [mm]")
 
 
 def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
-    numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
+    numbers = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm, row.within_band_percent
     of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
     means = [other.mean_mm for other in of_row if other.recording != ALL]
     return [f"{row.estimator}, {row.sections} per side", *numbers, *means]

@@ -1,10 +1,11 @@
-"""Grip control: set-point steps, mean torque and force of a grip, and selection of the lower of two commands."""
+"""Grip control: set-point steps, mean torque and force of a grip or its bound, and selection of the lower command."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from soft_gripper.estimators.force_posterior import INTERVAL
 from soft_gripper.signals import describe
 
 
@@ -67,6 +68,38 @@ class GripForce(LeafSystem):
     def _calc_force(self, context: Context, output: BasicVector) -> None:
         forces = [float(port.Eval(context)[0]) for port in self._forces]
         output.SetAtIndex(0, math.fsum(forces) / len(forces))
+
+
+class GripForceBound(LeafSystem):
+    """The mean upper bound of the contact force of the fingers of a gripper.
+
+    ::
+
+        {finger}.contact_force_interval (3) N ---> +----------------+
+                                                   | GripForceBound | ---> force  (1) N
+        {finger}.contact (1) 0 or 1 -------------> +----------------+
+
+    The bound of a finger is the upper end of its interval, which the force exceeds with a probability of at most 2.5 %.
+    A finger without a detected contact counts as 0: the posterior takes the inertia of a free finger on an accelerated
+    arm for a contact, the detector does not. An unknown bound, NaN, makes the mean NaN.
+    """
+
+    def __init__(self, fingers: Iterable[str]):
+        """`fingers` are their names."""
+        super().__init__()
+        self._ports = [
+            (
+                self.DeclareVectorInputPort(f"{name}.contact_force_interval", len(INTERVAL)),
+                self.DeclareVectorInputPort(f"{name}.contact", 1),
+            )
+            for name in fingers
+        ]
+        port = self.DeclareVectorOutputPort("force", 1, self._calc_force, {self.all_input_ports_ticket()})
+        describe(port, "N")
+
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
+        bounds = [float(force.Eval(context)[-1]) if touch.Eval(context)[0] else 0.0 for force, touch in self._ports]
+        output.SetAtIndex(0, math.fsum(bounds) / len(bounds))
 
 
 class SampledSteps(LeafSystem):

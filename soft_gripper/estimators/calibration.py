@@ -8,11 +8,12 @@ with k the elastic torque of a finger that has crept, g the torque of the pressu
 that is found. A finger that is assumed to creep must rest for longer than its slowest branch. The sensor i reads the
 extension ratio
 
-    1 + a_i (s_i + h l_i) + b_i + d_i t ,
+    1 + a_i (s_i + c s_i^2 + h l_i) + b_i + d_i t ,
 
 with s_i the strain, l_i how far the play operators of `strain_errors` lag behind it in the course of the recording, the
-gain a, the offset b, the drift d, and the width h of the hysteresis loop as a share of the stroke, which is that of the
-material, and one for all sensors of a finger.
+gain a, the offset b, the drift d, and, one for all sensors of a finger, for they are those of the material, the width h
+of the hysteresis loop as a share of the stroke and the curvature c of the response. The curvature, and an offset of the
+pressure sensor, are 0 unless they are looked for.
 
 Every hold of the pressure counts as one observation, the median of its samples: what is left is mostly what lasts
 longer than a hold. Its standard deviation is estimated from what is left. All numbers have priors, `GAIN` of the gains
@@ -24,8 +25,8 @@ Leading axes are free; T samples, M holds, R readings.
 """
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -34,6 +35,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -42,6 +44,9 @@ from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, mo
 GAIN, RATIO = 0.05, 0.5  # standard deviations before anything is measured: of gains, of the logarithm of the bend ratio
 OFFSET, DRIFT, HYSTERESIS = 0.1, 2e-3 / MINUTE, 0.02  # extension ratio, 1/s, share of the stroke
 TIP = 5e-4  # m, standard deviation of a measured place of the tip, at least
+SOUGHT = {"pressure": 1000.0, "response": 0.2}  # Pa, offset of its sensor; curvature of the response, over strain
+_FIXED = 1e-6  # share of these, where they are not looked for
+_PRESSURE_STEP = 100.0  # Pa, for differences
 _RATIOS = (0.2, 5.0)
 _FIRST, _LEAST = 1e-3, 2e-5  # extension ratio, standard deviations of a median: guess, and least
 _UNKNOWNS, _SHARED = 3.0, 4.0  # of a reading, on average; observations that readings share
@@ -79,6 +84,10 @@ class Calibration(NamedTuple):
     drifts: Array  # (R) 1/s, mean of the recordings
     tip_measured: bool  # whether the place of the tip was
     doubtful: tuple[tuple[int, float], ...]  # recordings, from 0, and times, s, of holds that are not free bending
+    pressure_offset: float  # Pa, what the sensor reads too much
+    pressure_offset_std: float
+    response_curvature: float
+    response_curvature_std: float
 
 
 class _Holds(NamedTuple):
@@ -97,34 +106,44 @@ class _Predicted(NamedTuple):
     lag: Array  # (M, R) of a loop as wide as the stroke
     tip: Planar  # (M) m
 
+    def less(self, other: "_Predicted", step: float) -> "_Predicted":
+        """The derivative by what was larger by `step` here than there."""
+        strain, lag, tip = self.strain - other.strain, self.lag - other.lag, self.tip - other.tip
+        return _Predicted(strain / step, lag / step, tip / step)
 
-def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending]) -> Calibration:
-    """Fits all numbers to recordings, robustly; `layout` is nominal."""
-    holds, parts, prior = _holds(recordings), _Parts(layout.readings), _prior(layout.readings, len(recordings))
+
+def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending], sought: Collection[str] = ()) -> Calibration:
+    """Fits all numbers to recordings, robustly; `layout` is nominal, `sought` names those of SOUGHT to fit as well."""
+    holds, parts = _holds(recordings), _Parts(layout.readings)
+    prior = _prior(layout.readings, len(recordings), sought)
     known = np.isfinite(np.column_stack([holds.strain, holds.tip.real, holds.tip.imag]))
     noise = _Noise(np.full(layout.readings, _FIRST), TIP)
     weights: Array = np.ones(len(holds.time))
     x = _begin(parts, len(prior), _first_ratio(layout, recordings, holds))
 
     @lru_cache(maxsize=4)
-    def predict(log_ratio: float) -> _Predicted:
-        return _predict(layout, recordings, holds, log_ratio)
+    def predict(log_ratio: float) -> tuple[_Predicted, _Predicted | None]:
+        return _predict_both(layout, recordings, log_ratio, "pressure" in sought)
+
+    def left_at(x: Array) -> Array:
+        return _left(x, parts.at(x, *predict(x[0])), holds, parts)
 
     for _ in range(_PASSES):
         scale = (np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip]))[known]
 
         def residuals(x: Array, scale: Array = scale) -> Array:
-            return np.concatenate([_left(x, predict(x[0]), holds, parts)[known] * scale, prior @ x])
+            return np.concatenate([left_at(x)[known] * scale, prior @ x])
 
         def slopes(x: Array, scale: Array = scale) -> Array:
-            found = _slopes(x, predict(x[0]), predict(x[0] + _STEP), holds, parts)[known]
+            here, beyond = (parts.at(x, *predict(log_ratio)) for log_ratio in (x[0], x[0] + _STEP))
+            found = _slopes(x, here, beyond, predict(x[0])[1], holds, parts)[known]
             return np.vstack([-found * scale[:, None], prior])
 
         fit = least_squares(residuals, x, slopes, bounds=_bounds(len(x)), x_scale="jac")
         x = np.asarray(fit.x)
-        noise, weights = _scatter(_left(x, predict(x[0]), holds, parts))
+        noise, weights = _scatter(left_at(x))
     covariance = np.linalg.inv(fit.jac.T @ fit.jac)
-    left, gains = _left(x, predict(x[0]), holds, parts), np.exp(x[parts.bends] - x[0])
+    left, gains = left_at(x), np.exp(x[parts.bends] - x[0])
     from_bends = np.eye(len(x))[parts.bends] - np.eye(len(x))[0]  # to the logarithms of the gains
     of_gains, stds = from_bends @ covariance @ from_bends.T, np.sqrt(np.diagonal(covariance))
     return Calibration(
@@ -133,26 +152,36 @@ def calibrate(layout: SensorLayout, recordings: Sequence[FreeBending]) -> Calibr
         *(float(x[parts.lag]), x[parts.drifts].reshape(-1, layout.readings).mean(axis=0)),
         bool(known[:, -1].any()),
         tuple((int(holds.recording[i]), float(holds.time[i])) for i in np.flatnonzero(weights < _UNLIKELY / _DOUBTFUL)),
+        *((float(x[parts.pressure]), float(stds[parts.pressure])) if "pressure" in sought else (0.0, 0.0)),
+        *((float(x[parts.response]), float(stds[parts.response])) if "response" in sought else (0.0, 0.0)),
     )
 
 
 class _Parts:
-    """Where in the vector of unknowns they are; first come the logarithm of the bend ratio r, and the hysteresis.
+    """Where in the vector of unknowns they are; first comes the logarithm of the bend ratio r.
 
     `bends` are the logarithms of  a r : readings tell them well, and r itself hardly, which makes a fit easy.
     """
 
     def __init__(self, readings: int):
         self.readings = readings
-        self.lag = 1
-        self.bends, self.offsets = (slice(2 + i * readings, 2 + (i + 1) * readings) for i in range(2))
-        self.drifts = slice(2 + 2 * readings, None)  # reading after reading, of one recording after the other
+        self.lag, self.pressure, self.response = 1, 2, 3
+        self.bends, self.offsets = (slice(4 + i * readings, 4 + (i + 1) * readings) for i in range(2))
+        self.drifts = slice(4 + 2 * readings, None)  # reading after reading, of one recording after the other
+
+    def at(self, x: Array, predicted: _Predicted, by_pressure: _Predicted | None) -> _Predicted:
+        """What is predicted at an offset of the pressure."""
+        if by_pressure is None:
+            return predicted
+        return _Predicted(*(here + x[self.pressure] * by for here, by in zip(predicted, by_pressure, strict=True)))
 
 
-def _prior(readings: int, recordings: int) -> Array:
+def _prior(readings: int, recordings: int, sought: Collection[str]) -> Array:
     """What is expected of the unknowns to be 0, in standard deviations: a row each, of a matrix."""
     each = [GAIN, OFFSET, *[DRIFT] * recordings]
-    rows = np.diag([1 / RATIO, 1 / HYSTERESIS, *(1 / std for std in each for _ in range(readings))])
+    looked_for = [std * (1 if name in sought else _FIXED) for name, std in SOUGHT.items()]
+    stds = [RATIO, HYSTERESIS, *looked_for, *(std for std in each for _ in range(readings))]
+    rows = np.diag(1 / np.array(stds))
     rows[_Parts(readings).bends, 0] = -1 / GAIN  # gains, not bends, are about 1
     return rows
 
@@ -184,9 +213,21 @@ def _holds(recordings: Sequence[FreeBending]) -> _Holds:
     return _Holds(np.array(strains), np.array(numbers), np.array(times), np.array(tips))
 
 
-def _predict(layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds, log_ratio: float) -> _Predicted:
+def _predict_both(
+    layout: SensorLayout, recordings: Sequence[FreeBending], log_ratio: float, with_pressure: bool
+) -> tuple[_Predicted, _Predicted | None]:
+    """What is predicted at a bend ratio, and, if requested, its derivative by the offset of the pressure, 1/Pa."""
+    finger = softened(layout.finger, float(np.exp(log_ratio)))
+    here = _predict(layout, finger, recordings)
+    if not with_pressure:
+        return here, None
+    there = _predict(layout, replace(finger, pressure_offset=_PRESSURE_STEP), recordings)
+    return here, there.less(here, _PRESSURE_STEP)
+
+
+def _predict(layout: SensorLayout, finger: Finger, recordings: Sequence[FreeBending]) -> _Predicted:
     """Means over the holds."""
-    finger, parts = softened(layout.finger, float(np.exp(log_ratio))), []
+    parts = []
     for recording in recordings:
         q = resting_angles(finger, recording.pressure, recording.gravity)
         strain = extension_ratios(layout, q) - 1
@@ -217,7 +258,7 @@ def _begin(parts: _Parts, unknowns: int, log_ratio: float) -> Array:
 
 def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds) -> float:
     """The logarithm of the ratio of the strains read to those predicted, of the reading that moves most."""
-    predicted = _predict(layout, recordings, holds, 0.0).strain
+    predicted = _predict(layout, layout.finger, recordings).strain
     strain = np.where(np.isfinite(holds.strain), holds.strain, predicted)
     most = int(np.ptp(predicted, axis=0).argmax())
     moved, read = (values[:, most] - values[:, most].mean() for values in (predicted, strain))
@@ -227,17 +268,25 @@ def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds:
 def _left(x: Array, at: _Predicted, holds: _Holds, parts: _Parts) -> Array:
     """What is measured beyond what is predicted, (M, R + 2): strains, and the place of the tip; NaN if not measured."""
     drift = x[parts.drifts].reshape(-1, parts.readings)[holds.recording] * holds.time[:, None]
-    strain = np.exp(x[parts.bends] - x[0]) * (at.strain + x[parts.lag] * at.lag) + x[parts.offsets] + drift
+    strain = np.exp(x[parts.bends] - x[0]) * _responding(x, at, parts) + x[parts.offsets] + drift
     tip = holds.tip - at.tip
     return np.column_stack([holds.strain - strain, tip.real, tip.imag])
 
 
-def _slopes(x: Array, at: _Predicted, beyond: _Predicted, holds: _Holds, parts: _Parts) -> Array:
+def _responding(x: Array, at: _Predicted, parts: _Parts) -> Array:
+    """What sensors respond to with their gains, (M, R)."""
+    found: Array = at.strain + x[parts.response] * at.strain**2 + x[parts.lag] * at.lag
+    return found
+
+
+def _slopes(
+    x: Array, at: _Predicted, beyond: _Predicted, by_pressure: _Predicted | None, holds: _Holds, parts: _Parts
+) -> Array:
     """Derivatives of what is predicted by the unknowns, (M, R + 2, unknowns)."""
     R, M = parts.readings, len(holds.time)
     slopes = np.zeros((M, R + 2, len(x)))
     gains = np.exp(x[parts.bends] - x[0])
-    here, there = (each.strain + x[parts.lag] * each.lag for each in (at, beyond))
+    here, there = (_responding(x, each, parts) for each in (at, beyond))
     by_ratio = gains * (there - (1 + _STEP) * here)
     tip = beyond.tip - at.tip
     slopes[..., 0] = np.column_stack([by_ratio, tip.real, tip.imag]) / _STEP
@@ -245,6 +294,11 @@ def _slopes(x: Array, at: _Predicted, beyond: _Predicted, holds: _Holds, parts: 
     slopes[:, i, parts.bends.start + i] = gains * here
     slopes[:, i, parts.offsets.start + i] = 1.0
     slopes[:, :R, parts.lag] = gains * at.lag
+    slopes[:, :R, parts.response] = gains * at.strain**2
+    if by_pressure is not None:
+        by = by_pressure.strain * (1 + 2 * x[parts.response] * at.strain) + x[parts.lag] * by_pressure.lag
+        tips = by_pressure.tip
+        slopes[..., parts.pressure] = np.column_stack([gains * by, tips.real, tips.imag])
     slopes[np.arange(M)[:, None], i, drifts] = holds.time[:, None]
     return slopes
 

@@ -65,10 +65,11 @@ from scipy.special import chdtri
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.force_posterior import Cells, ContactPosterior, posterior
-from soft_gripper.estimators.gaussian import GaussianShape, condition
+from soft_gripper.estimators.gaussian import GaussianShape, gain_of
+from soft_gripper.estimators.mechanics import PlanarMechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import Chain, forward_kinematics, gravity_torque
+from soft_gripper.fingers.kinematics import Chain, forward_kinematics
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 
 
@@ -290,7 +291,7 @@ def _std_of_sum(covariance: Array, weights: Array) -> Array:
 
 _FEWEST_PLACES = 48  # cells along the finger; joints are at their ends, for friction on a face jumps there
 # m, standard deviation of the lever at the joint next to a contact, which may lie on both of its links.
-_STRADDLED = 1.5e-3
+STRADDLED = 1.5e-3
 CONE = 0.45  # largest coefficient of friction reckoned with
 _SLIDING = 0.25  # probability of friction at either end of the cone; sliding contacts are there
 _RUBS = CONE * np.linspace(-1, 1, 5)  # friction per force
@@ -340,7 +341,7 @@ def force_cells(layout: MeasurementModel, q: Array, compliance: Array) -> Cells:
     rubbing = np.concatenate(faces, axis=-2)[..., place + count * (side > 0), :]
     moved = np.diff(across[..., ::2, :], axis=-2)[..., place, :] / math.sqrt(12)
     nearest = np.abs(middles[:, None] - finger.joint_arc_lengths).argmin(axis=-1)
-    straddled = _STRADDLED * to_bends[..., nearest, :][..., place, :]
+    straddled = STRADDLED * to_bends[..., nearest, :][..., place, :]
     response = side[:, None] * across[..., 1::2, :][..., place, :] + rub[:, None] * rubbing
     return Cells(response, np.stack([moved, rub_std[:, None] * rubbing, straddled], axis=-2), place, side, prior)
 
@@ -362,12 +363,12 @@ class ContactShape:
         layout, finger, assumed = self.layout, self.layout.finger, self.uncertainty
         gaussian = self._gaussian(readings, driving, gravity)
         z, variance = layout.linear(readings, assumed.any_reading).uncertain_by(assumed.gain)
-        weight = gravity_torque(finger, gaussian.q, np.asarray(gravity)[..., None])
-        known, q = driving + weight, gaussian.q
+        q = gaussian.q
+        known = driving + self._mechanics.weight(q, gravity)
         for _ in range(1 if finger.elastic_law is None else _PASSES):
-            fit = explain(layout, self.uncertainty, q, self._unexplained(q, z, variance, driving, weight))
+            fit = explain(layout, self.uncertainty, q, self._unexplained(q, z, variance, driving, known))
             q = finger.angle(known + fit.torque)
-        gain, _ = condition(layout.matrix, self._gaussian.prior(gaussian.q, driving), variance)
+        gain, _ = gain_of(layout.matrix, self._mechanics.prior(gaussian.q, gaussian.q, driving), variance)
         q = q + (gain @ (z - q @ layout.matrix.T)[..., None])[..., 0]
         return ShapeEstimate(q, gaussian.covariance, fit.contact)
 
@@ -379,19 +380,23 @@ class ContactShape:
         layout, assumed = self.layout, self.uncertainty
         q = self._gaussian(readings, driving, gravity).q
         z, variance = layout.linear(readings, assumed.any_reading).uncertain_by(assumed.gain)
-        weight = gravity_torque(layout.finger, q, np.asarray(gravity)[..., None])
-        bends = self._unexplained(q, z, variance, driving, weight)
+        known = driving + self._mechanics.weight(q, gravity)
+        bends = self._unexplained(q, z, variance, driving, known)
         stiffness = assumed.bend_per_pressure * z
         bends = bends._replace(covariance=bends.covariance + stiffness[..., :, None] * stiffness[..., None, :])
         read = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
         return posterior_in_plane(layout, assumed, q, bends, read)
 
-    def _unexplained(self, q: Array, z: Array, variance: Array, driving: Array, weight: Array) -> Bends:
-        """The part of the measured values not due to driving torque and weight, (..., N) N m, near the shape q."""
-        A, compliance = self.layout.matrix, self._gaussian.compliance(q)
-        free = q + compliance * (driving + weight - self.layout.finger.elastic_torque(q))
-        of_model = A @ self._gaussian.of_model(q, driving) @ A.T
-        return Bends(z - free @ A.T, of_model + variance[..., None] * np.eye(len(A)), compliance)
+    def _unexplained(self, q: Array, z: Array, variance: Array, driving: Array, known: Array) -> Bends:
+        """The part of the measured values not due to driving torque and weight, `known`, (..., N) N m, near q."""
+        A, mechanics = self.layout.matrix, self._mechanics
+        of_model = A @ mechanics.of_model(q, driving) @ A.T
+        unexplained = z - mechanics.unloaded(q, known) @ A.T
+        return Bends(unexplained, of_model + variance[..., None] * np.eye(len(A)), mechanics.compliance(q))
+
+    @property
+    def _mechanics(self) -> PlanarMechanics:
+        return self._gaussian.mechanics
 
     @cached_property
     def _gaussian(self) -> GaussianShape:

@@ -18,7 +18,9 @@ Its pieces, places that adjoin on one side, are the modes. With 2.71 instead, it
 
 The posterior has the weights of the cells before, and the density 1 / F from F_max / 1000 to F_max. Along a ridge of
 equal likelihood the marginal weight of a place is about  p(F^) sigma ~ p(F^) F^ : only this prior is indifferent
-there; one that is flat near zero favours places near the base. With even odds before, the probability of a contact is
+there; one that is flat near zero favours places near the base. Of an interval with equal tails, both ends of the
+ridge are left out, and with them forces with friction at the cone, so that the shortest one is enclosed as well. With
+even odds before, the probability of a contact is
 
     evidence / (evidence + exp(-r^T R^-1 r / 2) |R|^-1/2) ,   evidence = sum over cells of the integral over F .
 
@@ -46,12 +48,13 @@ DETECTED = 0.95  # probability of contact from which a place is stated
 LOCATED = 0.25  # of the length: a place known to lie within so much of it is stated as known
 ANSWERS = "nothing touches", "touched, place unknown", "touched here"
 NOTHING, SOMEWHERE, HERE = 0.0, 1.0, 2.0
-PROBABILITIES = 0.025, 0.5, 0.975  # of the quantiles
+INTERVAL = "least", "median", "most"  # of the posterior; the outer ones enclose both intervals of 95 %
 _SET, _BOUND = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two sides and on one
 _CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
 _DECADES = 3  # of forces, below the largest
 _HALVINGS = 10  # of the logarithm of a weight
-_EDGES, _FINER = 49, 13  # of the bins of force, and of each that holds a quantile
+_EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly all is divided again
+_INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
 _FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
 _NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
 _TINY = 1e-30
@@ -77,7 +80,7 @@ class ContactPosterior(NamedTuple):
 
     probability: Array  # (...) that something touches
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE
-    force_quantiles: Array  # (..., 3) N, given contact; see PROBABILITIES; NaN where no single force explains the bends
+    force_interval: Array  # (..., 3) N, given contact; see INTERVAL; NaN where no single force explains the bends
     force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN likewise
     # (..., 3) N, upper 95 % bounds: of one force anywhere, of one beyond `nearest`, and of the sum of several there.
     force_bounds: Array
@@ -147,7 +150,7 @@ def in_cells(
     several = cells if several is None else several.whitened(found.whitening)
     most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
     misfit = chi_squared.min(axis=-1) / most_of_noise
-    quantiles, probability = _integrated(fits, (r**2).sum(axis=-1), cells.prior, largest, np.maximum(misfit, 1.0))
+    interval, probability = _integrated(fits, (r**2).sum(axis=-1), cells.prior, largest, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
     one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
@@ -161,7 +164,7 @@ def in_cells(
     return ContactPosterior(
         probability,
         np.where(detected, np.where(located, HERE, SOMEWHERE), NOTHING),
-        np.where(stated, quantiles, np.nan),
+        np.where(stated, interval, np.nan),
         np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
         np.stack(bounds, axis=-1),
         np.where(placed, places, np.nan),
@@ -315,33 +318,39 @@ def _joined(piece: NDArray[np.bool_], likely: NDArray[np.bool_], around: bool) -
 
 
 def _integrated(fits: Fits, nothing: Array, prior: Array, largest: float, scale: Array) -> tuple[Array, Array]:
-    """Quantiles of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
+    """The interval of the force, (..., 3) N, and the probability of contact, (...), with variances scaled, (...)."""
     std, by = fits.std * np.sqrt(scale)[..., None], scale[..., None]
     logs = np.log(prior) - fits.misfit / by / 2 - fits.spread / 2 + np.log(std)
     best = logs.max(axis=-1, keepdims=True)
     weights, shape = np.exp(logs - best), logs.shape[:-1]
     flat = (values.reshape(-1, len(prior)) for values in (weights, fits.force, std))
-    found = [_quantiles(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
-    quantiles, evidence = (np.array(part) for part in zip(*found, strict=True))
+    found = [_interval_of(one, force, s, largest) for one, force, s in zip(*flat, strict=True)]
+    intervals, evidence = (np.array(part) for part in zip(*found, strict=True))
     log_odds = best[..., 0] + np.log(np.maximum(evidence.reshape(shape), _TINY)) + nothing / scale / 2
-    return quantiles.reshape(*shape, len(PROBABILITIES)), 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
+    return intervals.reshape(*shape, len(INTERVAL)), 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
 
 
-def _quantiles(weights: Array, forces: Array, stds: Array, largest: float) -> tuple[Array, float]:
-    """Quantiles of one sample, N, and its evidence, from the weights, forces and deviations of its cells, (C)."""
+def _interval_of(weights: Array, forces: Array, stds: Array, largest: float) -> tuple[Array, float]:
+    """Interval of one sample and the median within, N, and its evidence, from what its cells say, (C) each."""
     kept = weights > _NEGLIGIBLE
     weights, forces, stds = weights[kept], forces[kept], stds[kept]
     edges = largest * np.logspace(-_DECADES, 0, _EDGES)
     upto = np.concatenate([[0.0], _masses(weights, forces, stds, edges).cumsum()])
-    total, sought = upto[-1], upto[-1] * np.array(PROBABILITIES)
-    bins = np.clip(np.searchsorted(upto, sought) - 1, 0, _EDGES - 2)
-    within = edges[bins, None] * (edges[1] / edges[0]) ** np.linspace(0, 1, _FINER)  # (3, edges)
-    parts = _masses(weights, forces, stds, within)
-    shares = np.concatenate([np.zeros((len(bins), 1)), parts.cumsum(axis=-1)], axis=-1)
-    shares *= (upto[bins + 1] - upto[bins])[:, None] / np.maximum(shares[:, -1:], _TINY)
-    left = sought - upto[bins]
-    found = [np.interp(*each) for each in zip(left, shares, within, strict=True)]
-    return np.array(found), np.sqrt(2 * np.pi) * total / (_DECADES * np.log(10))
+    total = max(float(upto[-1]), _TINY)
+    before, upto = 0.0, upto / total
+    for _ in range(_FINER):  # divides what holds nearly all of it once more
+        within = np.clip(np.searchsorted(upto, (_TAIL, 1 - _TAIL)) - np.array([1, 0]), 0, len(edges) - 1)
+        before, edges = float(upto[within[0]]), np.geomspace(edges[within[0]], edges[within[1]], _EDGES)
+        upto = before + np.concatenate([[0.0], _masses(weights, forces, stds, edges).cumsum()]) / total
+    return _interval(upto, edges), np.sqrt(2 * np.pi) * total / (_DECADES * np.log(10))
+
+
+def _interval(upto: Array, edges: Array) -> Array:
+    """Least, median and largest force, (3) N, of the intervals of 95 %, from the shares up to each edge."""
+    below = np.array([0.0, *np.geomspace(_TAIL, 1 - _INTERVAL - _TAIL, _LOWER_TAILS), (1 - _INTERVAL) / 2])
+    least, most = (np.interp(share, upto, edges) for share in (below, below + _INTERVAL))
+    both = [int((most - least).argmin()), -1]  # the shortest, and that with equal tails
+    return np.array([least[both].min(), np.interp(0.5, upto, edges), most[both].max()])
 
 
 def _masses(weights: Array, forces: Array, stds: Array, edges: Array) -> Array:

@@ -270,7 +270,7 @@ class HealthFilter:
         i = hypotheses.reading[k]
         H[:, k, i, f] = (look.expected + load @ B.T)[:, k, i]
         k = hypotheses.of("leak")
-        H[..., f][:, k] = -(B @ (self.layout.matrix @ (self._gaussian.compliance(q) * driving)))
+        H[..., f][:, k] = -(B @ (self.layout.matrix @ (self._gaussian.mechanics.compliance(q) * driving)))
         k = hypotheses.of("cut")
         angles = q + load[:, k] @ self._shared.T
         H[..., f][:, k] = (angles * (np.arange(len(q)) >= hypotheses.joint[k][:, None])) @ (B @ self.layout.matrix).T
@@ -324,7 +324,7 @@ class HealthFilter:
         cut = (_INEXACT * cut[alive] * (self.layout.matrix @ q)) ** 2 + bend**2
         spread = covariance[alive, :values, :values]
         spread = spread + (_SPREAD**2 * size + (floor + cut)[..., None]) * np.eye(values)
-        cells = force_cells(self.layout, shape, self._gaussian.compliance(shape))
+        cells = force_cells(self.layout, shape, self._gaussian.mechanics.compliance(shape))
         X = np.zeros_like(evidence)
         X[alive] = np.minimum(one_contact_misfit(load, spread, cells, self.uncertainty.largest_force), _MOST)
         X[~alive] = X[0]
@@ -362,7 +362,7 @@ class HealthFilter:
     @cached_property
     def _of_usual_load(self) -> Array:
         A = self.layout.matrix
-        return A @ self._gaussian.prior(np.zeros(A.shape[-1]), np.zeros(A.shape[-1])) @ A.T
+        return A @ self._gaussian.mechanics.prior(*[np.zeros(A.shape[-1])] * 3) @ A.T
 
     @cached_property
     def _gaussian(self) -> GaussianShape:

@@ -2,7 +2,7 @@
 
 A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of the sensors, whose state x is
 
-    z     the load, as its strongest modes:  tau = V z ; it changes slowly, or jumps
+    z     the load, as its strongest modes:  tau = V z  (`mechanics`); it changes slowly, or jumps
     r, d  how much more the finger bends than nominal, and the pressure that is measured too low:
           k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
@@ -23,7 +23,9 @@ the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubara
 A reading that is NaN is left out, and one that no load explains is taken for an outlier: both widen the covariance.
 While the bend of a section is hardly read nothing is learnt, and when that lasts the finger counts as loaded.
 
-Leading axes are free; R readings, N joints, n states.
+In space V follows the bent chain, and readings are linearized about the finger under the load that is known.
+
+Leading axes are free; R readings, D joints, way after way (in the plane D = N), M modes of the load, n states.
 
 The force estimate uses `effective_driving_torque`, which therefore moves as the finger does: noise, differentiated
 twice, would amount to 8 mN m.
@@ -32,24 +34,22 @@ twice, would amount to 8 mN m.
 import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import NamedTuple
+from operator import attrgetter
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
-from soft_gripper.arrays import Array, Planar
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
 from soft_gripper.estimators.contact import Bends, explain, posterior_in_plane
-from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
-from soft_gripper.estimators.force_posterior import ContactPosterior
-from soft_gripper.estimators.gaussian import torque_covariance
-from soft_gripper.estimators.shape_estimator import ShapeEstimator, put_out_posterior
+from soft_gripper.estimators.mechanics import Mechanics, PlanarMechanics, outer
+from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.sensors.measurement import MeasurementModel
 
-_MODES = 5  # of the load
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
 _LOAD_JUMP = 0.2  # of a usual load: standard deviation of a jump within one sample
 _AVERAGE = 0.1  # weight of the newest sample in the average that is compared with the free finger
@@ -61,6 +61,19 @@ _MISSING = 1e6  # variance of an omitted reading
 _CHANCE = 1e-3  # that noise exceeds the limit of an innovation
 
 
+class Changes(NamedTuple):
+    """How far finger and sensors have moved since the nominal model, or its calibration, and standard deviations."""
+
+    bend_change: Array  # (...) share by which the finger bends further under the same pressure: its stiffness is less
+    bend_change_std: Array
+    pressure_change: Array  # (...) Pa, by which the measured pressure is too low
+    pressure_change_std: Array
+    gain_changes: Array  # (..., R) share
+    gain_changes_std: Array
+    offset_changes: Array  # (..., R) extension ratio
+    offset_changes_std: Array
+
+
 class Filter(NamedTuple):
     """State of knowledge after a sample."""
 
@@ -69,7 +82,7 @@ class Filter(NamedTuple):
     difference: Array  # (..., R) averaged deviation of the readings from those of the free finger
     loaded: NDArray[np.bool_]  # (...)
     innovation: Array  # (...) squared and normalised, 1 where noise leaves more in 1 of 1000 samples
-    q: Array  # (..., N) rad
+    q: Array  # (..., D) rad, and m where joints slide
 
 
 @dataclass(frozen=True)
@@ -80,13 +93,16 @@ class RecursiveShape:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     period: float = 0.01  # s, between samples
 
-    def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
-        """Joint angles, covariance and contact of samples (T, ...) that follow each other; see ShapeFunction."""
+    _gravity: ClassVar[tuple[int, ...]] = ()  # shape of a sample's gravity
+
+    def __call__(self, readings: Array, driving: Array, gravity: Any) -> Any:
+        """Joint positions, covariance and contact of samples (T, ...) that follow each other; see ShapeFunction."""
         return self.at(np.arange(len(readings)), readings, driving, gravity)
 
-    def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
+    def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Any) -> Any:
         """The same at some of the samples, by increasing indices; all samples are processed."""
-        gravity, known = np.broadcast_to(gravity, driving.shape[:-1]), self.begin(driving.shape[1:-1])
+        gravity = np.broadcast_to(gravity, (*driving.shape[:-1], *self._gravity))
+        known = self.begin(driving.shape[1:-1])
         wanted, passed = set(rows.tolist()), []
         for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
             known = self.step(known, *sample)
@@ -96,96 +112,113 @@ class RecursiveShape:
 
     def begin(self, shape: tuple[int, ...] = ()) -> Filter:
         """Initial state of knowledge of a straight finger, with leading axes."""
-        states, joints = self._states, self.layout.finger.segments
+        states = self._states
         covariance = np.broadcast_to(np.diag(self._before), (*shape, states, states))
         nothing = np.zeros((*shape, self.layout.readings))
         return Filter(
             *(np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool)),
-            *(np.zeros(shape), np.zeros((*shape, joints))),
+            *(np.zeros(shape), np.zeros((*shape, len(self.layout.straight)))),
         )
 
-    def step(self, before: Filter, readings: Array, driving: Array, gravity: Planar | complex) -> Filter:
+    def step(self, before: Filter, readings: Array, driving: Array, gravity: Any) -> Filter:
         """State of knowledge after one more sample."""
-        layout, finger = self.layout, self.layout.finger
+        layout, mechanics = self.layout, self.mechanics
         mean, covariance = before.mean, before.covariance + np.diag(self._walks)
-        weight = gravity_torque(finger, before.q, np.asarray(gravity)[..., None])
-        torque = self.effective_driving(mean, driving) + weight
-        free = finger.angle(torque)
-        strain, gain = layout.predict(free), 1 + self._gains(mean)
-        by_state = self._by_state(free, strain, gain, driving)
-        difference: Array = layout.measured(readings) - gain * strain - self._offsets(mean)
+        at = mechanics.posture(before.q)
+        weight, modes = mechanics.weight(at, gravity), mechanics.load_modes(at)
+        strain, by_load, by_state = self._expected(mean, driving, weight, modes)
+        difference: Array = layout.measured(readings) - (1 + self._gains(mean)) * strain - self._offsets(mean)
         read = np.isfinite(difference)
         difference = np.where(read, difference, 0.0)
         noise = np.where(read, self.uncertainty.reading**2, _MISSING)
-        innovation = self._innovation(difference, noise, mean, covariance, by_state)
+        innovation = self._innovation(difference - by_load, noise, covariance, by_state)
         jumped = innovation > _limits(noise.shape[-1])[0]
         covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
-        noise = np.where(self._is_outlier(difference, noise, mean, covariance, by_state), _MISSING, noise)
+        noise = np.where(self._is_outlier(difference - by_load, noise, covariance, by_state), _MISSING, noise)
         average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING)
         loaded = self._is_loaded(before, average, difference, covariance, by_state, noise)
-        blind = self._is_blind(noise)
+        blind = self._is_blind(noise < _MISSING)
         loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
-        mean, covariance = self._update(mean, covariance, difference, by_state, noise, loaded, blind & ~loaded)
-        torque = self.effective_driving(mean, driving) + weight
-        q = finger.angle(torque + mean[..., :_MODES] @ self._modes.T)
+        left = difference - by_load * (loaded | blind)[..., None]
+        mean, covariance = self._update(mean, covariance, left, by_state, noise, loaded, blind & ~loaded)
+        q = mechanics.free(self.effective_driving(mean, driving) + weight + self._torque(modes, mean))
         limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
         return Filter(mean, covariance, average, loaded, innovation / limit, q)
 
-    def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
-        """The shape after a sample at a driving torque, N m, (..., N)."""
-        by_joint = self._joints_by_state(known.q, driving)
+    def estimate(self, known: Filter, driving: Array) -> Any:
+        """The shape after a sample at a driving torque, (..., D)."""
+        by_joint = self._joints_by_state(known.q, driving, self._modes_at(known.q))
         covariance: Array = by_joint @ known.covariance @ np.swapaxes(by_joint, -1, -2)
-        covariance = covariance + self.uncertainty.angle**2 * np.eye(known.q.shape[-1])
+        covariance = covariance + self.mechanics.deviations
         contact = explain(self.layout, self.uncertainty, known.q, self._load_bends(known, by_joint)).contact
         return ShapeEstimate(known.q, covariance, contact)
 
-    def posterior(self, known: Filter, driving: Array) -> ContactPosterior:
-        """What is known of one contact after a sample at a driving torque, N m, (..., N).
+    def posterior(self, known: Filter, driving: Array) -> Any:
+        """What is known of one contact after a sample at a driving torque, (..., D).
 
         The stiffness may be as wrong as the bend per driving torque still is: then a share of all bends is.
         """
-        bends = self._load_bends(known, self._joints_by_state(known.q, driving))
-        share = np.sqrt(known.covariance[..., _MODES, _MODES])[..., None] * (known.q @ self.layout.matrix.T)
-        spread = share[..., :, None] * share[..., None, :]
+        bends = self._load_bends(known, self._joints_by_state(known.q, driving, self._modes_at(known.q)))
+        spread = outer(self._bend_std(known)[..., None] * (known.q @ self.layout.matrix.T))
         return posterior_in_plane(
             self.layout, self.uncertainty, known.q, bends._replace(covariance=bends.covariance + spread)
         )
 
     def _load_bends(self, known: Filter, by_joint: Array) -> Bends:
         """The bends of the sections due to the load."""
-        A, load = self.layout.matrix, by_joint[..., :_MODES]
-        of_load = load @ known.covariance[..., :_MODES, :_MODES] @ np.swapaxes(load, -1, -2)
+        A, M = self.layout.matrix, self._modes
+        load = by_joint[..., :M]
+        of_load = load @ known.covariance[..., :M, :M] @ np.swapaxes(load, -1, -2)
         covariance = A @ of_load @ A.T + self.uncertainty.angle**2 * np.eye(len(A))
-        return Bends((A @ load @ known.mean[..., :_MODES, None])[..., 0], covariance, self._compliance(known.q))
+        theta = (A @ load @ known.mean[..., :M, None])[..., 0]
+        return Bends(theta, covariance, self.mechanics.compliance(known.q))
+
+    def changes(self, known: Filter) -> Changes:
+        """How far finger and sensors have moved, as learnt in free motion."""
+        readings, std = self.layout.readings, np.sqrt(np.diagonal(known.covariance, axis1=-2, axis2=-1))
+        M = self._modes
+        gains = slice(M + 2, M + 2 + readings)
+        parts = M, M + 1, gains, slice(gains.stop, None)
+        return Changes(*(values[..., part] for part in parts for values in (known.mean, std)))
 
     def effective_driving(self, mean: Array, driving: Array) -> Array:
-        """The driving torque of the nominal finger at the pressure that drives it, N m, (..., N)."""
-        share, pressure = mean[..., _MODES, None], mean[..., _MODES + 1, None]
-        return driving * (1 + share) + pressure * self.layout.finger.pressure_gain
+        """The driving torque of the nominal finger at the pressure that drives it, (..., D)."""
+        share, pressure = mean[..., self._modes, None], mean[..., self._modes + 1, None]
+        return driving * (1 + share) + pressure * self.mechanics.pressure_gain
+
+    def _bend_std(self, known: Filter) -> Array:
+        """Of the bend per driving torque, as a share, (...)."""
+        return np.sqrt(known.covariance[..., self._modes, self._modes])
+
+    def _torque(self, modes: Array, mean: Array) -> Array:
+        """Of the load at the joints, (..., D)."""
+        return np.asarray((modes @ mean[..., : self._modes, None])[..., 0])
 
     def _gains(self, mean: Array) -> Array:
-        return mean[..., _MODES + 2 : _MODES + 2 + self.layout.readings]
+        return mean[..., self._modes + 2 : self._modes + 2 + self.layout.readings]
 
     def _offsets(self, mean: Array) -> Array:
-        return mean[..., _MODES + 2 + self.layout.readings :]
+        return mean[..., self._modes + 2 + self.layout.readings :]
+
+    @cached_property
+    def mechanics(self) -> Mechanics:
+        return PlanarMechanics(self.layout, self.uncertainty)
+
+    def _modes_at(self, q: Array) -> Array:
+        return self.mechanics.load_modes(self.mechanics.posture(q))
+
+    @property
+    def _modes(self) -> int:
+        """M."""
+        return len(self.mechanics.load_variances)
 
     @property
     def _states(self) -> int:
-        return _MODES + 2 + 2 * self.layout.readings
+        return self._modes + 2 + 2 * self.layout.readings
 
     @cached_property
     def _is_slow(self) -> NDArray[np.bool_]:
-        return np.arange(self._states) >= _MODES
-
-    @cached_property
-    def _strongest(self) -> tuple[Array, Array]:
-        """Variances of the modes of the load, (n_z), and the modes V, (N, n_z)."""
-        values, vectors = np.linalg.eigh(torque_covariance(self.layout.finger, self.uncertainty.load_pressure))
-        return values[::-1][:_MODES], vectors[:, ::-1][:, :_MODES]
-
-    @property
-    def _modes(self) -> Array:
-        return self._strongest[1]
+        return np.arange(self._states) >= self._modes
 
     @cached_property
     def _before(self) -> Array:
@@ -193,8 +226,7 @@ class RecursiveShape:
         assumed, readings = self.uncertainty, self.layout.readings
         slow = [assumed.bend_per_pressure, assumed.pressure]
         slow += [assumed.gain] * readings + [assumed.offset] * readings
-        variances: Array = np.concatenate([self._strongest[0], np.square(slow)])
-        return variances
+        return np.concatenate([self.mechanics.load_variances, np.square(slow)])
 
     @cached_property
     def _walks(self) -> Array:
@@ -202,47 +234,43 @@ class RecursiveShape:
         assumed, readings = self.uncertainty, self.layout.readings
         slow = [math.hypot(_SLOW_BEND, assumed.creep), 0.0]
         slow += [_SLOW_GAIN] * readings + [assumed.drift] * readings
-        variances = np.concatenate([_LOAD_CHANGE**2 * self._strongest[0], np.square(slow)])
+        variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow)])
         return variances * self.period
 
-    def _compliance(self, q: Array) -> Array:
-        finger = self.layout.finger
-        return 1 / (finger.stiffness if finger.elastic_law is None else finger.joint_law.slope(q))
-
-    def _joints_by_state(self, q: Array, driving: Array) -> Array:
-        """Jacobian of the joint angles with respect to the states, (..., N, n)."""
-        compliance, finger = self._compliance(q), self.layout.finger
+    def _joints_by_state(self, q: Array, driving: Array, modes: Array) -> Array:
+        """Jacobian of the joint positions with respect to the states, (..., D, n)."""
+        compliance, M = self.mechanics.compliance(q), self._modes
         moved = np.zeros((*q.shape, self._states))
-        moved[..., :_MODES] = compliance[..., None] * self._modes
-        moved[..., _MODES + 1] = compliance * finger.pressure_gain
-        moved[..., _MODES] = compliance * driving
+        moved[..., :M] = compliance[..., None] * modes
+        moved[..., M + 1] = compliance * self.mechanics.pressure_gain
+        moved[..., M] = compliance * driving
         return moved
 
-    def _by_state(self, q: Array, strain: Array, gain: Array, driving: Array) -> Array:
-        """Jacobian of the measured strains with respect to the states, (..., R, n)."""
-        layout, readings = self.layout, np.arange(self.layout.readings)
-        moved = gain[..., None] * (layout.jacobian @ self._joints_by_state(q, driving))
-        moved[..., readings, _MODES + 2 + readings] = strain
-        moved[..., readings, _MODES + 2 + layout.readings + readings] = 1.0
+    def _by_state(self, q: Array, strain: Array, slopes: Array, mean: Array, driving: Array, modes: Array) -> Array:
+        """Jacobian of the measured strains with respect to the states, (..., R, n), at q."""
+        readings, after = np.arange(self.layout.readings), self._modes + 2
+        moved = (1 + self._gains(mean))[..., None] * (slopes @ self._joints_by_state(q, driving, modes))
+        moved[..., readings, after + readings] = strain
+        moved[..., readings, after + len(readings) + readings] = 1.0
         return moved
 
-    def _innovation(self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array) -> Array:
+    def _expected(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
+        """Strains of the free finger, (..., R), what the load adds to the readings, (..., R), and their Jacobian."""
+        free = self.mechanics.free(self.effective_driving(mean, driving) + weight)
+        strain = self.layout.predict(free)
+        by_state = self._by_state(free, strain, self.layout.jacobian, mean, driving, modes)
+        return strain, (by_state[..., : self._modes] @ mean[..., : self._modes, None])[..., 0], by_state
+
+    def _innovation(self, left: Array, noise: Array, covariance: Array, by_state: Array) -> Array:
         """The squared innovation, normalised by its covariance, (...)."""
         spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + noise[..., None] * np.eye(noise.shape[-1])
-        return _size(difference - self._by_load(mean, by_state), spread)
+        return _size(left, spread)
 
-    def _is_outlier(
-        self, difference: Array, noise: Array, mean: Array, covariance: Array, by_state: Array
-    ) -> NDArray[np.bool_]:
+    def _is_outlier(self, left: Array, noise: Array, covariance: Array, by_state: Array) -> NDArray[np.bool_]:
         """Readings that no change of the load can explain."""
         variance = ((by_state @ covariance) * by_state).sum(axis=-1) + noise
-        outlier: NDArray[np.bool_] = np.abs(difference - self._by_load(mean, by_state)) > _OUTLIER * np.sqrt(variance)
+        outlier: NDArray[np.bool_] = np.abs(left) > _OUTLIER * np.sqrt(variance)
         return outlier
-
-    def _by_load(self, mean: Array, by_state: Array) -> Array:
-        """Contribution of the load to the readings, (..., R)."""
-        by_load: Array = (by_state[..., :_MODES] @ mean[..., :_MODES, None])[..., 0]
-        return by_load
 
     def _is_loaded(
         self, before: Filter, average: Array, difference: Array, covariance: Array, by_state: Array, noise: Array
@@ -256,16 +284,16 @@ class RecursiveShape:
         loaded = np.where(before.loaded, of_late > end, of_late > begin)
         return loaded | (_size(difference, spread + noises) > at_once)
 
-    def _is_blind(self, noise: Array) -> NDArray[np.bool_]:
+    def _is_blind(self, read: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether any value is barely measured, so that a load there cannot be ruled out."""
-        blind: NDArray[np.bool_] = np.any(self.layout.sees(noise < _MISSING) < 0.5, axis=-1)
+        blind: NDArray[np.bool_] = np.any(self.layout.sees(read) < 0.5, axis=-1)
         return blind
 
     def _update(
         self,
         mean: Array,
         covariance: Array,
-        difference: Array,
+        left: Array,
         by_state: Array,
         noise: Array,
         loaded: NDArray[np.bool_],
@@ -280,7 +308,6 @@ class RecursiveShape:
         spread = by_state @ crossed + noise[..., None] * np.eye(noise.shape[-1])
         gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
         gain = gain * ((loaded[..., None] != self._is_slow) & ~blind[..., None])[..., None]
-        left = difference - self._by_load(mean, by_state)
         keep = np.eye(self._states) - gain @ by_state
         covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
         covariance = covariance + (gain * noise[..., None, :]) @ np.swapaxes(gain, -1, -2)
@@ -303,6 +330,39 @@ def _limits(readings: int) -> Array:
 EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
 
 
+def derive_known(block: ArrayBlock, function: RecursiveShape, driving: str) -> None:
+    """Declares the steps "known", a Filter, and "shape" and "posterior", by the step with the driving torque."""
+    start = function.begin()
+    block.remember(
+        "known",
+        lambda before, *sample: function.step(_unflat(before, start), *sample),
+        *(function.layout.quantity, driving, "gravity"),
+        begin=_flat(start),
+        keep=_flat,
+    )
+    block.derive("shape", function.estimate, "known", driving)
+    block.derive("posterior", function.posterior, "known", driving)
+
+
+def put_out_known(block: ArrayBlock, function: RecursiveShape, driving: str) -> None:
+    """Puts out what a filter knows beside the shape."""
+    joints = function.layout.finger.segments
+    block.put_out(
+        EFFECTIVE_DRIVING_TORQUE,
+        lambda known, driving: function.effective_driving(known.mean, driving)[..., :joints],
+        *("known", driving),
+        unit="N m",
+        joint=range(joints),
+    )
+    block.put_out("innovation", lambda known: known.innovation, "known")
+    block.put_out("loaded", lambda known: np.asarray(known.loaded, dtype=float), "known", meanings=("free", "loaded"))
+    block.derive("changes", function.changes, "known")
+    for name in Changes._fields:
+        unit = {"pressure": "Pa", "offset": function.layout.unit}.get(name.partition("_")[0], "1")
+        axes = function.layout.axes if "changes" in name else {}
+        block.put_out(name, attrgetter(name), "changes", unit=unit, **axes)
+
+
 class RecursiveEstimator(ShapeEstimator):
     """Estimates the shape of one finger from sample to sample.
 
@@ -312,8 +372,9 @@ class RecursiveEstimator(ShapeEstimator):
         driving_torque (N) N m ---> | RecursiveEstimator | ---> effective_driving_torque  (N) N m, see RecursiveShape
         X_WB (12) [R | p] --------> |                    | ---> loaded                    (1) 0 or 1: something bends
                                     |                    |                                the finger
-                                    +--------------------+ ---> innovation                (1) above 1: the readings are
-                                                                                          not those predicted
+                                    |                    | ---> innovation                (1) above 1: the readings are
+                                    |                    |                                not those predicted
+                                    +--------------------+ ---> bend_change ...           as of Changes
 
     Give it inputs that are sampled together every period of its function, from time 0, in discrete state.
     """
@@ -321,35 +382,16 @@ class RecursiveEstimator(ShapeEstimator):
     def __init__(self, function: RecursiveShape, gravity: Array):
         """`gravity` in the world, (3,) m/s^2, zero for none."""
         super().__init__(function, function.layout, gravity, function.period)
-        joints = range(function.layout.finger.segments)
-        self.put_out(
-            *(EFFECTIVE_DRIVING_TORQUE, lambda known, driving: function.effective_driving(known.mean, driving)),
-            *("known", DRIVING_TORQUE),
-            unit="N m",
-            joint=joints,
-        )
-        self.put_out("innovation", lambda known: known.innovation, "known")
-        self.put_out(
-            "loaded", lambda known: np.asarray(known.loaded, dtype=float), "known", meanings=("free", "loaded")
-        )
+        put_out_known(self, function, self.driving)
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         assert isinstance(function, RecursiveShape)
-        start = function.begin()
-        self.remember(
-            "known",
-            lambda before, *sample: function.step(_unflat(before, start), *sample),
-            *(layout.quantity, DRIVING_TORQUE, "gravity"),
-            begin=_flat(start),
-            keep=_flat,
-        )
-        self.derive("shape", function.estimate, "known", DRIVING_TORQUE)
-        return function.estimate(start, np.zeros(layout.finger.segments))
+        derive_known(self, function, self.driving)
+        found: ShapeEstimate = function.estimate(function.begin(), np.zeros(layout.finger.segments))
+        return found
 
-    def _put_out_posterior(self, function: ShapeFunction, readings: str) -> None:
-        assert isinstance(function, RecursiveShape)
-        self.derive("posterior", function.posterior, "known", DRIVING_TORQUE)
-        put_out_posterior(self, "posterior")
+    def _derive_posterior(self, function: ShapeFunction, readings: str) -> bool:
+        return True
 
 
 def _flat(known: Filter) -> Array:

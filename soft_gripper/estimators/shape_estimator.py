@@ -11,7 +11,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES, put_out_arcs, put_out_pose
-from soft_gripper.estimators.force_posterior import ANSWERS, PROBABILITIES
+from soft_gripper.estimators.force_posterior import ANSWERS, INTERVAL
 from soft_gripper.estimators.plane import bending_plane
 from soft_gripper.estimators.uncertainty import position_std
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -21,7 +21,7 @@ _ENDS, MODES = ("least", "most"), ("first", "second")
 POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactPosterior
     "probability": ("1", {}),
     "answer": ("1", {}),
-    "force_quantiles": ("N", {"quantile": tuple(f"{100 * p:g} %" for p in PROBABILITIES)}),
+    "force_interval": ("N", {"force": INTERVAL}),
     "force_set": ("N", {"end": _ENDS}),
     "force_bounds": ("N", {"given": ("one", "one beyond", "several beyond")}),
     "arc_length_set": ("m", {"end": _ENDS}),
@@ -46,7 +46,7 @@ class ShapeEstimator(ArrayBlock):
                                     |                | ---> contact_arc_length_std  (1) m
                                     |                | ---> contact_probability     (1) that something touches
                                     |                | ---> contact_answer          (1) 0 nothing, 1 somewhere, 2 here
-                                    |                | ---> contact_force_quantiles (3) N
+                                    |                | ---> contact_force_interval (3) N
                                     |                | ---> contact_force_set ...   as of ContactPosterior
                                     |                | ---> theta                   (S) rad, bend of each section
                                     |                | ---> kappa                   (S) 1/m, curvature of each section
@@ -59,6 +59,8 @@ class ShapeEstimator(ArrayBlock):
     which direction they begin, in B, with their centres (NaN for a straight arc, which has none). Matrices leave their
     ports row after row. Stateless: a reading that is not finite matters as long as it lasts.
     """
+
+    driving = DRIVING_TORQUE
 
     def __init__(self, function: ShapeFunction, layout: MeasurementModel, gravity: Array, period: float | None = None):
         """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none.
@@ -75,19 +77,17 @@ class ShapeEstimator(ArrayBlock):
         self.take("X_WB", 12)
         self.derive("gravity", lambda X_WB: bending_plane(X_WB).planar(gravity), "X_WB")
         self._put_out_shape(layout, self._derive_shape(function, layout))
-        self._put_out_posterior(function, layout.quantity)
+        if self._derive_posterior(function, layout.quantity):
+            put_out_posterior(self, "posterior")
 
     def _derive_shape(self, function: ShapeFunction, layout: MeasurementModel) -> ShapeEstimate:
         """Declares the step "shape", a ShapeEstimate; returns one, of a straight finger."""
-        self.derive("shape", function, layout.quantity, DRIVING_TORQUE, "gravity")
+        self.derive("shape", function, layout.quantity, self.driving, "gravity")
         return straight_shape(function, layout)
 
-    def _put_out_posterior(self, function: ShapeFunction, readings: str) -> None:
-        estimate_posterior = getattr(function, "posterior", None)
-        if estimate_posterior is None:
-            return
-        self.derive("posterior", estimate_posterior, readings, DRIVING_TORQUE, "gravity")
-        put_out_posterior(self, "posterior")
+    def _derive_posterior(self, function: ShapeFunction, readings: str) -> bool:
+        """Declares the step "posterior", if the function has it."""
+        return derive_posterior(self, function, readings, self.driving, "gravity")
 
     def _put_out_shape(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
         finger, joints = layout.finger, range(layout.finger.segments)
@@ -141,6 +141,14 @@ def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...])
     if np.shape(found.q) != shape:
         given = f"q has the shape {np.shape(found.q)} where driving has {shape}"
         raise InputError("ShapeEstimator", "function", name, f"{given}; {expected}, rad")
+
+
+def derive_posterior(block: ArrayBlock, function: object, *sources: str) -> bool:
+    """Declares the step "posterior" if a function has a method of that name; returns whether it has."""
+    estimate_posterior = getattr(function, "posterior", None)
+    if estimate_posterior is not None:
+        block.derive("posterior", estimate_posterior, *sources)
+    return estimate_posterior is not None
 
 
 def put_out_contact(block: ArrayBlock, contact: Callable[[Any], ContactForce], step: str) -> None:

@@ -4,7 +4,6 @@ One block holds any of these functions; `arcs` and `recursive`, which have more 
 their own. Evaluation, contact trials and placement call the functions on recordings.
 """
 
-from collections.abc import Callable
 from typing import Protocol
 
 from soft_gripper.errors import InputError
@@ -17,6 +16,7 @@ from soft_gripper.estimators.spatial_contact import SpatialContactShape
 from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
 from soft_gripper.estimators.spatial_estimator import SpatialFunction
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
+from soft_gripper.estimators.spatial_recursive import SpatialRecursiveShape
 from soft_gripper.estimators.spline import SplineShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -40,15 +40,27 @@ SHAPE_FUNCTIONS: dict[str, MakeShapeFunction] = {
     ),
 }
 
-SPATIAL_FUNCTIONS: dict[str, Callable[[MeasurementModel, Uncertainty], SpatialFunction]] = {
-    "gaussian": SpatialGaussianShape,
-    "contact": SpatialContactShape,
-    "constant_curvature": SpatialCurvatureShape,
+
+class MakeSpatialFunction(Protocol):
+    """The same for a finger that leaves its plane."""
+
+    def __call__(self, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01) -> SpatialFunction: ...
+
+
+SPATIAL_FUNCTIONS: dict[str, MakeSpatialFunction] = {
+    "gaussian": lambda layout, uncertainty, period=0.01: SpatialGaussianShape(layout, uncertainty),
+    "contact": lambda layout, uncertainty, period=0.01: SpatialContactShape(layout, uncertainty),
+    "recursive": SpatialRecursiveShape,
+    "constant_curvature": lambda layout, uncertainty, period=0.01: SpatialCurvatureShape(layout, uncertainty),
 }
 
 
-def spatial_function(name: str, layout: MeasurementModel, uncertainty: Uncertainty) -> SpatialFunction:
+def spatial_function(
+    name: str, layout: MeasurementModel, uncertainty: Uncertainty, period: float = 0.01
+) -> SpatialFunction:
     """An estimator of the shape in space, of the nominal sensors and of a finger that leaves its plane.
+
+    `period` is that of the samples, s.
 
     Raises:
         InputError: if the estimator knows the bending plane alone.
@@ -57,4 +69,4 @@ def spatial_function(name: str, layout: MeasurementModel, uncertainty: Uncertain
         known = ", ".join(SPATIAL_FUNCTIONS)
         expected = f"knows the bending plane alone: choose {known} for sensors that see a finger in space"
         raise InputError("estimator", "type", name, expected)
-    return SPATIAL_FUNCTIONS[name](layout, uncertainty)
+    return SPATIAL_FUNCTIONS[name](layout, uncertainty, period)

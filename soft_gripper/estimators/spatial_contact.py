@@ -42,7 +42,8 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.contact import CONE
 from soft_gripper.estimators.estimate import ContactForce, SpatialContact, SpatialShape
 from soft_gripper.estimators.force_posterior import Cells, ContactPosterior, FittedCells, fitted, in_cells, modes
-from soft_gripper.estimators.gaussian import condition
+from soft_gripper.estimators.gaussian import gain_of
+from soft_gripper.estimators.mechanics import BentFinger, SpatialMechanics, outer
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
@@ -60,7 +61,7 @@ _STRADDLED = 1.5e-3  # m, standard deviation of the lever at the joint next to a
 _Z = np.array([0.0, 0.0, 1.0])
 _CHANCE = 1e-3  # probability that noise alone exceeds the noise level
 _PASSES = 2
-_FEWEST = 3  # readings, for a force to be estimated
+FEWEST = 3  # readings, for a force to be estimated
 _LIKELIEST = 48  # cells of a mode, over which means are taken
 _AT_ONCE = 16  # samples that are computed together
 _TINY = 1e-30
@@ -206,18 +207,101 @@ class SpatialPosterior(NamedTuple):
     mode_sides: Array  # (..., 2) rad around the finger, of the modes, as `SpatialContact.side`
 
 
-class _Unexplained(NamedTuple):
+class Unexplained(NamedTuple):
     """Readings that driving torque and weight do not explain, and the shape about which they are linearized."""
 
     q: Array  # (..., D)
-    before: SpatialShape  # of `gaussian`
-    at: Posture  # of q
+    at: BentFinger  # at q
     slopes: Array  # H, (..., R, D)
-    free: Array  # q_0, (..., D)
     read: Array  # (...) number of readings
-    variance: Array  # (..., R) of the readings
     residual: Array  # r, (..., R)
     covariance: Array  # (..., R, R), of noise and model
+
+
+@dataclass(frozen=True)
+class SurfaceContact:
+    """The one contact on the surface of a finger that explains readings."""
+
+    mechanics: SpatialMechanics
+
+    def fitted(self, left: Unexplained) -> FittedCells:
+        """The forces in all cells."""
+        return fitted(left.residual, left.covariance, self.cells(left), self._largest, refined=True)
+
+    def stated(self, found: FittedCells, left: Unexplained) -> tuple[SpatialContact, Array]:
+        """The contact, and its torques at the joints: none where noise explains the readings, or too few are read."""
+        contact, torque = self.best(found, left)
+        free, unknown = (found.r**2).sum(axis=-1) < chdtri(np.maximum(left.read, 1), _CHANCE), left.read < FEWEST
+        return _stated(contact, free, unknown), np.where((free | unknown)[..., None], 0.0, torque)
+
+    def posterior(self, found: FittedCells, left: Unexplained) -> SpatialPosterior:
+        """What is known of the contact."""
+        length, several = self.mechanics.layout.finger.length, _corners(self.cells(left), self.surface.rough)
+        nearest = self.mechanics.uncertainty.nearest_contact * length
+        known = in_cells(found, left.read, length, self._largest, nearest, several)
+        sides = self.surface.angle[modes(found, self._largest).cells]
+        return SpatialPosterior(known, np.where(np.isfinite(known.mode_forces), sides, np.nan))
+
+    def cells(self, left: Unexplained) -> Cells:
+        """The readings' changes by forces in all cells."""
+        surface, at, links = self.surface, left.at.chain, self.mechanics.links
+        by_torque = (left.slopes * self.mechanics.compliance(left.q)[..., None, :])[..., self.mechanics.in_chain]
+        by_joint = np.swapaxes(by_torque, -1, -2)[..., :, None, :] * at.screws[..., None]  # (..., D, 6, R)
+        before = np.concatenate([np.zeros_like(by_joint[..., :1, :, :]), by_joint.cumsum(axis=-3)], axis=-3)
+        moments, forces = np.split(before[..., links, :, :], 2, axis=-2)
+        turn, origins = np.swapaxes(at.rotations[..., links, :, :], -1, -2), at.origins[..., links, :]
+        about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
+        forces = forces + np.swapaxes(about, -1, -2)
+        by_link = np.concatenate([turn @ moments, turn @ forces], axis=-2)  # (..., L, 6, R)
+        changes = surface.wrenches @ by_link[..., surface.link, :, :]
+        at_joint = turn[..., surface.link, :, :] @ np.diff(moments, axis=-3)[..., surface.nearest, :, :]
+        straddled = surface.straddled[:, None, :] @ at_joint
+        spreads = np.concatenate([changes[..., 1:, :], straddled], axis=-2)
+        return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior)
+
+    def best(self, found: FittedCells, left: Unexplained) -> tuple[SpatialContact, Array]:
+        """The contact of the likeliest mode, and its torques at the joints, (..., D)."""
+        weights, cells, misfit = _likeliest(found, left.read, self._largest)
+        fits, of_cells, surface = found.fits, found.cells, self.surface
+        force = _chosen(fits.force, cells)
+        z, of_z = _within(found.r, force, _chosen(of_cells.response, cells), _chosen(of_cells.spreads, cells))
+        R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
+        vectors, of_vectors = _forces(R, surface.directions[cells], force, _chosen(fits.std, cells), z, of_z)
+        x = R[..., 0]
+        across = (x * vectors).sum(axis=-1, keepdims=True)
+        of_across = x[..., None, :] @ of_vectors @ x[..., None]
+        extent = surface.extent[cells]
+        place = surface.arc_length[cells] + extent * z[..., 2]
+        place = np.clip(place, 0, self.mechanics.layout.finger.length)[..., None]
+        of_place = (extent**2 * of_z[..., 2, 2])[..., None, None]
+        of_vector = misfit[..., None, None] * _about_best(weights, vectors, of_vectors)
+        across_std = _std(misfit[..., None, None] * _about_best(weights, across, of_across))[..., 0]
+        place_std, best = _std(_about_best(weights, place, of_place))[..., 0], vectors[..., 0, :]
+        contact = SpatialContact(
+            ContactForce(-across[..., 0, 0], place[..., 0, 0], across_std, place_std),
+            *(best, _std(of_vector), _direction_std(best, of_vector), surface.angle[cells[..., 0]]),
+        )
+        wrenches = surface.wrenches[cells[..., 0]]
+        wrench = wrenches[..., 0, :] + (z[..., :1, :4] @ wrenches[..., 1:, :])[..., 0, :]
+        return contact, self._torques(left.at.chain, surface.link[cells[..., :1]], force[..., :1] * wrench)
+
+    def _torques(self, at: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
+        """At the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
+        frames = self.mechanics.links[link]
+        R, origins = _chosen(at.rotations, frames)[..., 0, :, :], _chosen(at.origins, frames)[..., 0, :]
+        moment, force = ((R @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:]))
+        in_base = np.concatenate([moment + vector_product(origins, force), force], axis=-1)
+        moved = frames > np.arange(at.screws.shape[-2])
+        return np.asarray((moved * (at.screws @ in_base[..., None])[..., 0])[..., self.mechanics.from_chain])
+
+    @property
+    def _largest(self) -> float:
+        return self.mechanics.uncertainty.largest_force
+
+    @cached_property
+    def surface(self) -> SurfaceCells:
+        """The cells of the finger."""
+        return SurfaceCells.of(self.mechanics.layout.finger)
 
 
 @dataclass(frozen=True)
@@ -232,126 +316,73 @@ class SpatialContactShape:
 
         The contact is NaN where fewer than three sensors are read.
         """
-        found: SpatialShape = _in_parts(self._shape, readings, driving, gravity)
+        found: SpatialShape = self._in_parts(self._shape, readings, driving, gravity)
         return found
 
     def posterior(self, readings: Array, driving: Array, gravity: Array) -> SpatialPosterior:
         """What the readings say of one contact, with whatever trades off against it."""
-        found: SpatialPosterior = _in_parts(self._posterior, readings, driving, gravity)
+        found: SpatialPosterior = self._in_parts(self._posterior, readings, driving, gravity)
         return found
 
+    def _in_parts(self, function: Any, readings: Array, *others: Array) -> Any:
+        leading = readings.shape[:-1]
+        return in_parts(function, readings, *(np.broadcast_to(each, (*leading, each.shape[-1])) for each in others))
+
     def _shape(self, readings: Array, driving: Array, gravity: Array) -> SpatialShape:
-        left, found = self._explained(readings, driving, gravity)
-        contact, torque = self._contact(found, left)
-        free, unknown = (found.r**2).sum(axis=-1) < chdtri(np.maximum(left.read, 1), _CHANCE), left.read < _FEWEST
-        q = self._loaded(left, np.where((free | unknown)[..., None], 0.0, torque), driving)
-        return SpatialShape(q, left.before.covariance, _stated(contact, free, unknown))
+        shape = self._gaussian(readings, driving, gravity)
+        left, free, found = self._explained(shape.q, readings, driving, gravity)
+        contact, torque = self.contact.stated(found, left)
+        q = self._loaded(left, free, torque, readings, driving)
+        return SpatialShape(q, shape.covariance, contact)
 
     def _posterior(self, readings: Array, driving: Array, gravity: Array) -> SpatialPosterior:
-        left, found = self._explained(readings, driving, gravity)
-        assumed, length, several = (
-            self.uncertainty,
-            self.layout.finger.length,
-            _corners(self._cells(left), self._surface.rough),
-        )
-        nearest = assumed.nearest_contact * length
-        known = in_cells(found, left.read, length, assumed.largest_force, nearest, several)
-        sides = self._surface.angle[modes(found, assumed.largest_force).cells]
-        return SpatialPosterior(known, np.where(np.isfinite(known.mode_forces), sides, np.nan))
+        shape = self._gaussian(readings, driving, gravity)
+        left, _, found = self._explained(shape.q, readings, driving, gravity)
+        return self.contact.posterior(found, left)
 
-    def _explained(self, readings: Array, driving: Array, gravity: Array) -> tuple[_Unexplained, FittedCells]:
-        """The forces in all cells, linearized about the finger under the likeliest of those about `gaussian`."""
-        shape, largest = self._gaussian(readings, driving, gravity), self.uncertainty.largest_force
-        left = self._unexplained(shape.q, shape, readings, driving, gravity)
-        found = fitted(left.residual, left.covariance, self._cells(left), largest, refined=True)
+    def _explained(
+        self, q: Array, readings: Array, driving: Array, gravity: Array
+    ) -> tuple[Unexplained, Array, FittedCells]:
+        """The forces in all cells, linearized about the finger under the likeliest of those about `q`."""
+        left, free = self._unexplained(q, readings, driving, gravity)
+        found = self.contact.fitted(left)
         for _ in range(_PASSES - 1):
-            q = self._loaded(left, self._contact(found, left)[1], driving)
-            left = self._unexplained(q, shape, readings, driving, gravity)
-            found = fitted(left.residual, left.covariance, self._cells(left), largest, refined=True)
-        return left, found
+            q = self._loaded(left, free, self.contact.best(found, left)[1], readings, driving)
+            left, free = self._unexplained(q, readings, driving, gravity)
+            found = self.contact.fitted(left)
+        return left, free, found
 
-    def _loaded(self, left: _Unexplained, torque: Array, driving: Array) -> Array:
+    def _loaded(self, left: Unexplained, free: Array, torque: Array, readings: Array, driving: Array) -> Array:
         """Joint positions under torques of a contact, (..., D); what they do not explain is shared as by `gaussian`."""
-        loaded = self._gaussian.compliance(left.q) * torque
+        mechanics, (_, variance) = self._gaussian.mechanics, self._gaussian.measured(readings)
+        loaded = mechanics.compliance(left.q) * torque
         remaining = left.residual - (left.slopes @ loaded[..., None])[..., 0]
-        gain, _ = condition(left.slopes, self._gaussian.prior(left.at, left.q, driving), left.variance)
-        return np.asarray(left.free + loaded + (gain @ remaining[..., None])[..., 0])
+        gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving), variance)
+        return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
 
-    def _unexplained(
-        self, q: Array, before: SpatialShape, readings: Array, driving: Array, gravity: Array
-    ) -> _Unexplained:
-        """Linearized about joint positions `q`.
+    def _unexplained(self, q: Array, readings: Array, driving: Array, gravity: Array) -> tuple[Unexplained, Array]:
+        """Linearized about joint positions `q`, and the joints without a load, q_0, (..., D).
 
         The stiffness may be as wrong as the bend per driving torque: then a share of what is read is.
         """
-        gaussian = self._gaussian
-        measured, variance = gaussian.measured(readings)
-        at, H, free = gaussian.posture(q), self.layout.slopes(q), gaussian.unloaded(q, driving, gravity)
-        residual = measured - self.layout.predict(q) - (H @ (free - q)[..., None])[..., 0]
+        mechanics, (measured, variance) = self._gaussian.mechanics, self._gaussian.measured(readings)
+        at, (predicted, H) = mechanics.posture(q), self.layout.linearized(q)
+        free = mechanics.unloaded(q, driving + mechanics.weight(at, gravity))
+        residual = measured - predicted - (H @ (free - q)[..., None])[..., 0]
         stiffness = self.uncertainty.bend_per_pressure * measured
-        of_model = H @ gaussian.of_model(q, driving) @ np.swapaxes(H, -1, -2)
-        covariance = of_model + _outer(stiffness) + variance[..., None] * np.eye(H.shape[-2])
+        of_model = H @ mechanics.of_model(q, driving) @ np.swapaxes(H, -1, -2)
+        covariance = of_model + outer(stiffness) + variance[..., None] * np.eye(H.shape[-2])
         read = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
-        return _Unexplained(q, before, at, H, free, read, variance, residual, covariance)
+        return Unexplained(q, at, H, read, residual, covariance), free
 
-    def _cells(self, left: _Unexplained) -> Cells:
-        """The readings' changes by forces in all cells."""
-        surface, at, links = self._surface, left.at, self._gaussian.links
-        by_torque = (left.slopes * self._gaussian.compliance(left.q)[..., None, :])[..., self._gaussian.in_chain]
-        by_joint = np.swapaxes(by_torque, -1, -2)[..., :, None, :] * at.screws[..., None]  # (..., D, 6, R)
-        before = np.concatenate([np.zeros_like(by_joint[..., :1, :, :]), by_joint.cumsum(axis=-3)], axis=-3)
-        moments, forces = np.split(before[..., links, :, :], 2, axis=-2)
-        turn, origins = np.swapaxes(at.rotations[..., links, :, :], -1, -2), at.origins[..., links, :]
-        about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
-        forces = forces + np.swapaxes(about, -1, -2)
-        by_link = np.concatenate([turn @ moments, turn @ forces], axis=-2)  # (..., L, 6, R)
-        changes = surface.wrenches @ by_link[..., surface.link, :, :]
-        at_joint = turn[..., surface.link, :, :] @ np.diff(moments, axis=-3)[..., surface.nearest, :, :]
-        straddled = surface.straddled[:, None, :] @ at_joint
-        spreads = np.concatenate([changes[..., 1:, :], straddled], axis=-2)
-        return Cells(changes[..., 0, :], spreads, surface.place, surface.side, surface.prior)
-
-    def _contact(self, found: FittedCells, left: _Unexplained) -> tuple[SpatialContact, Array]:
-        """The contact of the likeliest mode, and its torques at the joints, (..., D)."""
-        weights, cells, misfit = _likeliest(found, left.read, self.uncertainty.largest_force)
-        fits, of_cells, surface = found.fits, found.cells, self._surface
-        force = _chosen(fits.force, cells)
-        z, of_z = _within(found.r, force, _chosen(of_cells.response, cells), _chosen(of_cells.spreads, cells))
-        R = _chosen(left.at.rotations, self._gaussian.links[surface.link[cells]])
-        vectors, of_vectors = _forces(R, surface.directions[cells], force, _chosen(fits.std, cells), z, of_z)
-        x = R[..., 0]
-        across = (x * vectors).sum(axis=-1, keepdims=True)
-        of_across = x[..., None, :] @ of_vectors @ x[..., None]
-        extent = surface.extent[cells]
-        place = np.clip(surface.arc_length[cells] + extent * z[..., 2], 0, self.layout.finger.length)[..., None]
-        of_place = (extent**2 * of_z[..., 2, 2])[..., None, None]
-        of_vector = misfit[..., None, None] * _about_best(weights, vectors, of_vectors)
-        across_std = _std(misfit[..., None, None] * _about_best(weights, across, of_across))[..., 0]
-        place_std, best = _std(_about_best(weights, place, of_place))[..., 0], vectors[..., 0, :]
-        contact = SpatialContact(
-            ContactForce(-across[..., 0, 0], place[..., 0, 0], across_std, place_std),
-            *(best, _std(of_vector), _direction_std(best, of_vector), surface.angle[cells[..., 0]]),
-        )
-        wrenches = surface.wrenches[cells[..., 0]]
-        wrench = wrenches[..., 0, :] + (z[..., :1, :4] @ wrenches[..., 1:, :])[..., 0, :]
-        return contact, self._torques(left.at, surface.link[cells[..., :1]], force[..., :1] * wrench)
-
-    def _torques(self, at: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
-        """At the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
-        frames = self._gaussian.links[link]
-        R, origins = _chosen(at.rotations, frames)[..., 0, :, :], _chosen(at.origins, frames)[..., 0, :]
-        moment, force = ((R @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:]))
-        in_base = np.concatenate([moment + vector_product(origins, force), force], axis=-1)
-        moved = frames > np.arange(at.screws.shape[-2])
-        return np.asarray((moved * (at.screws @ in_base[..., None])[..., 0])[..., self._gaussian.from_chain])
+    @cached_property
+    def contact(self) -> SurfaceContact:
+        """What explains readings."""
+        return SurfaceContact(self._gaussian.mechanics)
 
     @cached_property
     def _gaussian(self) -> SpatialGaussianShape:
         return SpatialGaussianShape(self.layout, self.uncertainty)
-
-    @cached_property
-    def _surface(self) -> SurfaceCells:
-        return SurfaceCells.of(self.layout.finger)
 
 
 def _likeliest(found: FittedCells, read: Array, largest: float) -> tuple[Array, NDArray[np.int_], Array]:
@@ -388,17 +419,13 @@ def _forces(R: Array, directions: Array, force: Array, std: Array, z: Array, of_
     """Forces in B, (..., K, 3) N, and their covariances; see `_within` for z, `SurfaceCells` for the directions."""
     unit = directions[..., 0, :] + (z[..., None, :2] @ directions[..., 1:, :])[..., 0, :]
     rubbing = force[..., None, None] * directions[..., 1:, :]
-    covariance = np.swapaxes(rubbing, -1, -2) @ of_z[..., :2, :2] @ rubbing + _outer(std[..., None] * unit)
+    covariance = np.swapaxes(rubbing, -1, -2) @ of_z[..., :2, :2] @ rubbing + outer(std[..., None] * unit)
     return (R @ (force[..., None] * unit)[..., None])[..., 0], R @ covariance @ np.swapaxes(R, -1, -2)
-
-
-def _outer(vector: Array) -> Array:
-    return vector[..., :, None] * vector[..., None, :]
 
 
 def _about_best(weights: Array, values: Array, covariances: Array) -> Array:
     """Mean squares of the distance from the first of K values, (..., K, M), with their covariances: (..., M, M)."""
-    return np.asarray((weights[..., None, None] * (covariances + _outer(values - values[..., :1, :]))).sum(axis=-3))
+    return np.asarray((weights[..., None, None] * (covariances + outer(values - values[..., :1, :]))).sum(axis=-3))
 
 
 def _std(covariance: Array) -> Array:
@@ -440,16 +467,20 @@ def _corners(cells: Cells, rough: NDArray[np.bool_]) -> Cells:
     return Cells(response, cells.spreads, place, side, np.repeat(cells.prior[chosen], len(_CORNERS)))
 
 
-def _in_parts(function: Any, readings: Array, *others: Array) -> Any:
-    """The results of a function of arrays with a single leading axis, a few samples after the other."""
-    shape = readings.shape[:-1]
-    flat = [readings.reshape(-1, readings.shape[-1])]
-    flat += [np.broadcast_to(each, (*shape, each.shape[-1])).reshape(-1, each.shape[-1]) for each in others]
+def in_parts(function: Any, sample: Array, *others: Array) -> Any:
+    """The results of a function of arrays with a single leading axis, a few samples after the other.
+
+    The leading axes of all arrays are those of the first one, of which a sample is a vector.
+    """
+    shape = sample.shape[:-1]
+    flat = [each.reshape(-1, *each.shape[len(shape) :]) for each in (sample, *others)]
     parts = [function(*(each[at : at + _AT_ONCE] for each in flat)) for at in range(0, max(len(flat[0]), 1), _AT_ONCE)]
     return _put_together(parts, shape)
 
 
 def _put_together(parts: list[Any], shape: tuple[int, ...]) -> Any:
+    if parts[0] is None:
+        return None
     if isinstance(parts[0], np.ndarray):
         joined = np.concatenate(parts)
         return joined.reshape((*shape, *joined.shape[1:]))

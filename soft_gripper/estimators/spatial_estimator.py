@@ -10,7 +10,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.estimate import SpatialContact, SpatialShape
 from soft_gripper.estimators.finger_shape import POSE_UNITS, put_out_arcs, segment_arcs
-from soft_gripper.estimators.shape_estimator import MODES, put_out_contact, put_out_posterior
+from soft_gripper.estimators.shape_estimator import MODES, derive_posterior, put_out_contact, put_out_posterior
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain, vector_product
@@ -88,9 +88,16 @@ class SpatialEstimator(ArrayBlock):
     the plane. Stateless.
     """
 
-    def __init__(self, function: SpatialFunction, layout: MeasurementModel, gravity: Array):
-        """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none."""
-        super().__init__()
+    driving = "driving"
+
+    def __init__(
+        self, function: SpatialFunction, layout: MeasurementModel, gravity: Array, period: float | None = None
+    ):
+        """The nominal sensors and finger; `gravity` in the world, (3,) m/s^2, zero for none.
+
+        `period` is that of the samples, s, of a function that remembers.
+        """
+        super().__init__(period)
         self.function = function
         finger, ways = layout.finger, layout.ways
         self.take(layout.quantity, layout.readings)
@@ -107,19 +114,25 @@ class SpatialEstimator(ArrayBlock):
         def in_base(X_WB: Array) -> Array:
             return np.asarray(gravity @ X_WB.reshape(*X_WB.shape[:-1], 3, 4)[..., :3])
 
-        self.derive("driving", driving, *ports)
+        self.derive(self.driving, driving, *ports)
         self.derive("gravity", in_base, "X_WB")
-        self.derive("shape", function, layout.quantity, "driving", "gravity")
+        self._derive_shape(function, layout)
         self.derive("places", lambda shape: places(shape.q), "shape")
         places = Places(finger, ways)
         self._put_out_joints(finger, ways)
         self._put_out_pose(finger)
         if "twist" in ways:
             self._put_out_twist(ways.index("twist") * finger.segments + np.arange(finger.segments))
-        posterior = getattr(function, "posterior", None)
-        if posterior is not None:
-            self.derive("posterior", posterior, layout.quantity, "driving", "gravity")
+        if self._derive_posterior(function, layout.quantity):
             self._put_out_contact()
+
+    def _derive_shape(self, function: SpatialFunction, layout: MeasurementModel) -> None:
+        """Declares the step "shape", a SpatialShape."""
+        self.derive("shape", function, layout.quantity, self.driving, "gravity")
+
+    def _derive_posterior(self, function: SpatialFunction, readings: str) -> bool:
+        """Declares the step "posterior", if the function has it."""
+        return derive_posterior(self, function, readings, self.driving, "gravity")
 
     def _put_out_joints(self, finger: Finger, ways: tuple[str, ...]) -> None:
         joints = range(finger.segments)
@@ -164,14 +177,14 @@ class SpatialEstimator(ArrayBlock):
 
     def _put_out_contact(self) -> None:
         self.derive("contact", lambda shape: shape.contact, "shape")
-        self.derive("known", lambda posterior: posterior.known, "posterior")
+        self.derive("posterior of force", lambda posterior: posterior.known, "posterior")
         put_out_contact(self, lambda contact: contact.across, "contact")
         self.put_out("contact_force_vector", lambda contact: contact.force, "contact", unit="N", xyz=XYZ)
         self.put_out("contact_force_vector_std", lambda contact: contact.force_std, "contact", unit="N", xyz=XYZ)
         self.put_out("contact_force_world", _turned, "contact", "X_WB", unit="N", xyz=XYZ)
         self.put_out("contact_direction_std", lambda contact: contact.direction_std, "contact", unit="rad")
         self.put_out("contact_side", lambda contact: contact.side, "contact", unit="rad")
-        put_out_posterior(self, "known")
+        put_out_posterior(self, "posterior of force")
         self.put_out("contact_mode_sides", lambda posterior: posterior.mode_sides, "posterior", unit="rad", mode=MODES)
 
 

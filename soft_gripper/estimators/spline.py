@@ -13,7 +13,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.gaussian import condition
+from soft_gripper.estimators.gaussian import gain_of
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _NOISE = 1e-5  # of the quantity, in its unit: so small that what is measured is matched
@@ -29,7 +29,7 @@ class SplineShape:
     def __call__(self, readings: Array, driving: Array, gravity: Planar | complex) -> ShapeEstimate:
         """The joint angles; see ShapeFunction. Driving torque and gravity are ignored."""
         read = self.layout.linear(readings, _NOISE)
-        gain, _ = condition(self.layout.matrix, self._walk, read.variance)
+        gain, _ = gain_of(self.layout.matrix, self._walk, read.variance)
         return ShapeEstimate((gain @ read.values[..., None])[..., 0])
 
     @cached_property

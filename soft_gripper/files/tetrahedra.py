@@ -65,7 +65,7 @@ def read_tetrahedra(path: Path) -> Tetrahedra:
     except (ValueError, IndexError):
         raise InputError(path, "mesh", path.name, f"cannot be read: give {_FORMAT}") from None
     require(0 < len(mesh.cells) <= MOST, path, "cells", len(mesh.cells), f"give 1 to {MOST} tetrahedra")
-    inside = mesh.cells.min() >= 0 and mesh.cells.max() < len(mesh.vertices)
+    inside = bool(mesh.cells.min() >= 0 and mesh.cells.max() < len(mesh.vertices))
     require(inside, path, "cells", int(mesh.cells.max()), f"there are {len(mesh.vertices)} points, numbered from 0")
     require(bool(np.isfinite(mesh.vertices).all()), path, "points", "nan", "must be finite numbers")
     volumes = np.abs(mesh.volumes)

@@ -67,6 +67,7 @@ class Finger:
     chambers: tuple[Chamber, ...] = ()  # none: the chamber of its sections, if these have one
     tendons: tuple[Tendon, ...] = ()
     sections: tuple[Station, ...] = ()  # between base and tip, in this order; two at one place are a step
+    pressure_offset: float = quantity(0.0, "Pa")  # of a nominal finger: what its pressure sensor reads too much
 
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
@@ -186,13 +187,18 @@ class Finger:
 
         At a step it is the one beyond.
         """
-        along, places = np.asarray(s) / self.length, np.array(self.places)
+        along, (places, given) = np.asarray(s) / self.length, self._given
         piece = np.clip(np.searchsorted(places, along + _ON_STEP) - 1, 0, len(places) - 2)
-        share = (along - places[piece]) / np.diff(places)[piece]
+        share = (along - places[piece]) / (places[piece + 1] - places[piece])
+        numbers = {name: each[piece] + (each[piece + 1] - each[piece]) * share for name, each in given.items()}
+        return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
+
+    @cached_property
+    def _given(self) -> tuple[Array, dict[str, Any]]:
+        """Where the cross-sections are, as shares of the length, and their parameters there."""
         names = [part.name for part in fields(CrossSection)]
         given = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}
-        numbers = {name: each[piece] + np.diff(each)[piece] * share for name, each in given.items()}
-        return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
+        return np.array(self.places), given
 
     def _holes(self, s: Array | float) -> tuple[Hole, ...]:
         """The chambers at arc lengths `s`, m."""
@@ -388,6 +394,8 @@ class Finger:
 
     def effective_pressure(self, pressures: Array) -> Array:
         """With which the chamber law gives the bend, of every chamber, (..., C) Pa -> (..., C) Pa."""
+        if self.pressure_offset:
+            pressures = pressures - self.pressure_offset
         if not any(self.laws):
             return pressures
         each = zip(self.laws, np.moveaxis(pressures, -1, 0), strict=True)
@@ -395,7 +403,9 @@ class Finger:
 
     def softening(self, pressure: Array | float) -> Array:
         """Ratio of the bend to that without a pressure law, at pressures (...) Pa, (...)."""
-        return np.ones(np.shape(pressure)) if self.pressure_law is None else self.pressure_law.softening(pressure)
+        if self.pressure_law is None:
+            return np.ones(np.shape(pressure))
+        return self.pressure_law.softening(pressure - self.pressure_offset)
 
     @cached_property
     def link_ends(self) -> Array:

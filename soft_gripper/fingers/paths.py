@@ -119,10 +119,18 @@ class PathsOnChain:
         return self.covered / self.segment_length
 
     @cached_property
-    def straight(self) -> dict[str, Array]:
-        """Gradients of parallel paths, where nothing twists, (P, N), by the way in which joints yield."""
-        by_way = {"bending": -self.x, "sideways": self.y, "stretch": np.ones_like(self.x)}
-        return {way: self.share * lever for way, lever in by_way.items()}
+    def at_rest(self) -> Array:
+        """Change of a place per length, along x, y and z of the section, where nothing is bent, (3, P, N)."""
+        return np.stack([self.x_slope, self.y_slope, np.ones_like(self.x)])
+
+    @cached_property
+    def levers(self) -> dict[str, Array]:
+        """The same by the strain of a segment, 1/m, (3, P, N) m, by the way in which it yields."""
+        zero, one = np.zeros_like(self.x), np.ones_like(self.x)
+        along = {"bending": -self.x, "sideways": self.y, "stretch": one}
+        return {way: np.stack([zero, zero, c]) for way, c in along.items()} | {
+            "twist": np.stack([-self.y, self.x, zero])
+        }
 
 
 def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: float) -> PathsOnChain:
@@ -157,25 +165,33 @@ def _without_rounding(slope: Array) -> Array:
 Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by the way in which they yield
 
 
-def _changes(paths: PathsOnChain, q: Joints) -> tuple[Array, Array, Array]:
-    """Change of the places of paths per length, along x, y and z of the section, (..., P, N) each."""
-    strains = {way: angle[..., None, :] / paths.segment_length for way, angle in q.items()}
-    a, b, c = paths.x_slope, paths.y_slope, np.ones_like(paths.x)
-    if "twist" in strains:
-        a, b = a - strains["twist"] * paths.y, b + strains["twist"] * paths.x
-    if "bending" in strains:
-        c = c - strains["bending"] * paths.x
-    if "sideways" in strains:
-        c = c + strains["sideways"] * paths.y
-    if "stretch" in strains:
-        c = c + strains["stretch"]
-    return a, b, c
+def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple[Array, Array]:
+    """Lengths of paths on every segment, (..., P, N) m, and dl/dq, (..., P, W, N) m/rad, or 1 where joints slide.
+
+    Args:
+        paths: at the segments of a chain.
+        levers: those of `paths.levers` for W ways, (3, P, W, N).
+        q: joint positions, (..., W, N).
+    """
+    changes = paths.at_rest + np.einsum("apwn,...wn->...apn", levers, q / paths.segment_length)
+    stretched = _size(changes)
+    along = changes * (paths.share / stretched)[..., None, :, :]
+    return paths.covered * stretched, np.einsum("apwn,...apn->...pwn", levers, along)
+
+
+def _size(changes: Array) -> Array:
+    return np.sqrt((changes**2).sum(axis=-3))
+
+
+def _changes(paths: PathsOnChain, q: Joints) -> Array:
+    """Change of the places of paths per length, along x, y and z of the section, (..., 3, P, N)."""
+    known = (angle[..., None, None, :] * paths.levers[way] for way, angle in q.items() if way in paths.levers)
+    return paths.at_rest + sum(known, np.zeros(1)) / paths.segment_length
 
 
 def lengths_on_segments(paths: PathsOnChain, q: Joints) -> Array:
     """Lengths of paths on every segment, (..., P, N) m, where joints stand at `q`."""
-    a, b, c = _changes(paths, q)
-    return np.asarray(paths.covered * np.sqrt(a**2 + b**2 + c**2))
+    return np.asarray(paths.covered * _size(_changes(paths, q)))
 
 
 def path_lengths(paths: PathsOnChain, q: Joints) -> Array:
@@ -186,13 +202,7 @@ def path_lengths(paths: PathsOnChain, q: Joints) -> Array:
 def length_gradients(paths: PathsOnChain, q: Joints) -> dict[str, Array]:
     """dl/dq, m/rad, or 1 where joints slide, by the ways in `q`: (..., P, N), or (P, N) where it does not change."""
     if paths.are_parallel and "twist" not in q:
-        return {way: paths.straight[way] for way in q}
-    a, b, c = _changes(paths, q)
-    share = paths.share / np.sqrt(a**2 + b**2 + c**2)
-    slopes = {
-        "bending": lambda: -share * c * paths.x,
-        "sideways": lambda: share * c * paths.y,
-        "twist": lambda: share * (paths.x * b - paths.y * a),
-        "stretch": lambda: share * c,
-    }
-    return {way: np.asarray(slopes[way]()) for way in q}
+        return {way: paths.share * paths.levers[way][2] for way in q}
+    changes = _changes(paths, q)
+    along = changes * (paths.share / _size(changes))[..., None, :, :]
+    return {way: np.asarray((along * paths.levers[way]).sum(axis=-3)) for way in q}

@@ -48,14 +48,19 @@ class SpatialChain:
         return np.array([AXES[way] for way in self.ways])
 
     @cached_property
-    def across(self) -> Array:
-        """Matrices of the products  axis x  , (J, 3, 3)."""
-        return np.cross(self.axes[:, None], -np.eye(3))
+    def moved(self) -> tuple[Array, Array]:
+        """From each frame to the next, (J, 16): at rest, and (J, 3, 16) what cos - 1, sin and position add to that.
 
-    @cached_property
-    def twice_across(self) -> Array:
-        """Their squares."""
-        return self.across @ self.across
+        A joint lies `heights` along the link before it; there the frame turns, or slides along the axis.
+        """
+        axes, turning = self.axes[..., None], self.turns[:, None, None]
+        across = cross_matrices(self.axes)
+        rest = np.zeros((len(self.ways), 4, 4)) + np.eye(4)
+        rest[:, 2, 3] = self.heights
+        changes = np.zeros((len(self.ways), 3, 4, 4))
+        changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -across @ across * turning, across * turning
+        changes[:, 2, :3, 3:] = axes * ~turning
+        return rest.reshape(-1, 16), changes.reshape(-1, 3, 16)
 
     @cached_property
     def turns(self) -> NDArray[np.bool_]:
@@ -97,42 +102,70 @@ def spatial_chain(finger: Finger) -> SpatialChain:
 class Posture(NamedTuple):
     """A bent chain in B; frame j is that beyond j joints, 0 is B."""
 
-    rotations: Array  # (..., J + 1, 3, 3)
-    origins: Array  # (..., J + 1, 3) m
-    screws: Array  # (..., J, 6) of the joints: turning, and velocity of the point at B's origin
+    frames: Array  # (..., J + 1, 4, 4), each a rotation and an origin, m
+    motions: Array  # of the joints, (..., J, 3, 4): a point p is moved by the product with (p, 1)
+
+    @property
+    def rotations(self) -> Array:
+        """(..., J + 1, 3, 3)."""
+        return self.frames[..., :3, :3]
+
+    @property
+    def origins(self) -> Array:
+        """(..., J + 1, 3) m."""
+        return self.frames[..., :3, 3]
+
+    @property
+    def screws(self) -> Array:
+        """Of the joints, (..., J, 6): turning, and velocity of the point at B's origin."""
+        turning = self.motions[..., [2, 0, 1], [1, 2, 0]]
+        return np.concatenate([turning, self.motions[..., 3]], axis=-1)
 
 
 def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
-    axes, turning = chain.axes, chain.turns.astype(float)
-    angle = (q * turning)[..., None, None]
-    turns = np.eye(3) + np.sin(angle) * chain.across + (1 - np.cos(angle)) * chain.twice_across
-    rotations = np.empty((*q.shape[:-1], len(axes) + 1, 3, 3))
-    rotations[..., 0, :, :] = np.eye(3)
-    rotations[..., 1:, :, :] = _one_after_the_other(turns, len(axes) // (chain.segments[-1] + 1))
-    before = rotations[..., :-1, :, :]
-    along = (before @ axes[:, :, None])[..., 0]
-    origins, slid = np.zeros((*q.shape[:-1], len(axes) + 1, 3)), (q * (1 - turning))[..., None] * along
-    links = chain.heights[:, None] * before[..., 2]
-    np.cumsum(links + slid, axis=-2, out=origins[..., 1:, :])
-    turn = turning[:, None] * along
-    moving = vector_product(origins[..., 1:, :] - slid, turn) + (1 - turning)[:, None] * along
-    return Posture(rotations, origins, np.concatenate([turn, moving], axis=-1))
+    joints, (rest, changes) = len(chain.ways), chain.moved
+    by_joint = np.empty((*q.shape, 1, 3))
+    by_joint[..., 0, 0], by_joint[..., 0, 1], by_joint[..., 0, 2] = np.cos(q) - 1, np.sin(q), q
+    steps = ((by_joint @ changes)[..., 0, :] + rest).reshape(*q.shape, 4, 4)
+    frames = _products(steps, joints // (chain.segments[-1] + 1))
+    beyond = frames[..., 1:, :, :]
+    axes = (beyond[..., :3, :3] @ chain.axes[:, :, None])[..., 0]
+    from_origin = np.empty((*q.shape, 3, 4))
+    from_origin[..., :3], from_origin[..., 3] = np.eye(3), -beyond[..., :3, 3]
+    motions = cross_matrices(axes) @ from_origin
+    if not chain.turns.all():
+        motions[..., :3] *= chain.turns[:, None, None]
+        motions[..., 3][..., ~chain.turns, :] = axes[..., ~chain.turns, :]
+    return Posture(frames, motions)
 
 
-def _one_after_the_other(turns: Array, each: int) -> Array:
-    """Products of J turns up to each of them, (..., J, 3, 3); `each` is how many a segment has.
+def _products(steps: Array, each: int) -> Array:
+    """Products of J matrices up to each of them, the identity first, (..., J + 1, 4, 4); a segment has `each` of them.
 
-    Those of all segments are multiplied at once first: then one product a segment is left to do in turn.
+    Those of a segment are multiplied first, then those of all segments: of 2, of 4 and so on up to each of them.
     """
-    within = turns.reshape(*turns.shape[:-3], turns.shape[-3] // each, each, 3, 3)
+    within = steps.reshape(*steps.shape[:-3], steps.shape[-3] // each, each, 4, 4)
     for j in range(1, each):
         within[..., j, :, :] = within[..., j - 1, :, :] @ within[..., j, :, :]
-    before, R = np.empty(within[..., 0, :, :].shape), np.eye(3)
-    for i in range(within.shape[-4]):
-        before[..., i, :, :] = R
-        R = R @ within[..., i, -1, :, :]
-    return np.asarray(before[..., None, :, :] @ within).reshape(turns.shape)
+    found = np.empty((*steps.shape[:-3], steps.shape[-3] + 1, 4, 4))
+    found[..., 0, :, :] = np.eye(4)
+    before = found[..., :-1:each, :, :]  # of all segments before
+    before[..., 1:, :, :] = within[..., :-1, -1, :, :]
+    step, segments = 1, before.shape[-3]
+    while step < segments:
+        before[..., step:, :, :] = before[..., :-step, :, :] @ before[..., step:, :, :]
+        step *= 2
+    found[..., 1:, :, :] = (before[..., None, :, :] @ within).reshape(steps.shape)
+    return found
+
+
+_CROSSES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
+
+
+def cross_matrices(a: Array) -> Array:
+    """Matrices of the products  a x  , (..., 3) -> (..., 3, 3)."""
+    return np.asarray(a @ _CROSSES).reshape(*a.shape, 3)
 
 
 def vector_product(a: Array, b: Array) -> Array:

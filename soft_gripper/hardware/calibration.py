@@ -1,11 +1,10 @@
 """Recordings of free bending -> a calibration of the fingers in them.
 
-Recordings are those of `soft-gripper run` and `play`, or logs of a bench (`live.bench_schema`): rows of text with the
-fields that the bench describes, or a JSON object in each line.
+Recordings are those of `soft-gripper run` and `play`, or logs of hardware, any file of `tables`. Their columns are the
+fields of a bench (`live.bench_schema`), or those of a recording of one finger, markers included (`recording_schema`).
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -19,12 +18,12 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration import Calibration, FreeBending, calibrate
 from soft_gripper.estimators.plane import planar_gravity
-from soft_gripper.files import text
-from soft_gripper.files.document import require
+from soft_gripper.files.document import given, require
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.hardware.live.bench_schema import BenchConfig, BenchFinger
-from soft_gripper.hardware.live.messages import MalformedError, decoded
-from soft_gripper.hardware.recordings import Table, read_text
+from soft_gripper.hardware.live.bench_schema import BenchConfig
+from soft_gripper.hardware.recording_schema import RecordingConfig
+from soft_gripper.hardware.recordings import HardwareRecording, read_recording
+from soft_gripper.hardware.tables import Columns, Table, read_table
 from soft_gripper.runs.scores.recorded_run import load_run, read_signal
 from soft_gripper.scenario.calibration_file import CalibrationConfig, as_config
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -41,11 +40,21 @@ _RESIDUAL = 0.05  # share of that range; larger residuals indicate contact or a 
 
 
 @dataclass(frozen=True)
-class LoggedBench:
-    """How a log is read: the fields of a bench, and a scenario with its fingers and sensors."""
+class Log:
+    """How a log of hardware is read: the fields of a bench, or the columns of a recording of one finger."""
 
-    bench: BenchConfig
-    scenario: Scenario
+    described: BenchConfig | RecordingConfig
+    scenario: Scenario  # with its fingers and sensors
+
+
+class _Measured(NamedTuple):
+    """What was measured of a finger, T samples."""
+
+    time: Array  # (T) s
+    pressure: Array  # (T) Pa
+    gravity: Planar  # (T) see FreeBending
+    readings: Array  # (T, R), or extension ratios
+    tip: Planar | None  # (T) m
 
 
 class _Recorded(NamedTuple):
@@ -55,14 +64,17 @@ class _Recorded(NamedTuple):
     samples: FreeBending
 
 
-def calibrate_recordings(files: Sequence[Path], logged: LoggedBench | None = None) -> CalibrationConfig:
+def calibrate_recordings(
+    files: Sequence[Path], log: Log | None = None, sought: Collection[str] = ()
+) -> CalibrationConfig:
     """Fits gains, offsets, hysteresis, drift and the bend ratio of each finger to all recordings together.
 
     The fit starts from the nominal models of the recordings, without the calibrations loaded in them.
 
     Args:
-        files: recordings of this project, unless `logged` says how to read logs.
-        logged: of logs.
+        files: recordings of this project, unless `log` says how to read them.
+        log: of other recordings.
+        sought: names of what is fitted beyond these, see `estimators.calibration.SOUGHT`.
 
     Raises:
         InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.
@@ -70,14 +82,14 @@ def calibrate_recordings(files: Sequence[Path], logged: LoggedBench | None = Non
     layouts: dict[str, SensorLayout] = {}
     recorded: dict[str, list[FreeBending]] = {}
     for file in files:
-        for layout, found in _simulated(file) if logged is None else _logged(file, logged):
+        for layout, found in _simulated(file) if log is None else _logged(file, log):
             name = layout.finger.name
             if layouts.setdefault(name, layout) != layout:
                 raise InputError(file, "finger", name, f"finger or sensors differ from those in {files[0]}")
             recorded.setdefault(name, []).append(found)
     fingers = {}
     for name, layout in layouts.items():
-        calibration = calibrate(layout, recorded[name])
+        calibration = calibrate(layout, recorded[name], sought)
         at_rest = np.concatenate([each.ratios[each.hold >= 0] for each in recorded[name]])
         _check_fit(name, calibration, _range(at_rest[np.isfinite(at_rest).all(axis=1)]))
         doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
@@ -96,7 +108,7 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
         time = scenario.sensor.period * np.arange(len(pressure))
         ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
         gravity = planar_gravity(X_WB, np.array(scenario.gravity))
-        samples = _free_bending(file, layout, time, pressure, gravity, ratios, None)
+        samples = _free_bending(file, layout, _Measured(time, pressure, gravity, ratios, None))
         contact = f"{name}.contact"
         if contact in recording.data and np.any(read_signal(file, recording, contact)[_resting(time, pressure)] > 0):
             expected = "contact was detected; record free bending, or omit the threshold if that was noise"
@@ -104,71 +116,98 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
         yield _Recorded(layout, samples)
 
 
-def _logged(file: Path, logged: LoggedBench) -> Iterator[_Recorded]:
+def _logged(file: Path, log: Log) -> Iterator[_Recorded]:
     """The fingers of a log."""
-    bench, scenario = logged.bench, logged.scenario
-    table = _table(file, bench)
-    require(bench.time is not None, file, "bench.time", None, "calibration needs the time of every row")
-    time = table.columns("bench.time", [str(bench.time)])[:, 0]
+    scenario, described = log.scenario, log.described
+    plant = scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, False
+    fingers = {each.name: each for each in add_plant(DiagramBuilder(), *plant).fingers}
+    if isinstance(described, BenchConfig):
+        found: Iterable[tuple[PlantFinger, _Measured]]
+        found = _bench_logs(file, described, fingers, np.array(scenario.gravity))
+    else:
+        found = [_recording_log(file, described, fingers, np.array(scenario.gravity))]
+    for finger, measured in found:
+        layout = _nominal(scenario, finger, file)
+        if measured.readings.shape[1] != layout.readings:
+            expected = f"give {layout.readings}, as many as the scenario's sensors have"
+            raise InputError(file, f"readings of {finger.name}", measured.readings.shape[1], expected)
+        unread = np.flatnonzero(np.isnan(measured.pressure))
+        if len(unread):
+            at = f"at {measured.time[unread[0]]:g} s: give a pressure"
+            raise InputError(file, f"pressure of {finger.name}", np.nan, at)
+        ratios = layout.response.ratio(measured.readings)
+        yield _Recorded(layout, _free_bending(file, layout, measured._replace(readings=ratios)))
+
+
+def _bench_logs(
+    file: Path, bench: BenchConfig, fingers: Mapping[str, PlantFinger], gravity: Array
+) -> Iterator[tuple[PlantFinger, _Measured]]:
+    """The fingers of a log with the fields of a bench."""
+    named = given(bench.time, file, "bench.time", "calibration needs the time of every row")
+    table = _table(file, bench, named)
+    time = table.columns("bench.time", [named])[:, 0]
     backward = np.flatnonzero(~(np.diff(time) > 0))
     if len(backward):
-        raise InputError(file, str(bench.time), float(time[backward[0] + 1]), "times must increase from row to row")
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, False)
+        raise InputError(file, named, float(time[backward[0] + 1]), "times must increase from row to row")
     for name, config in bench.fingers.items():
-        finger = next((each for each in scene.fingers if each.name == name), None)
-        if finger is None:
-            known = ", ".join(each.name for each in scene.fingers)
+        field = f"bench.fingers.{name}"
+        if name not in fingers:
+            known = ", ".join(fingers)
             raise InputError(file, "bench.fingers", name, f"the scenario has no such finger; it has {known}")
-        layout = _nominal(scenario, finger, file)
-        yield _Recorded(layout, _of_table(file, table, time, bench, config, layout, scenario, finger))
+        _check_one_pressure(file, f"{field}.pressures", config.pressures)
+        pressure = bench.pressure_factor * table.columns(f"{field}.pressures", config.pressures)[:, 0]
+        X_WB = np.tile(fingers[name].X_WB.GetAsMatrix34(), (len(time), 1, 1))
+        if config.base_pose is not None:
+            X_WB = table.columns(f"{field}.base_pose", config.base_pose).reshape(-1, 3, 4)
+        readings = table.columns(f"{field}.readings", config.readings)
+        x, z = (None, None) if config.tip is None else table.columns(f"{field}.tip", config.tip).T
+        tip = None if x is None else z + 1j * x
+        yield fingers[name], _Measured(time, pressure, planar_gravity(X_WB, gravity), readings, tip)
 
 
-def _of_table(
-    file: Path,
-    table: Table,
-    time: Array,
-    bench: BenchConfig,
-    config: BenchFinger,
-    layout: SensorLayout,
-    scenario: Scenario,
-    finger: PlantFinger,
-) -> FreeBending:
-    """A finger of a log."""
-    field = f"bench.fingers.{finger.name}"
-    if len(config.readings) != layout.readings:
-        expected = f"give {layout.readings}, as many as the scenario's sensors have"
-        raise InputError(file, f"{field}.readings", config.readings, expected)
-    if len(config.pressures) != 1:
-        raise InputError(file, f"{field}.pressures", config.pressures, "give the one pressure that bends the finger")
-    ratios = layout.response.ratio(table.columns(f"{field}.readings", config.readings))
-    pressure = bench.pressure_factor * table.columns(f"{field}.pressures", config.pressures)[:, 0]
-    unread = np.flatnonzero(np.isnan(pressure))
-    if len(unread):
-        raise InputError(file, config.pressures[0], np.nan, f"in row {table.rows[unread[0]]}: give a pressure")
-    X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(time), 1, 1))
-    if config.base_pose is not None:
-        X_WB = table.columns(f"{field}.base_pose", config.base_pose).reshape(-1, 3, 4)
-    tip = None
-    if config.tip is not None:
-        x, z = table.columns(f"{field}.tip", config.tip).T
-        tip = z + 1j * x
-    gravity = planar_gravity(X_WB, np.array(scenario.gravity))
-    return _free_bending(file, layout, time, pressure, gravity, ratios, tip)
+def _recording_log(
+    file: Path, described: RecordingConfig, fingers: Mapping[str, PlantFinger], gravity: Array
+) -> tuple[PlantFinger, _Measured]:
+    """The finger of a recording with described columns; its tip is the body "tip", or the mean of its markers."""
+    expected = "such a recording is of one finger, and the scenario has"
+    require(len(fingers) == 1, file, "fingers", len(fingers), f"{expected} {', '.join(fingers)}; or give --bench")
+    (finger,) = fingers.values()
+    found = read_recording(file, described)
+    readings = given(found.readings, file, "readings", "name the columns of the strain sensors")
+    pressures = given(found.pressures, file, "pressures", "name the column of the pressure")
+    _check_one_pressure(file, "pressures.columns", described.pressures.columns if described.pressures else [])
+    in_world = planar_gravity(finger.X_WB.GetAsMatrix34(), gravity)
+    weight = in_world if found.gravity is None else complex(found.gravity[2], found.gravity[0])
+    tip = _tip(found)
+    return finger, _Measured(found.time, pressures[:, 0], np.full(len(found.time), weight), readings, tip)
 
 
-def _table(file: Path, bench: BenchConfig) -> Table:
-    """The rows of a log: numbers between commas, with names in the first row unless the bench gives them, or JSON."""
-    lines = text.read_text(file).splitlines()
-    if not lines or not lines[0].lstrip().startswith("{"):
-        return read_text(file, bench.fields or None)
-    rows: list[dict[str, float]] = []
-    for line in lines:
-        with suppress(MalformedError):  # a line that was cut, as a log may end
-            rows.append(decoded(line.encode(), "json", ()))
-    require(len(rows) > 0, file, "file", file.name, "no line of it is a JSON object of numbers")
-    names = tuple(rows[0])
-    values = np.array([[row.get(name, np.nan) for name in names] for row in rows])
-    return Table(file, names, values, np.arange(len(rows)) + 1)
+def _tip(recording: HardwareRecording) -> Planar | None:
+    """The place of the tip, (T) z + i x in B, m; None if it has neither a pose nor markers."""
+    described = recording.config.markers
+    places = [recording.poses["tip"].p] if "tip" in recording.poses else []
+    if not places and described is not None:
+        places = [recording.markers[name] for name in described.bodies.get("tip", [])]
+    if not places:
+        return None
+    p = np.mean(places, axis=0)
+    tip: Planar = p[:, 2] + 1j * p[:, 0]
+    return tip
+
+
+def _check_one_pressure(file: Path, field: str, columns: list[str]) -> None:
+    if len(columns) != 1:
+        raise InputError(file, field, columns, "give the one pressure that bends the finger")
+
+
+def _table(file: Path, bench: BenchConfig, time: str) -> Table:
+    """The rows of a log."""
+    names = [
+        name
+        for finger in bench.fingers.values()
+        for name in (*finger.readings, *finger.pressures, *(finger.base_pose or ()), *(finger.tip or ()))
+    ]
+    return read_table(file, Columns(names, time, bench.fields or None, points="{marker}_{axis}"))
 
 
 def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
@@ -178,10 +217,9 @@ def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayou
     return replace(layout, finger=replace(layout.finger, name=finger.name))
 
 
-def _free_bending(
-    file: Path, layout: SensorLayout, time: Array, pressure: Array, gravity: Planar, ratios: Array, tip: Planar | None
-) -> FreeBending:
-    """The samples of a recording, checked."""
+def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> FreeBending:
+    """The samples of a recording, checked; its readings are extension ratios."""
+    time, pressure, gravity, ratios, tip = measured
     name, rest = layout.finger.name, _resting(time, pressure)
     _check_readings(file, name, ratios)
     read = rest & np.isfinite(ratios).all(axis=1)

@@ -202,10 +202,13 @@ class RecordingConfig:
     markers: MarkersConfig | None = None
     poses: dict[str, PoseConfig] = field(default_factory=dict)  # by rigid body: "base", "tip", ...
     pressures: PressuresConfig | None = None
+    # Of strain sensors, in the order of a scenario's readings, strain or counts; for `soft-gripper calibrate` alone
+    readings: list[str] = field(default_factory=list)
     lengths: LengthsConfig | None = None
     tendons: TendonsConfig | None = None
     labels: LabelsConfig | None = None
     frame: FrameConfig = field(default_factory=FrameConfig)
+    hold: float = quantity(0.1, "s", above=0)  # age up to which a bag's message of one topic counts for rows of another
     every: int = quantity(1, least=1)  # of so many rows of settled states one is used
     blocks: int = quantity(
         1, least=1
@@ -219,6 +222,20 @@ class RecordingConfig:
     # x and z of the load from the tip in the tip's frame; None: unknown
     load_place: list[float] | None = quantity(None, "m", length=2)
     unknown: list[str] = field(default_factory=list)  # other information missing from the recording, as text
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns that are described, but for the time."""
+        found = [*self.readings]
+        if self.markers is not None:
+            names = (name for body in self.markers.bodies.values() for name in body)
+            found += [self.markers.columns.format(marker=name, axis=axis) for name in names for axis in "xyz"]
+        for pose in self.poses.values():
+            found += [*pose.position, *pose.quaternion]
+        found += [] if self.pressures is None else self.pressures.columns
+        found += [] if self.lengths is None else [wire.column for wire in self.lengths.wires.values()]
+        found += [] if self.tendons is None else [*self.tendons.columns.values(), *self.tendons.antagonists.values()]
+        return found + ([] if self.labels is None else [self.labels.column])
 
     def misfits(self) -> Iterator[Misfit]:
         header = self.header or []

@@ -1,33 +1,22 @@
 """Files of a described experiment -> recordings as arrays.
 
-Files are comma-separated text or C3D files of motion capture (https://www.c3d.org), read with ezc3d. A damaged file
-can crash ezc3d or keep it busy without end, so it is read in a separate process.
-
 Headings have no sign: motion capture sometimes reports a body with symmetric markers rotated by 180 degrees.
 """
 
-import difflib
-import importlib.util
 import os
-import pickle
 import re
-import subprocess
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations, compress
+from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError, first_line
-from soft_gripper.files import text as reading
+from soft_gripper.errors import InputError
 from soft_gripper.files.document import given, require
-from soft_gripper.files.text import check_regular
 from soft_gripper.hardware.recording_schema import (
     LENGTH,
     PRESSURE,
@@ -37,149 +26,7 @@ from soft_gripper.hardware.recording_schema import (
     RecordingConfig,
     load_description,
 )
-
-_LARGEST = 1e20  # largest number: admits a clock that counts nanoseconds since 1970
-
-
-@dataclass(frozen=True)
-class Table:
-    """Named columns; NaN where a cell is empty.
-
-    Raises:
-        InputError: if a number is infinite or implausibly large.
-    """
-
-    path: Path
-    names: tuple[str, ...]
-    values: Array  # (T, columns)
-    rows: NDArray[np.int_]  # (T,) line or frame of each sample in the file, counted from 1
-    dropped: tuple[int, ...] = ()  # rows of the file that do not parse
-    labels: tuple[str, ...] = ()  # of the samples, if a column of text is described
-
-    def __post_init__(self) -> None:
-        wrong = np.argwhere(np.abs(self.values) > _LARGEST)
-        if len(wrong):
-            (row, column), expected = wrong[0], f"give finite numbers, at most {_LARGEST:g} in magnitude"
-            value = float(self.values[row, column])
-            raise InputError(self.path, self.names[column], value, f"in row {self.rows[row]}: {expected}")
-
-    def columns(self, field: str, names: list[str]) -> Array:
-        """Columns by name, (T, len(names)).
-
-        Raises:
-            InputError: naming the file, the field that requires a column, and the nearest existing column.
-        """
-        for name in names:
-            if name not in self.names:
-                near = difflib.get_close_matches(name, self.names, n=1)
-                hint = f"did you mean '{near[0]}'?" if near else f"its columns: {', '.join(self.names[:12])} ..."
-                raise InputError(self.path, field, name, f"no such column; {hint}")
-        return self.values[:, [self.names.index(name) for name in names]]
-
-    def kept(self, keep: NDArray[np.bool_]) -> "Table":
-        """The samples for which `keep` is true, (T,)."""
-        labels = tuple(compress(self.labels, keep))
-        return Table(self.path, self.names, self.values[keep], self.rows[keep], self.dropped, labels)
-
-
-def read_text(path: Path, header: list[str] | None, label: str | None = None) -> Table:
-    """Reads comma-separated text; square brackets in it are ignored, and rows that do not parse are dropped.
-
-    Args:
-        path: path of the file.
-        header: names of its columns; None: in the first row.
-        label: the column that is text; None: all are numbers.
-
-    Raises:
-        InputError: if the file cannot be read, it has no such column, or no row of it parses.
-    """
-    lines = reading.read_text(path).splitlines()
-    begin = 0 if header else 1
-    require(len(lines) > begin, path, "file", path.name, "is empty: it has no samples")
-    names = tuple(header or (cell.strip() for cell in lines[0].split(",")))
-    if label is not None and label not in names:
-        raise InputError(path, "labels.column", label, f"no such column; its columns: {', '.join(names[:12])}")
-    place = None if label is None else names.index(label)
-    parsed = [_numbers(line, len(names), place) for line in lines[begin:]]
-    good = [i for i, row in enumerate(parsed) if row is not None]
-    bad = [i for i, row in enumerate(parsed) if row is None and lines[begin + i].strip()]
-    expected = f"no row parses: each must contain {len(names)} numbers, separated by commas"
-    require(len(good) > 0, path, "file", path.name, expected)
-    values = np.array([parsed[i] for i in good])
-    labels = () if place is None else tuple(lines[begin + i].split(",")[place].strip() for i in good)
-    return Table(path, names, values, np.array(good) + begin + 1, tuple(i + begin + 1 for i in bad), labels)
-
-
-def _numbers(line: str, count: int, text: int | None) -> list[float] | None:
-    """The cells of a row, NaN in the column of text; None if it does not parse."""
-    cells = [cell.strip() for cell in line.replace("[", "").replace("]", "").split(",")]
-    if text is not None and text < len(cells):
-        cells[text] = ""
-    try:
-        return [float(cell or "nan") for cell in cells] if len(cells) == count and any(cells) else None
-    except ValueError:
-        return None
-
-
-_PATIENCE = 120.0  # s
-_MOST_RATE = 1e6  # Hz
-_READS = """
-import pickle, resource, sys
-import ezc3d
-resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
-try:
-    data = ezc3d.c3d(sys.argv[1])
-    found = {"points": data["data"]["points"][:3]}
-    found |= {name: data["parameters"]["POINT"][name]["value"] for name in ("RATE", "LABELS", "UNITS")}
-except Exception as error:
-    found = " ".join(str(error).split()) or type(error).__name__
-sys.stdout.buffer.write(pickle.dumps(found))
-"""
-
-
-def read_c3d(path: Path, time: str, columns: str, unit: float) -> Table:
-    """The points of a C3D file as a table; NaN where a point is not seen.
-
-    Args:
-        path: path of the file.
-        time: name of the time column, s, which starts at 0.
-        columns: pattern of the names of a point's columns, with {marker} for its label and {axis} for x, y, z.
-        unit: unit of those columns, m.
-
-    Raises:
-        InputError: if ezc3d is missing, or the file cannot be read or contains no points.
-    """
-    data = _read(path)
-    points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
-    labels = [str(label).strip().rpartition(":")[2] for label in data["LABELS"]][: points.shape[1]]
-    require(points.size > 0 and len(labels) > 0, path, "file", path.name, "is empty: it has no points")
-    require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and at most {_MOST_RATE:g} Hz")
-    own = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
-    require(own in LENGTH, path, "POINT:UNITS", own, f"one of {', '.join(LENGTH)}")
-    frames = np.arange(points.shape[2])
-    names = [columns.format(marker=label, axis=axis) for label in labels for axis in "xyz"]
-    flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * (LENGTH[own] / unit)
-    return Table(path, (time, *names), np.column_stack((frames / rate, flat)), frames + 1)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    """The points, (3, markers, frames), and their attributes."""
-    check_regular(path)
-    if importlib.util.find_spec("ezc3d") is None:  # an optional extra, needed for these files only
-        raise InputError(path, "file", path.name, "C3D files require ezc3d: pip install 'soft-gripper[c3d]'")
-    command = [sys.executable, "-c", _READS, str(path.resolve())]
-    try:
-        ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_PATIENCE, check=True)
-    except subprocess.TimeoutExpired:
-        raise InputError(path, "file", path.name, f"is damaged: it could not be read within {_PATIENCE:g} s") from None
-    except subprocess.CalledProcessError as error:
-        expected = f"is damaged: ezc3d ended with code {error.returncode}"
-        raise InputError(path, "file", path.name, expected) from None
-    found = pickle.loads(ended.stdout)
-    if isinstance(found, str):
-        raise InputError(path, "file", path.name, f"cannot be read: {first_line(ValueError(found))}")
-    return dict(found)
-
+from soft_gripper.hardware.tables import Columns, Table, is_bag_folder, read_table
 
 _FURTHEST = 5.0  # lengths of the finger between its bodies, at most
 _NEAREST = 0.1  # and at least, or its markers are together
@@ -334,6 +181,7 @@ class HardwareRecording:
     reference: dict[str, Array] = field(default_factory=dict)  # (3,) m, mean of every marker over the reference span
     poses: dict[str, BodyPose] = field(default_factory=dict)  # by rigid body
     pressures: Array | None = None  # (T, C) Pa, measured, in the order of the description
+    readings: Array | None = None  # (T, R) of strain sensors, in the order of the description
     lengths: dict[str, Array] = field(default_factory=dict)  # (T,) m, by wire
     pulled: dict[str, Array] = field(default_factory=dict)  # (T,) m, by tendon
     labels: tuple[str, ...] = ()  # (T) of what was moved; empty if none are described
@@ -568,6 +416,7 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
         reference={name: seen_mean(p[reference]) for name, p in placed.items()},
         poses={name: B.posed(pose) for name, pose in poses.items()},
         pressures=pressures_of(table, config),
+        readings=table.columns("readings", config.readings) if config.readings else None,
         lengths=lengths_of(table, config),
         pulled=pulled_of(table, config),
         labels=table.labels,
@@ -580,10 +429,10 @@ def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
 
 
 def _table(path: Path, config: RecordingConfig) -> Table:
-    if path.suffix.lower() != ".c3d":
-        return read_text(path, config.header, config.labels.column if config.labels else None)
-    markers = given(config.markers, path, "markers", "a C3D file holds markers: describe them")
-    return read_c3d(path, config.time, markers.columns, LENGTH[markers.unit])
+    points, unit = ("", "m") if config.markers is None else (config.markers.columns, config.markers.unit)
+    label = config.labels.column if config.labels else None
+    columns = Columns(config.columns, config.time, config.header, label, points, LENGTH[unit], config.hold)
+    return read_table(path, columns)
 
 
 DATA_FOLDER = "SOFT_GRIPPER_DATA"  # environment variable
@@ -623,7 +472,7 @@ def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
     places = [Path(file)]
     if folder is not None:
         places += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
-    found = next((place for place in places if os.path.isfile(place)), None)
+    found = next((place for place in places if os.path.isfile(place) or is_bag_folder(place)), None)
     below = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
     if found is None:
         raise InputError("recording", "FILE", file, f"there is no such file here, {below}")

@@ -1,6 +1,6 @@
 """Fig. 4 of the paper: the shape of one finger, simulated and estimated, in its bending plane.
 
-A finger that leaves this plane is drawn from the side as well, where only the simulation knows it.
+A finger that leaves this plane is drawn from the side as well, and so is its estimate if it is one in space.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,9 +19,11 @@ from matplotlib.transforms import Affine2D
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.view.estimate_visualizer import arcs_of_table
+from soft_gripper.diagrams.view.links_in_space import pressed_point
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, color
 from soft_gripper.estimators.arcs import Arcs, points_on_arcs, sites_on_arcs
 from soft_gripper.estimators.contact import face_offset
+from soft_gripper.estimators.spatial_estimator import TIP
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points
 from soft_gripper.pictures.torque_bar import torque_limit
@@ -162,19 +164,22 @@ def draw_force(axes: Axes, arrow: Arrow, color: str, label: str, width: float = 
     axes.plot([], [], color=color, lw=width, marker=">", ms=4, label=label)
 
 
-def draw_band(axes: Axes, finger: Finger, arcs: Arcs, std: Array) -> None:
-    """Two standard deviations on either side of the curve, from those of joints and tip, (N + 1) m."""
-    aside = _STDS * np.concatenate([[0.0], std])
-    inner, points, outer = (sites_on_arcs(arcs, finger.link_ends, offset)[0] for offset in (aside, None, -aside))
-    outline = in_mm(np.concatenate([inner, outer[::-1]]))
-    axes.add_patch(
-        Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=f"± {_STDS} standard deviations")
-    )
-    axes.plot(*in_mm(points).T, color="black", lw=0.8, zorder=4)
+_BAND = f"± {_STDS} standard deviations"
+
+
+def draw_band(axes: Axes, points: Array, std: Array, label: str = _BAND) -> None:
+    """Two standard deviations on either side of the curve from base to tip, (N + 2, 2) m, of its N + 1 other points."""
+    along = np.gradient(points, axis=0)
+    across = along[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(along, axis=-1, keepdims=True)
+    aside = _STDS * np.concatenate([[0.0], std])[:, None] * across
+    outline = 1e3 * np.concatenate([points + aside, (points - aside)[::-1]])
+    axes.add_patch(Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=label))
+    axes.plot(*(1e3 * points).T, color="black", lw=0.8, zorder=4)
 
 
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
+_ESTIMATED_JOINTS = "estimated_joint_positions"
 WIDTH = 8.4  # inches
 _TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
 
@@ -190,7 +195,9 @@ class Snapshot(NamedTuple):
     pose_error: float  # m
     true_contact: Arrow | None
     true_contact_aside: Arrow | None  # as seen along x: (y, z)
+    estimated: Array | None  # (N + 2, 3) m, the estimated base, joints and tip, if in space
     contact: Arrow | None  # estimated, if available
+    contact_aside: Arrow | None  # likewise, as seen along x
     std: Array | None  # (N + 1) m, of the estimated joints and tip across the finger, if available
 
 
@@ -200,8 +207,12 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     signals = {str(kind).removeprefix(f"{name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
     in_plane = _arrow(layout.finger, partial(across_links, layout.finger, true), signals, "true_contact")
-    in_plane, aside = _arrows_in_space(signals) if leaves_plane(true) else (in_plane, None)
-    arcs = arcs_of_table(signals["arcs"])
+    in_plane, aside = _true_in_space(signals) if leaves_plane(true) else (in_plane, None)
+    arcs, estimated = arcs_of_table(signals["arcs"]), None
+    contact, contact_aside = _arrow(layout.finger, partial(across_arcs, arcs), signals, "contact"), None
+    if _ESTIMATED_JOINTS in signals:
+        estimated = corners(signals[_ESTIMATED_JOINTS], signals[TIP])
+        contact, contact_aside = _estimated_in_space(layout.finger, estimated, signals)
     return Snapshot(
         true,
         arcs,
@@ -211,8 +222,7 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
         float(signals["pose_error"].item()),
         in_plane,
         aside,
-        _arrow(layout.finger, partial(across_arcs, arcs), signals, "contact"),
-        signals.get("position_std"),
+        *(estimated, contact, contact_aside, signals.get("position_std")),
     )
 
 
@@ -229,14 +239,31 @@ def leaves_plane(corners: Array) -> bool:
     return bool(np.abs(corners[..., 1]).max() > _OFF_PLANE)
 
 
-def _arrows_in_space(signals: Mapping[str, Array]) -> tuple[Arrow | None, Arrow | None]:
+def _true_in_space(signals: Mapping[str, Array]) -> tuple[Arrow | None, Arrow | None]:
     """The true contact force at the centre of pressure, as seen along y and along x; None where nothing presses."""
     force = signals.get("true_contact_force_world")
-    if force is None or not np.linalg.norm(force) >= _LEAST:
+    if force is None:
         return None, None
     X_WB = signals["X_WB"]
-    begin, along = X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force
-    ends = np.array([begin, begin + _LENGTH * along])
+    return _seen(X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force)
+
+
+def _estimated_in_space(
+    finger: Finger, estimated: Array, signals: Mapping[str, Array]
+) -> tuple[Arrow | None, Arrow | None]:
+    """The same of the estimated one; None where it is not known."""
+    if "contact_force_vector" not in signals:
+        return None, None
+    s, side = (float(signals[f"contact_{name}"].item()) for name in ("arc_length", "side"))
+    begin = pressed_point(finger, estimated, s, side) if np.isfinite([s, side]).all() else np.full(3, np.nan)
+    return _seen(begin, signals["contact_force_vector"])
+
+
+def _seen(begin: Array, force: Array) -> tuple[Arrow | None, Arrow | None]:
+    """The arrow of a force, (3) N in B, at a point, (3) m, as seen along y and along x."""
+    ends = np.array([begin, begin + _LENGTH * force])
+    if not np.isfinite(ends).all() or np.linalg.norm(force) < _LEAST:
+        return None, None
     in_plane, aside = (Arrow(*ends[:, axes]) for axes in (_IN_PLANE, _ASIDE))
     return in_plane, aside
 
@@ -246,7 +273,7 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
 
     The true contact force is drawn at the contact, 25 mm/N; so are the estimated force and the uncertainty of the
     curve, if the estimator provides them. A finger that leaves its plane has a fourth panel, the simulation seen along
-    x, and the true force is that in space.
+    x, and the true force is that in space; if the estimate is in space too, a fifth shows it from there.
 
     Drawn in frame B, mm, with the base at the top. Segments and arcs are coloured by the true and the
     estimated external torque, on one scale; the numbers at the arcs are their radii.
@@ -257,26 +284,30 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         layout = replace(layout, sections=arcs, borders=None)
     limit = torque_limit([snapshot.torque, snapshot.true_torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    aside = [_limits_aside(finger, snapshot)] if leaves_plane(snapshot.corners) else []
-    widths = [float(np.ptp(limits)) for limits in [*x_limits, *aside]]
-    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths)
+    aside, y_limits = _aside(snapshot), _limits_aside(finger, snapshot)
+    widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(aside)]]
+    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(aside)
+    highest = 4.5 if aside else 4.2
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, min(max(height, 3.2), 4.2)), layout="compressed")
+        figure = Figure(figsize=(WIDTH, min(max(height, 3.2), highest)), layout="compressed")
         panels = figure.subplots(1, len(widths), sharey=True, width_ratios=widths)
         draw_segments(panels[0], finger, snapshot.corners, color(snapshot.true_torque, limit))
         draw_segments(panels[1], finger, snapshot.corners, np.full((finger.segments, 3), 0.94))
         draw_arcs(panels[1], layout, snapshot.arcs)
         _draw_joints(panels[1], snapshot)
-        draw_tube(panels[2], layout, snapshot.arcs, color(snapshot.torque, limit))
+        colors = color(snapshot.torque, limit)
+        if snapshot.estimated is None:
+            draw_tube(panels[2], layout, snapshot.arcs, colors)
+        else:
+            draw_segments(panels[2], finger, snapshot.estimated, colors)
         _draw_contact(panels, finger, snapshot)
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
-        for axes, limits in zip(panels[3:], aside, strict=True):
-            _draw_aside(axes, finger, snapshot, color(snapshot.true_torque, limit))
-            axes.set(
-                title="(d) simulation,\nfrom the side", xlabel="y [mm]", aspect="equal", xlim=limits, ylim=z_limits
-            )
+        for axes, (title, shape, torque) in zip(panels[3:], aside, strict=True):
+            _draw_aside(axes, finger, snapshot, shape, color(torque, limit))
+            axes.set(xlabel="y [mm]", aspect="equal", xlim=y_limits, ylim=z_limits)
+            axes.set_title(title, fontsize="medium")
         panels[0].set_ylabel("z [mm]")
         bar = add_torque_bar(figure, limit, ax=panels, aspect=30)
         bar.ax.yaxis.label.set_fontsize("small")
@@ -284,17 +315,32 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     return figure
 
 
-def _draw_aside(axes: Axes, finger: Finger, snapshot: Snapshot, colors: Array) -> None:
-    draw_segments(axes, finger, snapshot.corners, colors, aside=True)
+def _aside(snapshot: Snapshot) -> list[tuple[str, Array, Array]]:
+    """Titles, base, joints and tip, and torques of what is drawn from the side as well."""
+    if not leaves_plane(snapshot.corners):
+        return []
+    drawn = [("(d) simulation", snapshot.corners, snapshot.true_torque)]
+    estimated = snapshot.estimated
+    return drawn if estimated is None else [*drawn, ("(e) estimate", estimated, snapshot.torque)]
+
+
+def _draw_aside(axes: Axes, finger: Finger, snapshot: Snapshot, shape: Array, colors: Array) -> None:
+    """The simulation or, with its force and uncertainty, the estimate, seen along x."""
+    draw_segments(axes, finger, shape, colors, aside=True)
     draw_base(axes, finger, aside=True)
+    if shape is snapshot.estimated:
+        if snapshot.std is not None:
+            draw_band(axes, shape[:, _ASIDE], snapshot.std, f"_{_BAND}, in the third panel")
+        if snapshot.contact_aside is not None:
+            draw_force(axes, snapshot.contact_aside, ESTIMATED_COLOR, "_estimated, in the third panel")
     if snapshot.true_contact_aside is not None:
         draw_force(axes, snapshot.true_contact_aside, TRUE_COLOR, "_true, in the first panel", _TRUE_WIDTH)
 
 
 def _limits_aside(finger: Finger, snapshot: Snapshot) -> Array:
-    """Limits of y, mm, in the panel from the side."""
-    aside, half = snapshot.true_contact_aside, 1e3 * finger.base.width
-    points = [snapshot.corners[:, 1], *([] if aside is None else [np.stack(aside)[:, 0]])]
+    """Limits of y, mm, in the panels from the side."""
+    arrows, half = (snapshot.true_contact_aside, snapshot.contact_aside), 1e3 * finger.base.width
+    points = [snapshot.corners[:, 1], *(np.stack(arrow)[:, 0] for arrow in arrows if arrow is not None)]
     y = 1e3 * np.concatenate(points)
     return np.array([y.min() - half, y.max() + half])
 
@@ -316,7 +362,9 @@ def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], 
 def _draw_contact(panels: Sequence[Axes], finger: Finger, snapshot: Snapshot) -> None:
     """Draws the true force in the first and last panels, and the estimate in the last."""
     if snapshot.std is not None:
-        draw_band(panels[2], finger, snapshot.arcs, snapshot.std)
+        curve, ends = snapshot.estimated, finger.link_ends
+        points = as_points(sites_on_arcs(snapshot.arcs, ends)[0]) if curve is None else curve[:, _IN_PLANE]
+        draw_band(panels[2], points, snapshot.std)
     if snapshot.true_contact is not None:
         draw_force(panels[0], snapshot.true_contact, TRUE_COLOR, "true contact force", _TRUE_WIDTH)
     if snapshot.contact is not None:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
+from soft_gripper.estimators.mechanics import SpatialMechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.placement.pushed_finger import Push, PushedFinger
 from soft_gripper.placement.spatial_scores import push_prior
@@ -99,7 +99,7 @@ class PushFinder:
 
     @cached_property
     def _deviations(self) -> Array:
-        return SpatialGaussianShape(self.layout, self.uncertainty).deviations
+        return SpatialMechanics(self.layout, self.uncertainty).deviations
 
     @cached_property
     def _std(self) -> Array:

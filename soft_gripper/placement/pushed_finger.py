@@ -170,4 +170,4 @@ class PushedFinger:
 
 def _for_each(at: Posture) -> Posture:
     """The posture, with an axis for several loads."""
-    return Posture(at.rotations[..., None, :, :, :], at.origins[..., None, :, :], at.screws[..., None, :, :])
+    return Posture(*(each[..., None, :, :, :] for each in at))

@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_gripper.arrays import Array
+from soft_gripper.estimators.mechanics import SpatialMechanics
 from soft_gripper.estimators.spatial_estimator import Places
-from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.placement.catalogue import PATHS, STRAIN, Design
@@ -99,7 +99,7 @@ class Scores:
     def push_variance(self, seen: Seen) -> Array:
         """Of the force of a push across the finger in two directions, N^2, and of its place, m^2, (T', 3)."""
         slopes, variance = (part[self.tasks.is_pushed] for part in seen)
-        deviations = slopes @ self._gaussian.deviations @ np.swapaxes(slopes, -1, -2)
+        deviations = slopes @ self._mechanics.deviations @ np.swapaxes(slopes, -1, -2)
         by_push = slopes @ self._push_slopes
         information = np.swapaxes(by_push, -1, -2) @ np.linalg.solve(deviations + _diagonal(variance), by_push)
         std = push_prior(self.tasks.statics.finger, self.uncertainty)
@@ -114,16 +114,16 @@ class Scores:
         return Seen(slopes, assumed.any_reading**2 + (assumed.gain * layout.predict(q)) ** 2)
 
     @cached_property
-    def _gaussian(self) -> SpatialGaussianShape:
-        """The estimator with any sensors of the kind: what it assumes before they are read does not depend on them."""
+    def _mechanics(self) -> SpatialMechanics:
+        """With any sensors of the kind: what is assumed before they are read does not depend on them."""
         paths = tuple(PATHS)[:1] if self.kind == STRAIN else ()
-        return SpatialGaussianShape(Design(self.kind, (), paths).layout(self.tasks.statics.finger), self.uncertainty)
+        return SpatialMechanics(Design(self.kind, (), paths).layout(self.tasks.statics.finger), self.uncertainty)
 
     @cached_property
     def _prior(self) -> Array:
         """Of the joints in all tasks, (T, D, D)."""
         tasks = self.tasks
-        return self._gaussian.prior(self._gaussian.posture(tasks.q), tasks.q, tasks.driving)
+        return self._mechanics.prior(self._mechanics.posture(tasks.q), tasks.q, tasks.driving)
 
     @cached_property
     def _pose_slopes(self) -> Array:

@@ -142,28 +142,22 @@ class Button(StrEnum):
 
     PAUSE = "pause"
     RESET = "reset"
+    ZERO = "zero"
     RECORD = "record"
     STOP = "stop"
 
 
-BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.RECORD: "KeyC", Button.STOP: ""}
+_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.ZERO: "KeyZ", Button.RECORD: "KeyC", Button.STOP: ""}
+_OF_STATION = (Button.PAUSE, Button.RESET, Button.RECORD, Button.STOP)
 
 
-class ControlPanel:
-    """The positions of the sliders, and the clicked buttons.
+class Panel:
+    """The positions of sliders, and the clicked buttons, for a thread that acts on them and one that serves a page."""
 
-    If several fingers have a pressure slider each, one more slider moves all of them.
-    """
-
-    def __init__(self, station: Station):
-        """`station` is one of an `open_scenario`."""
-        self._commands = commands_of(station.parts)
-        own = [slider for command in self._commands for slider in command.sliders]
-        pressures = [c.sliders for c in self._commands if c.port.endswith(".pressure_command")]
-        are_alike = len(pressures) > 1 and all(len(sliders) == 1 for sliders in pressures)
-        self._together = [sliders[0].name for sliders in pressures] if are_alike else []
-        common = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if self._together else []
-        self.sliders: list[Slider] = common + own
+    def __init__(self, buttons: Sequence[Button], sliders: Sequence[Slider] = (), together: Sequence[str] = ()):
+        """`together` are the names of the sliders that `ALL_FINGERS` moves."""
+        self.buttons = {button: _KEYS[button] for button in buttons}
+        self.sliders, self._together = list(sliders), together
         self._by_name = {slider.name: slider for slider in self.sliders}
         self._lock, self._clicked = Lock(), set[Button]()
         self.reset()
@@ -176,7 +170,7 @@ class ControlPanel:
         match message:
             case {"slider": str(name), "value": int(value) | float(value), **rest} if not rest:
                 return name in self._by_name and self._move(self._by_name[name], value)
-            case {"button": str(name), **rest} if not rest and name in set(Button):
+            case {"button": str(name), **rest} if not rest and name in self.buttons:
                 with self._lock:
                     self._clicked.add(Button(name))
                 return True
@@ -201,7 +195,29 @@ class ControlPanel:
         """The buttons clicked since the last call."""
         with self._lock:
             clicked, self._clicked = self._clicked, set()
-        return [button for button in Button if button in clicked]
+        return [button for button in self.buttons if button in clicked]
+
+    def reset(self) -> None:
+        """Resets all sliders."""
+        with self._lock:
+            self._values = {slider.name: slider.value for slider in self.sliders}
+
+
+class ControlPanel(Panel):
+    """The panel of a station.
+
+    If several fingers have a pressure slider each, one more slider moves all of them.
+    """
+
+    def __init__(self, station: Station):
+        """`station` is one of an `open_scenario`."""
+        self._commands = commands_of(station.parts)
+        own = [slider for command in self._commands for slider in command.sliders]
+        pressures = [c.sliders for c in self._commands if c.port.endswith(".pressure_command")]
+        are_alike = len(pressures) > 1 and all(len(sliders) == 1 for sliders in pressures)
+        together = [sliders[0].name for sliders in pressures] if are_alike else []
+        common = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if together else []
+        super().__init__(_OF_STATION, common + own, together)
 
     def apply(self, station: Station, context: Context) -> None:
         """Sets the inputs of a station, in its context, to the slider commands."""
@@ -209,8 +225,3 @@ class ControlPanel:
         for command in self._commands:
             value = command.value([values[slider.name] for slider in command.sliders])
             station.diagram.GetInputPort(command.port).FixValue(context, value)
-
-    def reset(self) -> None:
-        """Resets all sliders."""
-        with self._lock:
-            self._values = {slider.name: slider.value for slider in self.sliders}

@@ -40,8 +40,9 @@ from websockets.http11 import Request, Response
 
 from soft_gripper.diagrams.view.meshcat_view import LOOPBACK
 from soft_gripper.errors import InputError
-from soft_gripper.play.control_panel import BUTTON_KEYS, ControlPanel
-from soft_gripper.play.session import Session, SignalFeed
+from soft_gripper.play.control_panel import Panel
+from soft_gripper.play.session import SignalFeed
+from soft_gripper.scenario.schema import Scenario
 from soft_gripper.signals import signal_of
 
 PORTS = range(7100, 7200)  # after those of Meshcat
@@ -86,7 +87,7 @@ Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, which Meshca
 class LivePage:
     """The data that the page of a session shows, and the commands it accepts."""
 
-    def __init__(self, about: Mapping[str, Any], panel: ControlPanel, feed: SignalFeed):
+    def __init__(self, about: Mapping[str, Any], panel: Panel, feed: SignalFeed):
         """`about` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
         self.about, self.panel, self.feed = about, panel, feed
         self.refused = 0  # messages that were not valid commands
@@ -383,17 +384,24 @@ _SIGNS = {"ArrowUp": "\N{UPWARDS ARROW}", "ArrowDown": "\N{DOWNWARDS ARROW}", "C
 _READABLE = {"Pa": (1e-3, "kPa"), "m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "N m": (1e3, "mN m")}
 
 
-def page_contents(name: str, session: Session) -> dict[str, Any]:
-    """The data sent to the page when it is opened."""
-    station = session.station
-    plots = plots_of(station.parts.signals, [finger.name for finger in station.fingers])
+def page_contents(
+    command: str,
+    name: str,
+    scenario: Scenario,
+    panel: Panel,
+    signals: Mapping[str, OutputPort],
+    fingers: Collection[str],
+) -> dict[str, Any]:
+    """The data sent to the page of a command when it is opened; for `signals` and `fingers` see `plots_of`."""
+    plots = plots_of(signals, fingers)
     return {
+        "command": command,
         "name": name,
-        "description": station.scenario.description,
+        "description": scenario.description,
         "plots": plots,
         "shown": first_plots(plots),
-        "sliders": [{**asdict(slider), "signs": [*map(_sign, slider.keys)]} for slider in session.panel.sliders],
-        "buttons": [{"name": button, "key": key, "sign": _sign(key)} for button, key in BUTTON_KEYS.items()],
+        "sliders": [{**asdict(slider), "signs": [*map(_sign, slider.keys)]} for slider in panel.sliders],
+        "buttons": [{"name": button, "key": key, "sign": _sign(key)} for button, key in panel.buttons.items()],
     }
 
 

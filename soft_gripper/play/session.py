@@ -68,7 +68,7 @@ class Recorder:
             return None
         self.is_recording = False
         self._meshcat.StopRecording()
-        folder = next(f for f in (self._folder / str(i) for i in count(1)) if not f.exists())
+        folder = next_folder(self._folder)
         with atomic_folder(folder) as partial:
             self._station.recording(context).save(partial / "recording.nc")
             (partial / "scenario.yaml").write_text(dump_scenario(self._station.scenario, partial), encoding="utf-8")
@@ -80,6 +80,11 @@ class Recorder:
         self._meshcat.PublishRecording()
         write_animation(self._meshcat, file)
         self._meshcat.SetAnimation(MeshcatAnimation())  # browsers continue to show the simulation
+
+
+def next_folder(folder: Path) -> Path:
+    """The first of the folders 1, 2, 3 ... in a folder that does not exist."""
+    return next(found for found in (folder / str(i) for i in count(1)) if not found.exists())
 
 
 PATIENCE = 0.5  # s by which the simulation may be late and catch up; a longer delay is kept

@@ -1,4 +1,4 @@
-"""Many runs: the executor, sweeps, trials and tuning."""
+"""Many runs: the executor, sweeps, trials, grasp strength and tuning."""
 
 import lazy_loader
 

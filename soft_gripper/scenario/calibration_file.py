@@ -31,11 +31,15 @@ class FingerCalibrationConfig:
     bend_ratio: float = quantity(1.0, above=0)  # bend under the same pressure over that of the nominal model
     gains: list[float] = quantity([], above=0)  # of the strain of every reading
     offsets: list[float] = field(default_factory=list)  # of every reading, extension ratio
+    response_curvature: float = 0.0  # of all readings: they are of s + curvature s^2, with the strain s
+    pressure_offset: float = quantity(0.0, "Pa")  # what the pressure sensor reads too much
     residual: float = 0.0  # root mean square of the residuals, extension ratio
     # Standard deviations, and what estimators do not use: hysteresis, drift, and holds that do not fit
     bend_ratio_std: float = quantity(0.0, least=0)
     gain_stds: list[float] = quantity([], least=0)
     offset_stds: list[float] = quantity([], least=0)
+    response_curvature_std: float = quantity(0.0, least=0)
+    pressure_offset_std: float = quantity(0.0, "Pa", least=0)
     hysteresis: float = 0.0  # loop width, share of the stroke
     drifts: list[float] = quantity([], "1/s")  # of the extension ratio of every reading
     tip_measured: bool = (
@@ -66,7 +70,10 @@ def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] 
     lists = {name: getattr(found, name).tolist() for name in found_of_readings}
     single = {
         name: getattr(found, name)
-        for name in ("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured")
+        for name in (
+            *("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured"),
+            *("response_curvature", "response_curvature_std", "pressure_offset", "pressure_offset_std"),
+        )
     }
     found_before = {**lists, **single}
     return FingerCalibrationConfig(length, spacing, one_sided, sections, **found_before, doubtful=list(doubtful))
@@ -89,8 +96,9 @@ def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> Sen
         of = "length, sensor spacing, one_sided and section lengths"
         raise InputError("nominal.calibration", name, found, f"{of} of the finger are {own}")
     assert isinstance(curve, ResponseCurve)  # as in a scenario
-    response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets))
-    return replace(layout, finger=softened(finger, config.bend_ratio), response=response)
+    response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets), config.response_curvature)
+    finger = replace(softened(finger, config.bend_ratio), pressure_offset=config.pressure_offset)
+    return replace(layout, finger=finger, response=response)
 
 
 def save_calibration(calibration: CalibrationConfig, path: Path) -> None:

@@ -166,6 +166,8 @@ class ControlConfig:
     torque_gains: PidGains = field(default_factory=PidGains)  # from the torque error to the pressure, Pa
     # Limit of the estimated mean contact force of the fingers, instead of a torque_limit.
     force_limit: float | None = quantity(None, "N", above=0)
+    # Limit the upper bound of that force, which is exceeded with a probability of 2.5 %, while contact is detected.
+    force_bound: bool = False
     force_gains: PidGains = field(default_factory=PidGains)  # from the force error to the pressure, Pa
 
     def misfits(self) -> Iterator[Misfit]:

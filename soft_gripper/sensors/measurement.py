@@ -129,6 +129,10 @@ class MeasurementModel(ABC):
         """Jacobian of h at q, (..., D) -> (R, D), or (..., R, D) where it changes."""
         return self.jacobian
 
+    def linearized(self, q: Array) -> tuple[Array, Array]:
+        """The measured quantity and its Jacobian, as of `predict` and `slopes`."""
+        return self.predict(q), self.slopes(q)
+
     def inverse(self, measured: Array) -> Array:
         """The value implied by each reading alone, (..., R / S, S), from its quantity y, of the same shape."""
         return measured / self.sensitivity

@@ -22,7 +22,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.paths import Path, PathsOnChain, length_gradients, lengths_on_segments
+from soft_gripper.fingers.paths import Path, PathsOnChain, lengths_and_gradients, lengths_on_segments
 from soft_gripper.quantity import quantity
 from soft_gripper.sensors.measurement import SpatialSensors
 
@@ -125,8 +125,13 @@ class PathSensors(SpatialSensors):
         return self.ratios(q) - 1
 
     def slopes(self, q: Array) -> Array:
-        by_way = length_gradients(self._on_chain, self.by_way(q))
-        return np.concatenate([self._per_section(by_way[way]) for way in self.ways], axis=-1)
+        return self.linearized(q)[1]
+
+    def linearized(self, q: Array) -> tuple[Array, Array]:
+        by_way = q.reshape(*q.shape[:-1], len(self.ways), self.finger.segments)
+        lengths, gradients = lengths_and_gradients(self._on_chain, self._levers, by_way)
+        slopes = (gradients[..., None, :, :] * self._shares).reshape(*q.shape[:-1], self.readings, q.shape[-1])
+        return self._ratios(lengths) - 1, slopes
 
     def inverse(self, measured: Array) -> Array:
         """Strains along the finger, from those of the readings, if nothing twists: (..., 1, R)."""
@@ -145,8 +150,12 @@ class PathSensors(SpatialSensors):
 
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
-        lengths = np.add.reduceat(lengths_on_segments(self._on_chain, self.by_way(q)), self.section_ends[:-1], axis=-1)
-        return np.asarray((lengths / self._lengths_at_rest).reshape(*q.shape[:-1], self.readings))
+        return self._ratios(lengths_on_segments(self._on_chain, self.by_way(q)))
+
+    def _ratios(self, lengths: Array) -> Array:
+        """The same from the lengths on the segments, (..., P, N) m."""
+        sums = np.add.reduceat(lengths, self.section_ends[:-1], axis=-1)
+        return np.asarray((sums / self._lengths_at_rest).reshape(*lengths.shape[:-2], self.readings))
 
     @cached_property
     def _on_chain(self) -> PathsOnChain:
@@ -172,13 +181,12 @@ class PathSensors(SpatialSensors):
         along = np.add.reduceat(self._on_chain.covered, self.section_ends[:-1], axis=-1)
         return np.asarray((self._lengths_at_rest / along).ravel() ** 2 - 1)
 
-    def _per_section(self, slopes: Array) -> Array:
-        """Slopes of the lengths on the segments, (..., P, N), as those of the ratios of the readings, (..., R, N)."""
-        share = self._of_section[None] / self._lengths_at_rest[..., None]  # (P, S, N)
-        found = slopes[..., None, :] * share
-        return np.asarray(found.reshape(*found.shape[:-3], -1, found.shape[-1]))
+    @cached_property
+    def _shares(self) -> Array:
+        """Of the slope of a length on a segment in that of a reading, (P, S, 1, N) 1/m."""
+        of_section = self.joint_sections == np.arange(self.sections)[:, None]
+        return np.asarray(of_section / self._lengths_at_rest[..., None])[..., None, :]
 
     @cached_property
-    def _of_section(self) -> Array:
-        """Whether a segment belongs to a section, (S, N)."""
-        return (self.joint_sections == np.arange(self.sections)[:, None]).astype(float)
+    def _levers(self) -> Array:
+        return np.stack([self._on_chain.levers[way] for way in self.ways], axis=-2)

@@ -55,22 +55,27 @@ class ResponseCurve:
 
 @dataclass(frozen=True)
 class CalibratedResponse:
-    """One curve for all sensors, applied to an extension ratio specific to each: 1 + gain (ratio - 1) + offset.
+    """One curve for all sensors, applied to an extension ratio specific to each: 1 + gain (s + curvature s^2) + offset.
 
-    Arrays of ratios and readings are (..., R), with R gains and offsets.
+    s is the strain, ratio - 1. Arrays of ratios and readings are (..., R), with R gains and offsets. A reading beyond
+    the extreme of the parabola counts as that extreme.
     """
 
     curve: ResponseCurve
     gains: tuple[float, ...]
     offsets: tuple[float, ...]  # extension ratio
+    curvature: float = 0.0
 
     def reading(self, ratio: Array) -> Array:
         """Sensor readings for extension ratios."""
-        return self.curve.reading(1 + self._gains * (ratio - 1) + self._offsets)
+        strain = ratio - 1
+        return self.curve.reading(1 + self._gains * (strain + self.curvature * strain**2) + self._offsets)
 
     def ratio(self, reading: Array) -> Array:
         """Extension ratios for sensor readings; the inverse of `reading`."""
-        return 1 + (self.curve.ratio(reading) - 1 - self._offsets) / self._gains
+        bent = (self.curve.ratio(reading) - 1 - self._offsets) / self._gains
+        # The root near `bent` of s + curvature s^2 = bent, in a form that holds without a curvature too.
+        return 1 + 2 * bent / (1 + np.sqrt(np.maximum(1 + 4 * self.curvature * bent, 0.0)))
 
     @cached_property
     def _gains(self) -> Array:

@@ -7,16 +7,16 @@ varies, so they pass through an abstract port and a `ValueLog`. Only the mean no
 once, since Drake's surfaces do not outlive the sample.
 """
 
-from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from operator import itemgetter
+from functools import cached_property, partial
+from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue, Value
-from pydrake.geometry import ContactSurface
+from pydrake.geometry import ContactSurface, PolygonSurfaceMesh
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import ContactResults
 from pydrake.multibody.tree import BodyIndex
@@ -40,6 +40,8 @@ class Patch(NamedTuple):
     normal: Array  # (3,) in the world, either way, of any length
     force: Array  # (3,) N in the world, including friction, on the first geometry; the second receives the opposite
     torque: Array  # (3,) N m in the world, about the place
+    area: float = np.nan  # m^2; NaN where points touch
+    pressure: float = np.nan  # Pa, the largest; NaN where points or soft objects touch
 
 
 def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Patch]:
@@ -53,12 +55,16 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
         pair = (surface.id_M().get_value(), surface.id_N().get_value())
         if pair[0] in geometries or pair[1] in geometries:
             wrench = info.F_Ac_W()
-            yield Patch(pair, surface.centroid(), _area(surface), wrench.translational(), wrench.rotational())
+            force, torque = wrench.translational(), wrench.rotational()
+            area, pressure = surface.total_area(), _largest_pressure(surface)
+            yield Patch(pair, surface.centroid(), _area(surface), force, torque, area, pressure)
     for i in range(results.num_deformable_contacts()):
         soft = results.deformable_contact_info(i)
-        pair, mesh, wrench = (soft.id_A().get_value(), soft.id_B().get_value()), soft.contact_mesh(), soft.F_Ac_W()
+        mesh, pair = soft.contact_mesh(), (soft.id_A().get_value(), soft.id_B().get_value())
         if pair[0] in geometries or pair[1] in geometries:
-            yield Patch(pair, mesh.centroid(), _area(mesh), wrench.translational(), wrench.rotational())
+            wrench = soft.F_Ac_W()
+            force, torque = wrench.translational(), wrench.rotational()
+            yield Patch(pair, mesh.centroid(), _area(mesh), force, torque, mesh.total_area())
     for i in range(results.num_point_pair_contacts()):
         point = results.point_pair_contact_info(i)
         touching = point.point_pair()
@@ -67,12 +73,18 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
             yield Patch(pair, point.contact_point(), touching.nhat_BA_W, point.contact_force(), np.zeros(3))
 
 
-def _area(surface: ContactSurface) -> Array:
+def _area(surface: ContactSurface | PolygonSurfaceMesh) -> Array:
     """Area-weighted sum of the face normals of a surface."""
     faces = range(surface.num_faces())
     normals = np.concatenate([*map(surface.face_normal, faces)]).reshape(-1, 3)
     area: Array = np.array([*map(surface.area, faces)]) @ normals
     return area
+
+
+def _largest_pressure(surface: ContactSurface) -> float:
+    """Largest elastic pressure on a surface, Pa, without the share that dissipation adds."""
+    field = surface.tri_e_MN() if surface.is_triangle() else surface.poly_e_MN()
+    return max(map(field.EvaluateAtVertex, range(surface.num_vertices())), default=0.0)
 
 
 CONTACT_SIGNALS = (
@@ -82,7 +94,7 @@ CONTACT_SIGNALS = (
 # Units of places; the others are forces.
 PLACES = {"true_contact_arc_length": "m", "contact_center": "m", "true_contact_side": "rad"}
 VECTORS = ("contact_center", "true_contact_force_world")  # (3), in the world
-COLUMNS = 28  # of a table of patches, see `patch_table`
+COLUMNS = 31  # of a table of patches, see `patch_table`
 
 
 @dataclass(frozen=True)
@@ -124,23 +136,35 @@ def links_by_geometry(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
     }
 
 
-def patch_table(found: Iterable[Patch], links: Mapping[int, OwnLink], X_WB: Sequence[RigidTransform]) -> Array:
-    """Raw external contacts of fingers as an array, (P, 28), which `finger_contacts` interprets.
+NO_OBJECT = -1.0  # in the table: the finger touches none of the objects
+
+
+def patch_table(
+    found: Iterable[Patch],
+    links: Mapping[int, OwnLink],
+    X_WB: Sequence[RigidTransform],
+    objects: Mapping[int, int] | None = None,
+) -> Array:
+    """Raw external contacts of fingers as an array, (P, 31), which `finger_contacts` and `grip_signals` interpret.
 
     Args:
         found: patches of a plant.
         links: of the fingers, see `links_by_geometry`.
         X_WB: poses of all bodies of the plant, in the order of their indices.
+        objects: numbers of the objects to which other geometries belong.
     """
+    numbers = objects or {}
     rows: list[Array] = []
     for patch in found:
         own = [links.get(geometry) for geometry in patch.geometries]
         if own[0] is not None and own[1] is not None and own[0].finger == own[1].finger:
             continue
-        for sign, link in zip((1.0, -1.0), own, strict=True):
+        touched = [numbers.get(geometry, NO_OBJECT) for geometry in reversed(patch.geometries)]
+        for sign, link, number in zip((1.0, -1.0), own, touched, strict=True):
             if link is not None:
                 X_WL = X_WB[link.body].GetAsMatrix34().ravel()
-                rows += [np.array((link.finger, link.link, link.begin, sign)), *patch[1:], X_WL]
+                others = np.array((number, patch.area, patch.pressure))
+                rows += [np.array((link.finger, link.link, link.begin, sign)), *patch[1:5], X_WL, others]
     return np.concatenate(rows).reshape(-1, COLUMNS) if rows else np.empty((0, COLUMNS))
 
 
@@ -225,14 +249,14 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bo
     along its mean normal n, in its centre: at  n x torque / (force n)  from the place of the patch.
 
     Args:
-        table: of patches, (P, 28), see `patch_table`.
+        table: of patches, (P, 31), see `patch_table`.
         sample: that each belongs to, (P,), in rising order.
         known: samples of which the patches are known, (T,).
     """
     finger, link = table[:, :2].astype(int).T
     begin, sign = table[:, 2:4].T
     place, normal, force, torque = (table[:, begin : begin + 3] for begin in (4, 7, 10, 13))
-    X_WL = table[:, 16:].reshape(-1, 3, 4)
+    X_WL = table[:, 16:28].reshape(-1, 3, 4)
     normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     pressed = (force * normal).sum(axis=1)
     lever = np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
@@ -261,6 +285,49 @@ def contact_signals(contact: FingerContacts, links: int) -> dict[str, Array]:
     return dict(zip(CONTACT_SIGNALS, values, strict=True))
 
 
+class GripOf(NamedTuple):
+    """How F fingers hold one object, in T samples: the outputs of `TrueContact` for it."""
+
+    grip_normal_force: Array  # (T, F) N, the sum of what presses, along the normal of each patch
+    grip_friction_force: Array  # (T, F, 3) N on the object, in the world
+    grip_force: Array  # (T, F, 3) N on the object, in the world: normal forces and friction as vectors
+    grip_area: Array  # (T, F) m^2; NaN where points touch
+    grip_pressure: Array  # (T, F) Pa, the largest on the surface; NaN where points touch
+
+
+def grip_of(number: int, fingers: int, table: Array, sample: NDArray[np.int_], known: NDArray[np.bool_]) -> GripOf:
+    """How fingers hold one object.
+
+    Args:
+        number: of the object, see `patch_table`.
+        fingers: F, all of them.
+        table, sample, known: as for `finger_contacts`.
+    """
+    own = table[:, 28] == number
+    rows = table[own]
+    cell = sample[own] * fingers + rows[:, 0].astype(int)
+    cells = len(known) * fingers
+    normal = rows[:, 7:10] / np.linalg.norm(rows[:, 7:10], axis=1, keepdims=True)
+    force = -rows[:, 3:4] * rows[:, 10:13]
+    pressed = (force * normal).sum(axis=1)
+    friction = force - pressed[:, None] * normal
+    largest = np.zeros(cells)
+    with np.errstate(invalid="ignore"):  # numpy warns of NaN where points touch
+        np.maximum.at(largest, cell, rows[:, 30])
+
+    def sums(values: Array) -> Array:
+        return np.bincount(cell, values, cells)
+
+    flat = (
+        sums(np.abs(pressed)),
+        *(np.stack([*map(sums, vectors.T)], axis=-1) for vectors in (friction, force)),
+        sums(rows[:, 29]),
+        largest,
+    )
+    held = [value.reshape(len(known), fingers, *value.shape[1:]) for value in flat]
+    return GripOf(*(np.where(known.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for value in held))
+
+
 def contact_width(contacts: Sequence[FingerContacts]) -> Array:
     """Width between the contacts of all fingers, (T,) m; NaN unless two or more fingers all touch something.
 
@@ -278,6 +345,14 @@ def contact_width(contacts: Sequence[FingerContacts]) -> Array:
 def _ratio(value: Array, by: Array) -> Array:
     """Ratio; NaN where the divisor is zero."""
     return value / np.where(by == 0, np.nan, by)
+
+
+def combined_friction(one: float, other: float) -> float:
+    """Coefficient of friction between two surfaces as Drake combines it, 2 a b / (a + b).
+
+    See CalcContactFrictionFromSurfaceProperties.
+    """
+    return 2 * one * other / (one + other) if one + other > 0 else 0.0
 
 
 TOUCH = 1e-3  # N, force above which a link counts as touched
@@ -316,7 +391,12 @@ class TrueContact(ArrayBlock):
                             |             | ---> {finger}.contact_center           (3) m, of that, in the world
                             |             | ---> {finger}.true_contact_force_world (3) N, in the world
                             |             | ---> {finger}.true_contact_side        (1) rad, around the finger
-                            +-------------+ ---> width                             (1) m, between what all touch
+                            |             | ---> width                             (1) m, between what all touch
+                            |             | ---> {object}.grip_normal_force        (F) N, of each finger on it
+                            |             | ---> {object}.grip_friction_force      (F x 3) N on it, in the world
+                            |             | ---> {object}.grip_force               (F x 3) N on it, in the world
+                            |             | ---> {object}.grip_area                (F) m^2
+                            +-------------+ ---> {object}.grip_pressure            (F) Pa, the largest
 
     Forces are those that the finger receives from outside. `true_contact_force` is the sum of `link_normal_force`: each
     across its link, in the bending plane, positive where it presses on the inner side, so that it opens the finger.
@@ -327,10 +407,22 @@ class TrueContact(ArrayBlock):
     the width see `contact_width`.
     """
 
-    def __init__(self, fingers: Mapping[str, TouchedLinks], interval: float | None = None):
-        """`fingers` by their names; at other times than multiples of `interval`, s, everything is NaN; None: never."""
+    def __init__(
+        self,
+        fingers: Mapping[str, TouchedLinks],
+        interval: float | None = None,
+        objects: Mapping[str, Collection[int]] | None = None,
+    ):
+        """
+        Args:
+            fingers: by their names.
+            interval: at other times than its multiples, s, everything is NaN; None: never.
+            objects: collision geometries of the objects that fingers may hold, by name; values of their GeometryIds.
+        """
         super().__init__()
         self._interval = interval
+        held = objects or {}
+        self._objects = {geometry: number for number, of in enumerate(held.values()) for geometry in of}
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
@@ -341,6 +433,17 @@ class TrueContact(ArrayBlock):
             self._put_out_signals(number, name, len(finger.bodies))
         count = len(fingers)
         self.put_out("width", lambda contacts: contact_width([*map(contacts.of, range(count))]), "contacts", unit="m")
+        for number, name in enumerate(held):
+            self._put_out_grip(number, name, list(fingers))
+
+    def _put_out_grip(self, number: int, name: str, fingers: Sequence[str]) -> None:
+        step = f"{name}.grip"
+        one, many = (partial(of, partial(grip_of, number, len(fingers))) for of in (_grip_of_sample, _grip_of_samples))
+        self.derive(step, one, "patches", over_time=many)
+        for signal in GripOf._fields:
+            unit = {"grip_area": "m^2", "grip_pressure": "Pa"}.get(signal, "N")
+            axes = {"xyz": XYZ} if signal in ("grip_friction_force", "grip_force") else {}
+            self.put_out(f"{name}.{signal}", attrgetter(signal), step, unit=unit, finger=fingers, **axes)
 
     def _put_out_signals(self, number: int, name: str, links: int) -> None:
         self.derive(name, lambda contacts: contact_signals(contacts.of(number), links), "contacts")
@@ -355,7 +458,7 @@ class TrueContact(ArrayBlock):
         if abs(intervals - round(intervals)) > _SHARE:
             return _LEFT_OUT
         found = list(patches(self._results.Eval(context), self._links))
-        return patch_table(found, self._links, self._poses.Eval(context) if found else [])
+        return patch_table(found, self._links, self._poses.Eval(context) if found else [], self._objects)
 
 
 _SHARE = 1e-6  # of an interval, by which a time may differ from a multiple of it
@@ -369,10 +472,23 @@ def _of_sample(table: Array) -> FingerContacts:
 
 
 def _of_samples(tables: Sequence[Array]) -> FingerContacts:
+    return finger_contacts(*_stacked(tables))
+
+
+def _grip_of_sample(interpret: Callable[..., GripOf], table: Array) -> GripOf:
+    return interpret(*_stacked([table]))
+
+
+def _grip_of_samples(interpret: Callable[..., GripOf], tables: Sequence[Array]) -> GripOf:
+    return interpret(*_stacked(tables))
+
+
+def _stacked(tables: Sequence[Array]) -> tuple[Array, NDArray[np.int_], NDArray[np.bool_]]:
+    """One table of all samples, the sample of each patch, and the samples of which the patches are known."""
     known = np.array([table.shape[1] > 0 for table in tables])
     found = [table.reshape(-1, COLUMNS) for table in tables]
     sample = np.repeat(np.arange(len(found)), [len(table) for table in found])
-    return finger_contacts(np.concatenate(found), sample, known)
+    return np.concatenate(found), sample, known
 
 
 def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:

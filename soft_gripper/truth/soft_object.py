@@ -3,13 +3,13 @@
 All follow from the vertices of its finite elements. T samples of V vertices are computed at once, after the run.
 """
 
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import GeometryConfigurationVector, GeometryId, SceneGraphInspector
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
 from pydrake.systems.framework import Context
 from scipy.spatial.distance import pdist
@@ -19,8 +19,11 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.files.tetrahedra import Tetrahedra
 from soft_gripper.signals import XYZ
+from soft_gripper.truth.contact import patches
 
 POSE, POSE_UNITS = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z"), ("1", "1", "1", "1", "m", "m", "m")
+WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
+WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
 
 
 class SoftBody(NamedTuple):
@@ -33,6 +36,11 @@ class SoftBody(NamedTuple):
     def geometry(self) -> GeometryId:
         """What touches, and is drawn."""
         return self.body.geometry_id()
+
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return float(self.body.config().mass_density() * self.rest.volumes.sum())
 
     def vertices(self, context: Context) -> Array:
         """Of its elements, in the context of the plant, (V, 3) m in the world."""
@@ -106,17 +114,24 @@ def largest_strain(rest: Tetrahedra, vertices: Array) -> Array:
     return strain
 
 
+def wrench_at(wrench: Array, pose: Array) -> Array:
+    """A wrench about the origin, moved to the position of a pose, (..., 6) N m and N, and (..., 7) -> (..., 6)."""
+    torque, force = wrench[..., :3], wrench[..., 3:]
+    return np.concatenate([torque - np.cross(pose[..., 4:], force), force], axis=-1)
+
+
 class SoftObject(ArrayBlock):
     """Outputs the shape of a soft object of the plant.
 
     ::
 
-                           +------------+ ---> vertices       (V x 3) m in the world
-        configurations --> | SoftObject | ---> pose           (7) q_w, q_x, q_y, q_z, x, y, z; m in the world
-                           |            | ---> squeeze        (1) m
-                           +------------+ ---> largest_strain (1)
+                            +------------+ ---> vertices       (V x 3) m in the world
+        configurations ---> | SoftObject | ---> pose           (7) q_w, q_x, q_y, q_z, x, y, z; m in the world
+        contact_results --> |            | ---> squeeze        (1) m
+                            |            | ---> largest_strain (1)
+                            +------------+ ---> contact_wrench (6) torque at the pose's position, force; N m, N
 
-    The pose is that of the undeformed body that fits it best, see `fitted_pose`.
+    The pose is that of the undeformed body that fits it best, see `fitted_pose`. The wrench is that of all contacts.
     """
 
     def __init__(self, soft: SoftBody):
@@ -125,12 +140,25 @@ class SoftObject(ArrayBlock):
         model = Value(GeometryConfigurationVector())
         self._configurations = self.DeclareAbstractInputPort("configurations", model)
         self.show("configuration", self._collect, {self._configurations.ticket()})
+        self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self.show("wrench_at_origin", self._wrench, {self._results.ticket()})
         self.derive("points", np.asarray, "configuration", over_time=np.array)
-        labels = {"vertex": range(len(rest.vertices)), "xyz": XYZ}
+        self.derive("wrench", np.asarray, "wrench_at_origin", over_time=np.array)
+        self.derive("fitted", lambda points: fitted_pose(rest, points), "points")
+        labels: dict[str, Sequence[Any]] = {"vertex": range(len(rest.vertices)), "xyz": XYZ}
         self.put_out("vertices", lambda points: points, "points", unit="m", **labels)
-        self.put_out("pose", lambda points: fitted_pose(rest, points), "points", unit=POSE_UNITS, pose_entry=POSE)
+        self.put_out("pose", lambda pose: pose, "fitted", unit=POSE_UNITS, pose_entry=POSE)
         self.put_out("squeeze", lambda points: squeeze(rest, points), "points", unit="m")
         self.put_out("largest_strain", lambda points: largest_strain(rest, points), "points")
+        self.put_out("contact_wrench", wrench_at, "wrench", "fitted", unit=WRENCH_UNITS, wrench=WRENCH)
+
+    def _wrench(self, context: Context) -> Array:
+        """Of all contacts about the origin of the world: torque and force, (6) N m and N."""
+        wrench = np.zeros(6)
+        for patch in patches(self._results.Eval(context), {self._geometry}):
+            sign = 1.0 if patch.geometries[0] == self._geometry else -1.0
+            wrench += sign * np.concatenate([patch.torque + np.cross(patch.place, patch.force), patch.force])
+        return wrench
 
     def _collect(self, context: Context) -> Array:
         """The vertices, (V, 3) m in the world."""

@@ -69,7 +69,7 @@ def test_mujoco_touches_the_true_surface():
     setting = config["simulators"]["MuJoCo"]["non-convex grasp"]["settings"][0]
     model = make_model(load_task(config["tasks"]["non-convex grasp"]), setting)
     assert (model.geom_type == mujoco.mjtGeom.mjGEOM_SDF).sum() == 1
-    assert model.body("irregular").mass[0] == pytest.approx(0.06)
+    assert model.body("irregular::irregular").mass[0] == pytest.approx(0.06)
 
 
 def test_sensing_is_that_of_our_blocks():

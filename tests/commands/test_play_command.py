@@ -7,7 +7,6 @@ import json
 import re
 import signal
 import socket
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
@@ -18,15 +17,15 @@ from urllib.parse import urlsplit
 
 import pytest
 from browser import open_url
-from command_line import LISTENING, soft_gripper
+from command_line import soft_gripper
+from served_page import LONG, Served
 from websockets.exceptions import WebSocketException
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
 
 from soft_gripper.diagrams.recording import Recording
 
 pytestmark = pytest.mark.slow
 
-LONG = 120.0  # s, for whatever a busy machine may take
 END = 10.0  # s from Ctrl-C to the end; 2 s where nothing else runs
 PRESSURE, BEND = "left_finger.pressure", "left_finger.theta"
 CONTROL, RELEASED = "\ue009", "\ue000"  # keys of WebDriver
@@ -41,39 +40,12 @@ return drawn;"""  # pixels of a colour in the first plot, edges of its lines inc
 SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
 
 
-class Played:
+class Played(Served):
     """A process that plays, and its page."""
 
     def __init__(self, out: Path):
-        command = [*LISTENING, "play", "free_bending", "--out", str(out)]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        assert self.process.stdout is not None
-        (self.url,) = re.findall(r"http://localhost:\S+", self.process.stdout.readline())
-        self.port, self.out = urlsplit(self.url).port or 0, out
-
-    def open(self) -> ClientConnection:
-        """The socket of the page."""
-        return connect(f"{self.url.replace('http', 'ws')}live", origin=f"http://localhost:{self.port}", proxy=None)  # type: ignore[arg-type]
-
-    def message(self, *signals: str) -> dict[str, Any]:
-        """How things are, and the values of some signals."""
-        with self.open() as page:
-            page.send(json.dumps({"signals": signals}))
-            while True:
-                found: dict[str, Any] = json.loads(page.recv(timeout=LONG))
-                if found["values"].keys() >= set(signals):
-                    return found
-
-    def value(self, name: str) -> float:
-        """The first entry of a signal."""
-        return float(self.message(name)["values"][name][0])
-
-    def end(self) -> tuple[int, str]:
-        """Its exit code and what it has said, once it has ended; its port is then free."""
-        said, _ = self.process.communicate(timeout=LONG)
-        with pytest.raises(ConnectionRefusedError):
-            HTTPConnection("127.0.0.1", self.port).connect()
-        return self.process.returncode, said
+        super().__init__("play", "free_bending", "--out", out)
+        self.out = out
 
 
 @pytest.fixture

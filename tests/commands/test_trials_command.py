@@ -120,6 +120,7 @@ def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
         "trials.csv",
         "trials.csv.sha256",
         "trials_details.csv",
+        "trials_grasps.csv",
     }
 
 

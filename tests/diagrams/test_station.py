@@ -56,7 +56,8 @@ OF_GRIP, OF_WIDTH = ["set_point", "opening", "torque"], ["object_width", "object
 TRUE_WIDTH = "grip.true_object_width"
 OF_ARM = ["arm.joint_positions", "arm.joint_velocities", "arm.joint_torques"]
 OF_PLANT = ["gripper.actuation", "plant.state"]
-OF_BOX = ["box.pose", "box.contact_wrench"]
+OF_GRIP_ON_BOX = ("normal_force", "friction_force", "force", "area", "pressure")
+OF_BOX = ["box.pose", "box.contact_wrench", *(f"box.grip_{name}" for name in OF_GRIP_ON_BOX)]
 
 
 def of_each_finger(names):
@@ -243,7 +244,7 @@ def test_ports_of_the_drives(free_bending, box_grasp):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("overrides", [[NO_CONTACT], [CONTACT]], ids=["", "contact"])
+@pytest.mark.parametrize("overrides", [[NO_CONTACT, "control.force_bound=false"], [CONTACT]], ids=["", "contact"])
 @pytest.mark.parametrize("name", scenario_names())
 def test_every_signal_is_logged_and_has_a_unit_and_labels(name, overrides):
     station = make_station(load_scenario(name, overrides))

@@ -62,5 +62,5 @@ def test_inputs_have_what_is_wired_to_them():
 def test_all_signals_of_a_scenario_are_listed():
     page = signals_page()
     assert "| `left_finger.external_torque` | 12 | N m | joint (12) |" in page
-    assert "right_finger" not in page
+    assert "right_finger." not in page
     assert "| `task.outcome` | 1 | 1 | running, done, nothing grasped" in page

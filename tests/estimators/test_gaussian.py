@@ -7,7 +7,8 @@ import pytest
 from loaded_fingers import in_balance
 from scipy.stats import chi2
 
-from soft_gripper.estimators.gaussian import GaussianShape, condition, torque_covariance
+from soft_gripper.estimators.gaussian import GaussianShape, condition
+from soft_gripper.estimators.mechanics import torque_covariance
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.statics import free_bending_angles
@@ -136,7 +137,7 @@ def test_where_nothing_is_read_the_finger_bends_freely_with_the_uncertainty_of_b
     found = estimated(layout, np.full(6, np.nan), 30e3)
     free = free_bending_angles(layout.finger, np.array(30e3))
     np.testing.assert_allclose(found.q, free, rtol=0, atol=1e-6)
-    before = GaussianShape(layout).prior(free, layout.finger.pressure_torque(30e3))
+    before = GaussianShape(layout).mechanics.prior(free, free, layout.finger.pressure_torque(30e3))
     np.testing.assert_allclose(found.covariance, before, rtol=0, atol=1e-5 * before.max())
 
 
@@ -164,7 +165,7 @@ def test_a_law_that_is_the_linear_spring_estimates_alike(shipped_finger, bent):
 def test_where_a_law_is_softer_the_load_is_less_certain(shipped_finger):
     layout = SensorLayout(replace(shipped_finger, elastic_law=SOFTENING), 2)
     gaussian = GaussianShape(layout)
-    little, much = (gaussian.prior(np.full(12, angle), np.zeros(12)) for angle in (0.01, 0.2))
+    little, much = (gaussian.mechanics.prior(*[np.full(12, angle)] * 2, np.zeros(12)) for angle in (0.01, 0.2))
     ratio = np.sqrt(np.diagonal(much) / np.diagonal(little))
     stiffness = layout.finger.joint_law.slopes
     np.testing.assert_allclose(ratio, stiffness[:, 1] / stiffness[:, 2], rtol=1e-2)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.gaussian import TIP_SHARE, torque_covariance
+from soft_gripper.estimators.mechanics import TIP_SHARE, torque_covariance
 
 LOAD_PRESSURE = 1.5e5  # Pa
 

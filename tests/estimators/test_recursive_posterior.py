@@ -51,7 +51,7 @@ def test_it_is_the_posterior_of_the_bends_of_the_load(shipped_finger):
     for sample, torque in zip(layout.read(q), driving, strict=True):
         known = estimator.step(known, sample, torque, 0j)
     found = estimator.posterior(known, driving[-1])
-    A, load = layout.matrix, estimator._joints_by_state(known.q, driving[-1])[:, :5]
+    A, load = layout.matrix, estimator._joints_by_state(known.q, driving[-1], estimator._modes_at(known.q))[:, :5]
     share = np.sqrt(known.covariance[5, 5]) * A @ known.q
     covariance = (
         A @ load @ known.covariance[:5, :5] @ load.T @ A.T + assumed.angle**2 * np.eye(2) + np.outer(share, share)

@@ -12,7 +12,8 @@ from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource, V
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.gaussian import GaussianShape, torque_covariance
+from soft_gripper.estimators.gaussian import GaussianShape
+from soft_gripper.estimators.mechanics import torque_covariance
 from soft_gripper.estimators.recursive import Filter, RecursiveEstimator, RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty, position_std
 from soft_gripper.fingers.finger import Finger

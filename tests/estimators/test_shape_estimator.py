@@ -32,7 +32,7 @@ UNITS = {
     "contact_arc_length_std": "m",
     "contact_probability": "1",
     "contact_answer": "1",
-    "contact_force_quantiles": "N",
+    "contact_force_interval": "N",
     "contact_force_set": "N",
     "contact_force_bounds": "N",
     "contact_arc_length_set": "m",

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.gaussian import TIP_SHARE, GaussianShape, torque_covariance
+from soft_gripper.estimators.gaussian import GaussianShape, gain_of
+from soft_gripper.estimators.mechanics import TIP_SHARE, SpatialMechanics, torque_covariance
 from soft_gripper.estimators.shape_functions import SHAPE_FUNCTIONS, SPATIAL_FUNCTIONS, spatial_function
 from soft_gripper.estimators.spatial_estimator import Places
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
@@ -65,23 +66,25 @@ def errors(finger, found, true):
 
 
 def test_the_prior_of_a_straight_finger_is_that_of_the_plane_in_both_planes(spatial):
-    estimator, N = SpatialGaussianShape(sensors(spatial)), spatial.segments
-    load = estimator._torques(posture(spatial_chain(spatial), np.zeros(3 * N)))
-    covariance, expected = load @ load.T, torque_covariance(spatial, Uncertainty().load_pressure)
+    mechanics, q = SpatialMechanics(sensors(spatial), Uncertainty()), np.zeros(3 * spatial.segments)
+    N, compliance = spatial.segments, mechanics.compliance(q)
+    covariance = mechanics.of_load(mechanics.posture(q), q) / np.outer(compliance, compliance)
+    expected = torque_covariance(spatial, Uncertainty().load_pressure)
     for way in (0, 1):
         block = covariance[way * N : (way + 1) * N, way * N : (way + 1) * N]
         np.testing.assert_allclose(block, expected, rtol=1e-12, atol=1e-20)
     np.testing.assert_allclose(covariance[2 * N :], 0, atol=1e-20)
 
 
-def test_a_finger_that_stays_in_its_plane_is_estimated_as_by_the_planar_one(shipped_finger, bent):
-    """Up to the prior, which here is that of the bent finger, and there that of the straight one."""
+@pytest.mark.parametrize(("share", "difference"), [(1.0, 5e-3), (0.25, 1.5e-3)])
+def test_a_finger_that_stays_in_its_plane_is_estimated_as_by_the_planar_one(shipped_finger, bent, share, difference):
+    """Up to the prior, here that of the bent finger, there that of the straight one: less the less it is bent."""
     layout = PathSensors(shipped_finger, 2, paths=(SensorPath("outer", (-8.5e-3,), (0.0,)),))
-    q = 0.01 * np.abs(bent(12)) + 0.02
-    readings, driving = layout.read(q), shipped_finger.pressure_torque(30e3)
+    q = share * (0.01 * np.abs(bent(12)) + 0.02)
+    readings, driving = layout.read(q), shipped_finger.pressure_torque(share * 30e3)
     planar = GaussianShape(layout)(readings, driving, 9.81 + 0j)
     found = SpatialGaussianShape(layout)(readings, driving, GRAVITY)
-    np.testing.assert_allclose(found.q, planar.q, atol=3e-3 * np.abs(planar.q).max())
+    np.testing.assert_allclose(found.q, planar.q, atol=difference * np.abs(planar.q).max())
     np.testing.assert_allclose(layout.matrix @ found.q, layout.matrix @ planar.q, rtol=1e-3)
 
 
@@ -114,15 +117,15 @@ def test_mean_and_covariance_are_those_of_dense_conditioning(spatial):
     found = estimator(readings, driving, GRAVITY)
     chain, N = spatial_chain(spatial), spatial.segments
     order, compliance = chain.places(WAYS), 1 / np.concatenate([spatial.stiffnesses[way] for way in WAYS])
-    q = compliance * driving
+    q = estimator.guess(*estimator.measured(readings), driving, GRAVITY)
+    at = posture(chain, q[order])
+    weight = torques(at, weights(spatial, chain, GRAVITY))[np.argsort(order)]
+    free, gain = compliance * (driving + weight), np.append(spatial.pressure_gain, np.zeros(2 * N))
+    prior = compliance[:, None] * dense_covariance(spatial, at, assumed.load_pressure) * compliance
+    for known in (0.05 * compliance * driving, 300.0 * compliance * gain):
+        prior += np.outer(known, known)
+    prior += assumed.angle**2 * np.eye(3 * N)
     for _ in range(2):
-        at = posture(chain, q[order])
-        weight = torques(at, weights(spatial, chain, GRAVITY))[np.argsort(order)]
-        free, gain = compliance * (driving + weight), np.append(spatial.pressure_gain, np.zeros(2 * N))
-        prior = compliance[:, None] * dense_covariance(spatial, at, assumed.load_pressure) * compliance
-        for known in (0.05 * compliance * driving, 300.0 * compliance * gain):
-            prior += np.outer(known, known)
-        prior += assumed.angle**2 * np.eye(3 * N)
         step = 1e-6 * np.eye(3 * N)
         H = np.stack([(layout.predict(q + dq) - layout.predict(q - dq)) / 2e-6 for dq in step], axis=-1)
         precision = np.linalg.inv(prior) + H.T @ H / 1e-6
@@ -131,6 +134,25 @@ def test_mean_and_covariance_are_those_of_dense_conditioning(spatial):
     np.testing.assert_allclose(found.q, q, atol=2e-5 * np.abs(q).max())
     expected = np.linalg.inv(precision)
     np.testing.assert_allclose(found.covariance, expected, atol=5e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["four_faces", "outer_pair_and_diagonals"])
+@pytest.mark.parametrize(("pressure", "force"), FORCES)
+def test_the_first_guess_is_near_enough_for_the_prior_to_be_linearized_there(spatial, name, pressure, force):
+    """Ideal readings: the estimate is as near that of prior, weight and readings linearized about it as errors are."""
+    layout, driving = sensors(spatial, name), known_drive(spatial, pressure)
+    estimator, mechanics = SpatialGaussianShape(layout), SpatialGaussianShape(layout).mechanics
+    readings = layout.read(in_balance(spatial, pressure, force))
+    found, (measured, variance) = estimator(readings, driving, GRAVITY).q, estimator.measured(readings)
+    q = found
+    for _ in range(8):
+        at, (predicted, H) = mechanics.posture(q), layout.linearized(q)
+        free = mechanics.free(driving + mechanics.weight(at, GRAVITY))
+        gain, _ = gain_of(H, mechanics.prior(at, q, driving), variance)
+        q = free + gain @ (measured - predicted - H @ (free - q))
+    tip, twist = errors(spatial, found, q)
+    assert tip < 0.5
+    assert twist < 0.5
 
 
 def pushed_sideways(finger, name, sections=2):

@@ -17,7 +17,7 @@ LAW = ElasticLaw((-30.0, -10.0, 5.0, 40.0), (-0.5, -0.1, 0.05, 0.8), (-0.3, -0.0
 
 MAY_BE_ZERO = ("relaxation_time", "friction", "dissipation", "chamber_width", "chamber_thickness")
 MAY_BE_ZERO += ("layer_thickness", "layer_modulus", "layer_shear_modulus", "shear_factor")
-HAS_A_SIGN = ("chamber_center",)
+HAS_A_SIGN = ("chamber_center", "pressure_offset")
 
 
 def numbers(record):

@@ -12,7 +12,7 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from refusals import refusal, refused
 from scipy.integrate import quad
 
-from soft_gripper.estimators.gaussian import torque_covariance
+from soft_gripper.estimators.mechanics import torque_covariance
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element

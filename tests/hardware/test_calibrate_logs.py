@@ -4,7 +4,9 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 from command_line import soft_gripper
+from hardware_files import write_csv
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.scene import add_plant
@@ -89,6 +91,18 @@ def test_lines_of_json_say_the_same(bench):
     assert found.gains == text.gains
 
 
+def test_what_is_looked_for_is_printed_and_written(bench):
+    folder, *_ = bench
+    arguments = ["--bench", folder / "bench.yaml", "--scenario", folder / "one.yaml", "--out", folder / "mine.yaml"]
+    result = soft_gripper("calibrate", folder / "log.csv", *arguments, "--find", "pressure", "response")
+    assert result.code == 0, result.err
+    assert "pressure offset" in result.out
+    assert "response curvature" in result.out
+    found = load_calibration(str(folder / "mine.yaml")).fingers["finger"]
+    assert abs(found.pressure_offset) < 3 * found.pressure_offset_std < 1000
+    assert abs(found.response_curvature) < 3 * found.response_curvature_std < 0.2
+
+
 def changed(folder, old, new, file="bench.yaml"):
     (folder / file).write_text((folder / file).read_text().replace(old, new))
 
@@ -124,4 +138,78 @@ def test_logs_that_do_not_fit_are_refused(bench):
         "there is no such file" in calibrate(folder, "none.csv").err
         or "cannot be read" in calibrate(folder, "none.csv").err
     )
-    assert "--scenario the fingers" in calibrate(folder, scenario=None).err
+    assert "logs need --scenario" in calibrate(folder, scenario=None).err
+    assert "either --bench or --as" in calibrate(folder, **{"as": folder / "bench.yaml"}).err
+
+
+RECORDING = """time: t
+readings: [a, b, c, d]
+pressures: {columns: [p], unit: kPa}
+markers: {columns: "{marker}_{axis}", bodies: {tip: [tip]}, unit: m}
+frame: {origin: [0.1, -0.2, 0.3], z: [0, 0, 1], x: [0, 1, 0]}
+length: 0.1
+"""  # the marker in the axes of a camera
+
+
+def columns_of(folder):
+    """The columns of the log, and the marker at the tip."""
+    rows = np.loadtxt(folder / "log.csv", delimiter=",")
+    columns = dict(zip(("t", "a", "b", "c", "d", "p", "x", "z"), rows.T, strict=True))
+    x, z = columns.pop("x"), columns.pop("z")
+    return columns | {"tip_x": 0.1 + 0 * x, "tip_y": x - 0.2, "tip_z": z + 0.3}
+
+
+def as_csv(folder, columns):
+    write_csv(folder / "log_2.csv", columns)
+    return "log_2.csv", RECORDING
+
+
+def as_netcdf(folder, columns):
+    data = {name: ("t", columns[name]) for name in ("p", "tip_x", "tip_y", "tip_z")}
+    data["counts"] = (("t", "sensor"), np.column_stack([columns[name] for name in "abcd"]))
+    xr.Dataset(data, {"t": columns["t"]}).to_netcdf(folder / "log.nc", engine="scipy")
+    return "log.nc", RECORDING.replace("a, b, c, d", ", ".join(f'"counts[{i}]"' for i in range(4)))
+
+
+def as_bag(folder, columns):
+    pytest.importorskip("rosbags", reason="bags take rosbags and mcap: pip install 'soft-gripper[ros]'")
+    from bag_files import JOINTS, POINT, write_ros
+    from rosbags.rosbag2 import StoragePlugin
+
+    time = columns["t"]
+    counts = np.column_stack([columns[name] for name in "abcd"])
+    tip = np.column_stack([columns[f"tip_{axis}"] for axis in "xyz"])
+    series = {"/gauges": (time, counts), "/supply": (time, columns["p"][:, None]), "/tip": (time, tip)}
+    kinds = {"/tip": POINT, "/gauges": JOINTS}
+    write_ros(folder / "log", series, kinds, StoragePlugin.MCAP)
+    named = [f'"/gauges.position[{i}]"' for i in range(4)]
+    described = RECORDING.replace("a, b, c, d", ", ".join(named)).replace("[p]", '["/supply.position[0]"]')
+    return "log", described.replace("time: t", "time: /gauges.header.stamp").replace("{marker}_", "/{marker}.point.")
+
+
+def as_c3d(folder, columns):
+    ezc3d = pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
+    file, rate = ezc3d.c3d(), 1 / columns["t"][1]
+    points, analogs = (file["parameters"][kind] for kind in ("POINT", "ANALOG"))
+    points["RATE"]["value"], points["LABELS"]["value"], points["UNITS"]["value"] = [rate], ("tip",), ["mm"]
+    analogs["RATE"]["value"], analogs["LABELS"]["value"] = [2 * rate], ("a", "b", "c", "d", "p")
+    at_tip = [1e3 * columns[f"tip_{axis}"] for axis in "xyz"]
+    file["data"]["points"] = np.array([*at_tip, np.ones_like(at_tip[0])])[:, None]
+    file["data"]["analogs"] = np.repeat([[columns[name] for name in "abcdp"]], 2, axis=-1)
+    file.write(str(folder / "log.c3d"))
+    return "log.c3d", RECORDING
+
+
+@pytest.mark.parametrize("write", [as_csv, as_netcdf, as_bag, as_c3d])
+def test_recordings_of_every_kind_say_the_same(bench, write):
+    folder, *_ = bench
+    name, described = write(folder, columns_of(folder))
+    (folder / "recording.yaml").write_text(described)
+    for log, options in (("log.csv", {}), (name, {"bench": None, "as": folder / "recording.yaml"})):
+        result = calibrate(folder, log, out=folder / f"{log}.yaml", **options)
+        assert result.code == 0, result.err
+    text, found = (load_calibration(str(folder / f"{log}.yaml")).fingers["finger"] for log in ("log.csv", name))
+    np.testing.assert_allclose(found.gains, text.gains, rtol=1e-5)
+    np.testing.assert_allclose(found.offsets, text.offsets, atol=1e-6)
+    assert found.bend_ratio == pytest.approx(text.bend_ratio, rel=1e-5)
+    assert found.tip_measured

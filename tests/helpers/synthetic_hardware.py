@@ -177,16 +177,16 @@ class SegmentTruth:
     youngs_modulus: float = 2.3e5
     relaxation_time: float = 0.014
     creep: tuple[tuple[float, float], ...] = ((0.08, 0.1), (0.15, 1.4))
-    law: tuple[float, float] = (-0.35, 1.1)  # logarithm of the gain: c0 + c1 (p / 45 kPa)^2
+    law: tuple[float, float] = (0.705, 68e3)  # gain of a small pressure, and Pa at which the chamber balloons
     fill_time: float = 0.09
-    swelling: float = 1.5
+    swelling: float = 1.0
     mounting: complex = -0.002 + 0.0015j
     opens: float = 0.42
     open_for: float = 2.0
 
     def gain(self, pressure: float) -> float:
         """Effective pressure per pressure."""
-        return float(np.exp(self.law[0] + self.law[1] * (pressure / 45e3) ** 2))
+        return float(self.law[0] / (1 - pressure / self.law[1]))
 
 
 SEGMENT = SegmentTruth()
@@ -221,7 +221,7 @@ def _filling(truth: SegmentTruth, supply: float) -> Callable[[float], float]:
     def lasts(pressures: Array) -> Array:
         """To lose what is lacking, down from w, s."""
         gain = np.array([truth.gain(p) for p in pressures]) / truth.gain(0.0)
-        slowness = truth.fill_time / np.sqrt(10e3) * (1 + truth.swelling * (gain - 1))
+        slowness = truth.fill_time / np.sqrt(10e3) * (1 + truth.swelling * (gain**2 - 1))  # the slope of gain x p
         return np.concatenate([[0.0], np.cumsum((slowness[1:] + slowness[:-1]) / 2 * np.diff(w))])
 
     fills, empties = lasts(supply - w**2), lasts(w**2)
@@ -312,7 +312,7 @@ ARM_NOMINAL = ArmTruth(
 PSI = 6894.757
 TRIALS = {  # which chambers are under pressure; 2 and 4 bend the sections in opposite directions
     "trial_1": ((0,), (0,)), "trial_2": ((0,), (1,)), "trial_3": ((1,), (1,)), "trial_4": ((1,), (0,)),
-    "trial_5": ((0, 2), (1, 2)),
+    "trial_5": ((0, 2), (1, 2)), "trial_6": ((1, 2), (0, 2)),
 }  # fmt: skip
 
 

@@ -41,7 +41,7 @@ def test_points_beside_a_chain_are_those_of_its_links(shipped_finger: Finger) ->
 
 def test_a_band_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) -> None:
     axes, std = Figure().subplots(), np.linspace(0.1e-3, 1e-3, 13)
-    draw_band(axes, shipped_finger, join_arcs(np.zeros(12), np.full(12, 0.01)), std)
+    draw_band(axes, np.stack([np.zeros(14), shipped_finger.link_ends], axis=-1), std)
     (band,) = (patch for patch in axes.patches if isinstance(patch, Polygon))
     inner, outer = np.split(band.get_xy(), 2)  # it ends where it begins
     np.testing.assert_allclose(inner[:, 0], 2e3 * np.concatenate([[0], std]))

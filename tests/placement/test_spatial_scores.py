@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.mechanics import SpatialMechanics
 from soft_gripper.estimators.spatial_estimator import Places
 from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
-from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 from soft_gripper.placement.catalogue import CURVATURE, ORIENTATION, STRAIN, Design, errors_of
 from soft_gripper.placement.push_finder import PushFinder
 from soft_gripper.placement.samples import Assumptions
@@ -42,11 +42,11 @@ def test_pose_variance_is_the_covariance_of_the_estimator(spatial_tasks, design)
 def test_pose_variance_is_that_of_dense_conditioning(spatial_tasks, design):
     """In every task, in information form, by readings and places whose slopes are differences."""
     scores, layout = Scores(spatial_tasks, design.kind, ASSUMED), design.layout(spatial_tasks.statics.finger)
-    estimator, chain = SpatialGaussianShape(layout, ASSUMED), spatial_chain(layout.finger)
+    mechanics = SpatialMechanics(layout, ASSUMED)
     places, step = Places(layout.finger, layout.ways), 1e-6 * np.eye(36)
     expected = []
     for q, driving in zip(spatial_tasks.q, spatial_tasks.driving, strict=True):
-        prior = estimator.prior(posture(chain, q[chain.places(layout.ways)]), q, driving)
+        prior = mechanics.prior(mechanics.posture(q), q, driving)
         H = np.stack([(layout.predict(q + dq) - layout.predict(q - dq)) / 2e-6 for dq in step], axis=-1)
         variance = ASSUMED.reading**2 + (ASSUMED.gain * layout.predict(q)) ** 2
         covariance = np.linalg.inv(np.linalg.inv(prior) + H.T @ (H / variance[:, None]))

@@ -27,7 +27,8 @@ def layout(tapered_finger):
 @pytest.fixture
 def calibration(layout):
     gains, offsets, stds = np.array([1.1, 0.9, 1.0, 1.0]), np.array([0.01, 0.0, 0.0, -0.01]), np.full(4, 1e-3)
-    found = Calibration(1.25, gains, offsets, 1e-3, 0.02, 5 * stds, stds, 0.01, 1e-2 * stds, True, ((0, 2.5),))
+    known = True, ((0, 2.5),), 300.0, 50.0, -0.1, 0.02
+    found = Calibration(1.25, gains, offsets, 1e-3, 0.02, 5 * stds, stds, 0.01, 1e-2 * stds, *known)
     return CalibrationConfig("in words", {"tapered": as_config(layout, found, ["log.csv at 2.5 s"])})
 
 
@@ -37,11 +38,14 @@ def test_what_is_written_is_read_again(calibration, tmp_path):
 
 
 def test_it_changes_what_is_believed(layout, calibration):
-    """Softer by the ratio, and the response of every sensor."""
+    """Softer by the ratio, driven by less pressure than is read, and the response of every sensor."""
     nominal = calibrated(layout, calibration)
     np.testing.assert_allclose(nominal.finger.stiffness, layout.finger.stiffness / 1.25, rtol=1e-12)
     np.testing.assert_allclose(nominal.finger.pressure_gain, layout.finger.pressure_gain, rtol=1e-12)
-    np.testing.assert_allclose(nominal.response.reading(np.full(4, 1.1)), [0.12, 0.09, 0.1, 0.09])
+    torque = layout.finger.pressure_torque(np.array([49.7e3]))
+    np.testing.assert_allclose(nominal.finger.pressure_torque(np.array([50e3])), torque, rtol=1e-12)
+    expected = np.array([1.1, 0.9, 1.0, 1.0]) * (0.1 - 0.1 * 0.1**2) + [0.01, 0.0, 0.0, -0.01]
+    np.testing.assert_allclose(nominal.response.reading(np.full(4, 1.1)), expected)
 
 
 @pytest.mark.parametrize("other", ["name", "length", "sections", "one_sided", "borders"])

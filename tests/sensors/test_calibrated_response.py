@@ -14,6 +14,16 @@ def test_a_calibrated_response_and_its_inverse():
     np.testing.assert_allclose(response.ratio(reading), [[1.0, 1.1], [0.95, 1.0]], rtol=0, atol=1e-14)
 
 
+def test_a_curvature_is_undone_and_does_not_fold():
+    response = CalibratedResponse(ResponseCurve(), (1.1, 0.9), (0.01, -0.01), curvature=-0.3)
+    ratios = np.array([[1.0, 1.5], [0.7, 1.01]])
+    strain = ratios - 1
+    expected = np.array([1.1, 0.9]) * (strain - 0.3 * strain**2) + [0.01, -0.01]
+    np.testing.assert_allclose(response.reading(ratios), expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(response.ratio(expected), ratios, rtol=0, atol=1e-14)
+    assert np.isfinite(response.ratio(np.array([10.0, 10.0]))).all()
+
+
 def test_it_fits_a_layout_of_as_many_readings(shipped_finger):
     response = CalibratedResponse(ResponseCurve(), (1.0,) * 4, (0.0,) * 4)
     assert SensorLayout(shipped_finger, 2, response=response).readings == 4

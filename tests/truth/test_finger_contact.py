@@ -13,6 +13,7 @@ from soft_gripper.truth.contact import (
     contact_signals,
     contact_width,
     finger_contacts,
+    grip_of,
     links_by_geometry,
     patch_table,
 )
@@ -200,3 +201,28 @@ def test_the_strongest_patch_gives_the_normal():
 def test_there_is_no_width_unless_two_fingers_or_more_all_touch():
     for contacts in ([], on_circle(1, 0.03, [0]), [*on_circle(2, 0.03, [0, 0]), UNTOUCHED]):
         assert np.isnan(contact_width(contacts))
+
+
+BALL, CUBE = (GeometryId.get_new_id().get_value() for _ in range(2))
+
+
+def held(number, *samples):
+    """How the two fingers hold the ball (0) or the cube (1), from patches of several samples."""
+    tables = [patch_table(found, LINKS, POSES, {BALL: 0, CUBE: 1}) for found in samples]
+    sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
+    return grip_of(number, 2, np.concatenate(tables), sample, np.full(len(tables), True))
+
+
+def test_an_object_is_held_by_what_touches_it_alone():
+    """Two links of the one finger and one of the other, of which each comes first or second; in the second sample."""
+    one, two = (patch(ONE, BALL, X, X, [-3.0, 0, 4.0]), patch(BALL, TWO, X, X, [2.0, 0, 1.0]))
+    other = patch(BALL, OTHER, X, X, [-5.0, 0.5, 0])
+    others = (patch(ONE, CUBE, X, X, [-1.0, 0, 0]), patch(TWO, THING, X, X, [-1.0, 0, 0]), patch(ONE, OTHER, X, X, X))
+    found = held(0, [], [one._replace(area=2e-5, pressure=1e4), two._replace(area=1e-5, pressure=3e4), other, *others])
+    np.testing.assert_array_equal(found.grip_normal_force, [[0, 0], [5, 5]])
+    np.testing.assert_array_equal(found.grip_force[1], [[5, 0, -3], [-5, 0.5, 0]])
+    np.testing.assert_array_equal(found.grip_friction_force[1], [[0, 0, -3], [0, 0.5, 0]])
+    assert found.grip_area[1, 0] == pytest.approx(3e-5)
+    assert found.grip_pressure[1, 0] == 3e4
+    assert np.isnan([found.grip_area[1, 1], found.grip_pressure[1, 1]]).all()  # points touch
+    np.testing.assert_array_equal(held(1, [], [*others]).grip_normal_force, [[0, 0], [1, 0]])

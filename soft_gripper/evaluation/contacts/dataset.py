@@ -217,11 +217,11 @@ class Contact:
     friction: float  # Coulomb, between the finger and the peg
 
 
-def draw(rng: np.random.Generator, length: float, nearest: float = PLACE[0]) -> RandomContact:
-    """The random parameters of a contact, uniformly distributed; `length` of the finger, m, `nearest` a share of it."""
+def draw(rng: np.random.Generator, length: float, places: tuple[float, float] = PLACE) -> RandomContact:
+    """The random parameters of a contact, uniformly distributed; `length` of the finger, m, `places` shares of it."""
     side = str(rng.choice(list(SIDES)))
     radius = int(rng.integers(*RADIUS, endpoint=True))
-    place = 1e3 * length * rng.uniform(nearest, PLACE[1])
+    place = 1e3 * length * rng.uniform(*places)
     touching = rng.uniform(*TOUCHING[side])
     pressure = touching + (PRESSING[side] - touching) * rng.uniform()
     quaternion = rng.normal(size=4)
@@ -229,17 +229,17 @@ def draw(rng: np.random.Generator, length: float, nearest: float = PLACE[0]) -> 
     return RandomContact(side, float(radius), float(place), float(touching), float(pressure), orientation)  # type: ignore[arg-type]
 
 
-def run_contact(seed: int, number: int, friction: float, nearest: float = PLACE[0]) -> Contact:
+def run_contact(seed: int, number: int, friction: float, places: tuple[float, float] = PLACE) -> Contact:
     """Simulates draws until one is a single contact; the result does not depend on other contacts.
 
-    `friction` is the coefficient of the peg's surface, which combines with the finger's; contacts lie beyond `nearest`,
-    a share of the length.
+    `friction` is the coefficient of the peg's surface, which combines with the finger's; the peg is placed within
+    `places`, shares of the length.
     """
     combined = combined_friction(friction)
     redrawn: list[str] = []
     while True:
         rng = np.random.default_rng([seed, number, len(redrawn)])
-        drawn = draw(rng, read_finger().length, nearest)
+        drawn = draw(rng, read_finger().length, places)
         found = press(drawn, friction)
         flaw = flaw_of(drawn, found, combined)
         if not flaw:

@@ -28,9 +28,10 @@ from soft_gripper.hardware.identification.free_parameters import FreeParameters,
 from soft_gripper.hardware.identification.simulated_motion import MeasuredMotion, settled, simulated_markers, turned
 
 _OF_SCALE = 0.02  # step of the finite differences, in typical changes
-_EVENT_SCALE = 0.01  # s
+_UNKNOWN_SCALES = (0.01, 0.01, 1e-3, 0.01)  # s, s, m, rad: typical changes of what was not recorded
 _OF_HAND, _OF_VALVE = 0.1, 0.05  # s, maximum difference of an event from its detected time
-_TOLERANCE = 2e-4  # relative, of the sum of squares
+_MOST_SAG, _MOST_TURN = 0.2, 0.1  # of the largest displacement, and rad: from straight, as a hand holds the tip
+_TOLERANCE = 1e-3  # relative, of the sum of squares
 _MOST_STEPS = 40
 _IMPOSSIBLE = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
 
@@ -78,7 +79,7 @@ def fit(
         InputError: if the fit does not converge.
     """
     problem = _Problem(free, tuple(motions), executor, report)
-    x0 = np.concatenate([free.start if start is None else start, *(motion.events for motion in motions)])
+    x0 = np.concatenate([free.start if start is None else start, *(motion.unknowns for motion in motions)])
     bounds = problem.bounds(x0)
     found = least_squares(
         problem.residuals,
@@ -95,10 +96,10 @@ def fit(
         rms = f"{100 * _root_mean_square(found.fun, len(motions)):.3g} % of the largest displacement"
         expected = f"the fit does not converge in {_MOST_STEPS} steps: start closer, or free fewer keys"
         raise InputError("identify", "residual", rms, expected)
-    fitted = tuple(problem.with_events(found.x))
-    of_events = found.jac[:, of_free:]
+    fitted = tuple(problem.with_unknowns(found.x))
+    of_unknowns = found.jac[:, of_free:]
     seen = found.jac[:, :of_free]
-    seen = seen - of_events @ np.linalg.lstsq(of_events, seen, rcond=None)[0]
+    seen = seen - of_unknowns @ np.linalg.lstsq(of_unknowns, seen, rcond=None)[0]
     return Fit(free, found.x[:of_free], fitted, found.fun, seen)
 
 
@@ -122,19 +123,34 @@ def converged(fit_from: Callable[[Array], _F], starts: Sequence[Array]) -> list[
     return fits
 
 
-def fit_events(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
-    """A recording with the events at which a model that was not fitted to it agrees best."""
+def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
+    """A recording with the events, and held sag, at which a model that was not fitted to it agrees best."""
 
-    def residuals(events: Array) -> Array:
-        return marker_residuals(model, motion.with_events(events))
+    def residuals(values: Array) -> Array:
+        return marker_residuals(model, motion.with_unknowns(values))
 
-    seen = np.array(motion.events)
-    bounds = (seen - _event_range(motion), seen + _event_range(motion))
-    step = _OF_SCALE * _EVENT_SCALE / np.maximum(np.abs(seen), _EVENT_SCALE)
+    seen, scales = motion.unknowns, _scales(motion)
     found = least_squares(
-        residuals, seen, bounds=bounds, x_scale=_EVENT_SCALE, diff_step=step, ftol=_TOLERANCE, max_nfev=_MOST_STEPS
+        residuals,
+        seen,
+        bounds=(seen - _room(motion), seen + _room(motion)),
+        x_scale=scales,
+        diff_step=_OF_SCALE * scales / np.maximum(np.abs(seen), scales),
+        ftol=_TOLERANCE,
+        max_nfev=_MOST_STEPS,
     )
-    return motion.with_events(found.x)
+    return motion.with_unknowns(found.x)
+
+
+def _scales(motion: MeasuredMotion) -> Array:
+    """Typical changes of what was not recorded."""
+    return np.array(_UNKNOWN_SCALES[: len(motion.unknowns)])
+
+
+def _room(motion: MeasuredMotion) -> Array:
+    """How far what was not recorded may be from its first guess."""
+    event = _OF_HAND if motion.pressure is None else _OF_VALVE
+    return np.array([event, event, _MOST_SAG * motion.largest, _MOST_TURN][: len(motion.unknowns)])
 
 
 def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
@@ -157,10 +173,6 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
     return np.full(2 * motion.markers.size, _IMPOSSIBLE / np.sqrt(motion.markers.size))
 
 
-def _event_range(motion: MeasuredMotion) -> float:
-    return _OF_HAND if motion.pressure is None else _OF_VALVE
-
-
 def _root_mean_square(residuals: Array, recordings: int) -> float:
     return float(np.sqrt(np.sum(residuals**2) / recordings))
 
@@ -176,32 +188,31 @@ class _Problem:
 
     @property
     def scales(self) -> Array:
-        events = sum(len(motion.events) for motion in self.motions)
-        return np.concatenate([self.free.scales, np.full(events, _EVENT_SCALE)])
+        return np.concatenate([self.free.scales, *map(_scales, self.motions)])
 
     def bounds(self, x0: Array) -> tuple[Array, Array]:
-        """Events stay close to their detected times."""
-        (lower, upper), events = self.free.bounds, x0[len(self.free.start) :]
-        room = np.concatenate([np.full(len(motion.events), _event_range(motion)) for motion in self.motions])
-        return np.concatenate([lower, events - room]), np.concatenate([upper, events + room])
+        """Events stay close to their detected times, and the held finger close to straight."""
+        (lower, upper), unknowns = self.free.bounds, x0[len(self.free.start) :]
+        room = np.concatenate([_room(motion) for motion in self.motions])
+        return np.concatenate([lower, unknowns - room]), np.concatenate([upper, unknowns + room])
 
-    def events_of(self, i: int) -> NDArray[np.int_]:
-        """The indices of a recording's events in the vector."""
-        before = len(self.free.start) + sum(len(motion.events) for motion in self.motions[:i])
-        return before + np.arange(len(self.motions[i].events))
+    def unknowns_of(self, i: int) -> NDArray[np.int_]:
+        """The indices in the vector of what was not recorded of a motion."""
+        before = len(self.free.start) + sum(len(motion.unknowns) for motion in self.motions[:i])
+        return before + np.arange(len(self.motions[i].unknowns))
 
-    def with_events(self, x: Array) -> list[MeasuredMotion]:
-        return [motion.with_events(x[self.events_of(i)]) for i, motion in enumerate(self.motions)]
+    def with_unknowns(self, x: Array) -> list[MeasuredMotion]:
+        return [motion.with_unknowns(x[self.unknowns_of(i)]) for i, motion in enumerate(self.motions)]
 
     def residuals(self, x: Array) -> Array:
         return np.concatenate([future.result() for future in self._submit(x, range(len(self.motions)))])
 
     def jacobian(self, x: Array) -> Array:
-        """By one-sided differences; the events of a recording do not affect other recordings."""
+        """By one-sided differences; the unknowns of a recording do not affect other recordings."""
         base = [future.result() for future in self._submit(x, range(len(self.motions)))]
         self.report(_root_mean_square(np.concatenate(base), len(base)))
         steps, everything = _OF_SCALE * self.scales, range(len(self.motions))
-        owner = {column: i for i in everything for column in self.events_of(i)}
+        owner = {column: i for i in everything for column in self.unknowns_of(i)}
         pending = {}
         for column, step in enumerate(steps):
             moved = x.copy()
@@ -216,7 +227,7 @@ class _Problem:
         return jacobian
 
     def _submit(self, x: Array, which: Sequence[int]) -> list["Future[Array]"]:
-        motions = self.with_events(x)
+        motions = self.with_unknowns(x)
         try:
             model = self.free.at(x[: len(self.free.start)])
         except InputError:
@@ -287,9 +298,10 @@ def correlation_time(series: Array) -> float:
 
 
 _EARLY = 0.5  # s after an event, after which further motion counts as creep
+_SHARES = (0.5, 0.63)  # of the settled turn, whose times say how fast a finger rises
 _AROUND = 0.1  # s on either side, over which that is averaged
-_PEAKS = 6  # maximum number of peaks used for frequency and decrement
-_CLEAR = 0.04  # share of the settled displacement: smallest prominence of a peak
+_EXTREMA = 9  # maximum number of maxima and minima used for frequency and decrement
+_CLEAR = 0.04  # share of the settled displacement: smallest prominence of one of them
 
 
 @dataclass(frozen=True)
@@ -305,8 +317,12 @@ class MotionScore:
     simulated_settled_turn_deg: float
     creep_deg: float  # from half a second after the event to the settled turn
     simulated_creep_deg: float
-    rise_ms: float  # from a tenth to nine tenths of the turn half a second after the event
-    simulated_rise_ms: float
+    recovery_deg: float  # from half a second after the valve closes to the end; NaN without a valve
+    simulated_recovery_deg: float
+    t50_ms: float  # from the event to half the settled turn
+    simulated_t50_ms: float
+    t63_ms: float  # to 63 % of it
+    simulated_t63_ms: float
     frequency_hz: float
     simulated_frequency_hz: float
     decrement: float  # logarithmic
@@ -319,7 +335,9 @@ class Turn:
 
     settled: float  # rad
     creep: float  # rad
-    rise: float  # s
+    recovery: float  # rad
+    t50: float  # s
+    t63: float  # s
     frequency: float  # Hz, NaN without oscillation
     decrement: float
 
@@ -339,7 +357,9 @@ def score(model: Model, motion: MeasuredMotion, role: str) -> MotionScore:
         100 * float(np.nanmax(middle)) / model.finger.length,
         *(float(np.degrees(turn.settled)) for turn in (measured, found)),
         *(float(np.degrees(turn.creep)) for turn in (measured, found)),
-        *(1e3 * turn.rise for turn in (measured, found)),
+        *(float(np.degrees(turn.recovery)) for turn in (measured, found)),
+        *(1e3 * turn.t50 for turn in (measured, found)),
+        *(1e3 * turn.t63 for turn in (measured, found)),
         *(turn.frequency for turn in (measured, found)),
         *(turn.decrement for turn in (measured, found)),
     )
@@ -350,11 +370,17 @@ def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
     turn, time = turned(markers, motion.reference), motion.time - motion.events[0]
     end = motion.end - motion.events[0]
     late = float(settled(time, turn, end))
-    early = float(np.nanmean(turn[np.abs(time - _EARLY) <= _AROUND]))
-    rising = (time >= 0) & (time < _EARLY)
-    moments = [_first(time[rising], np.abs(turn[rising]), part * abs(early)) for part in (0.1, 0.9)]
+    emptied = np.nan
+    if motion.pressure is not None:
+        emptied = _early(time - end, turn) - float(settled(time, turn, time[-1]))
+    half, most = (_first(time[time >= 0], np.abs(turn[time >= 0]), share * abs(late)) for share in _SHARES)
     frequency, decrement = _swing(time, _along(motion, markers), end)
-    return Turn(late, late - early, moments[1] - moments[0], frequency, decrement)
+    return Turn(late, late - _early(time, turn), emptied, half, most, frequency, decrement)
+
+
+def _early(time: Array, turn: Array) -> float:
+    """A rotation half a second after time 0, mean of some samples around it."""
+    return float(np.nanmean(turn[np.abs(time - _EARLY) <= _AROUND]))
 
 
 def _first(time: Array, turn: Array, level: float) -> float:
@@ -376,15 +402,18 @@ def _along(motion: MeasuredMotion, markers: Planar) -> Array:
 
 
 def _swing(time: Array, along: Array, end: float) -> tuple[float, float]:
-    """Frequency, Hz, and logarithmic decrement of the swings about what settles."""
-    swing = np.nan_to_num(along[(time >= 0) & (time <= end)] - 1)
-    peaks = find_peaks(swing, prominence=_CLEAR, height=_CLEAR)[0][:_PEAKS]
-    if len(peaks) < 3:
+    """Frequency, Hz, and logarithmic decrement, from peak to peak: a middle that drifts matters little."""
+    swing = np.nan_to_num(along[(time >= 0) & (time <= end)])
+    extrema = np.sort(np.concatenate([find_peaks(side, prominence=_CLEAR)[0] for side in (swing, -swing)]))
+    extrema = extrema[:_EXTREMA]
+    if len(extrema) < 4:
         return np.nan, np.nan
-    refined = [_vertex(swing[k - 1 : k + 2]) for k in peaks]
-    moments = (peaks + np.array([shift for shift, _ in refined])) * np.median(np.diff(time))
-    numbers, heights = np.arange(len(peaks)), np.log([height for _, height in refined])
-    return 1 / float(np.polyfit(numbers, moments, 1)[0]), -float(np.polyfit(numbers, heights, 1)[0])
+    refined = np.array([_vertex(swing[k - 1 : k + 2]) for k in extrema])
+    moments = (extrema + refined[:, 0]) * np.median(np.diff(time))
+    from_peak_to_peak = np.log(np.abs(np.diff(refined[:, 1])))
+    half = float(np.polyfit(np.arange(len(extrema)), moments, 1)[0])
+    decay = -float(np.polyfit(np.arange(len(extrema) - 1), from_peak_to_peak, 1)[0])
+    return 1 / (2 * half), 2 * decay
 
 
 def _vertex(three: Array) -> tuple[float, float]:

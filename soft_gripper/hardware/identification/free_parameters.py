@@ -1,12 +1,13 @@
 """The parameters of a finger and its set-up that can be fitted: keys, and the effect of their values.
 
-Values that are positive are fitted as logarithms. For a pressure law, the logarithm of the gain is fitted, as an
-even power series,
+Values that are positive are fitted as logarithms. Of a pressure law, two numbers are fitted, its gain and its margin,
 
-    effective = p exp(c_0 + c_1 x + c_2 x^2) ,   x = (p / p_max)^2 ,
+    effective = gain p / (1 - (1 - margin) p / p_max) ,
 
-since the bend due to a silicone chamber grows faster than the pressure, in the same way for every finger of its kind;
-as many coefficients as there are pressures, at most three. It is written to the file as points.
+p_max being the highest pressure of the recordings. The bend due to a silicone chamber grows faster than the pressure,
+and beyond all bounds where it balloons; the margin says how far below that p_max is. Above 1, the bend grows more
+slowly than the pressure. Whatever the two numbers are, the law rises between 0 and p_max. At one pressure the gain
+alone is fitted. It is written to the file as points.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,16 +19,18 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.files.document import require
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.paths import Tendon
 from soft_gripper.hardware.identification.simulated_motion import Setup
 
-_COEFFICIENTS = 3  # of a pressure law, at most
+PRESSURE_LAW = "pressure_law"
+HELD_POSE = "held_pose"  # is fitted to every recording
 _POINTS = 25  # of a pressure law in a file
-_LARGEST_EXPONENT = 6.0  # of a pressure law: a gain 400 times that of the bare chamber
-_RISE = 1e-3  # of a pressure law, relative to its end: the least rise, that the digits of a file still show
+_BEYOND = 2.0  # of the highest pressure that was fitted, up to which a law is written at most
+MARGINS = (0.01, 10.0)  # of a pressure law
 
 
 @dataclass(frozen=True)
@@ -74,14 +77,11 @@ def _of_finger(name: str, unit: str) -> Key:
 
 
 def _of_setup(name: str, unit: str, positive: bool, scale: float, room: tuple[float, float] = (-np.inf, np.inf)) -> Key:
-    return Key(
-        unit,
-        lambda model: (getattr(model.setup, name),),
-        lambda model, values: replace(model, setup=replace(model.setup, **{name: values[0]})),
-        positive,
-        scale,
-        room,
-    )
+    def put(model: Model, values: Sequence[float]) -> Model:
+        changed: dict[str, Any] = {name: values[0]}
+        return replace(model, setup=replace(model.setup, **changed))
+
+    return Key(unit, lambda model: (getattr(model.setup, name),), put, positive, scale, room)
 
 
 def _of_creep(name: str, unit: str, room: tuple[float, float]) -> Key:
@@ -144,27 +144,44 @@ def _sizeable(values: Array) -> tuple[float, ...]:
     return tuple(np.where(np.abs(values) < SIZES[0], 0.0, values).tolist())
 
 
-def pressure_law_key(pressures: Sequence[float]) -> Key:
-    """The key of a pressure law that is fitted to recordings at these pressures, Pa."""
-    highest, count = max(pressures), min(len(set(pressures)), _COEFFICIENTS)
+def _margin_of(law: PressureLaw, highest: float) -> float:
+    """That of a law, by its gains at the highest pressure and at half of it."""
+    half, full = (float(law.softening(pressure)) for pressure in (highest / 2, highest))
+    steepest = half / (2 * full - half) if 2 * full > half else np.inf
+    return float(np.clip(steepest, *MARGINS))
 
-    def get(model: Model) -> Sequence[float]:
-        points = highest * np.linspace(0, 1, _POINTS)[1:]
-        law = model.finger.pressure_law
-        gain = np.zeros(len(points)) if law is None else np.log(law.curve(points) / points)
-        coefficients: Array = np.polynomial.polynomial.polyfit((points / highest) ** 2, gain, count - 1)
-        return coefficients.tolist()
 
-    def put(model: Model, values: Sequence[float]) -> Model:
-        points = highest * np.linspace(0, 1, _POINTS)
-        exponent = np.polynomial.polynomial.polyval((points / highest) ** 2, np.asarray(values))
-        effective = points * np.exp(np.clip(exponent, -_LARGEST_EXPONENT, _LARGEST_EXPONENT))
-        tilt = 1 + _RISE * points / highest
-        rising = tilt * np.maximum.accumulate(effective / tilt)
-        law = PressureLaw(tuple(points.tolist()), tuple(rising.tolist()))
+def pressure_law(highest: float, gain: float, margin: float) -> PressureLaw:
+    """The points of a law: up to the highest pressure that was fitted, Pa, and on, halfway to where it balloons."""
+    beyond = _BEYOND if margin >= 1 else min(_BEYOND, 1 + 0.5 * margin / (1 - margin))
+    share = np.append(np.linspace(0, 1, _POINTS), np.linspace(1, beyond, _POINTS // 2)[1:])
+    pressure = highest * share
+    effective = gain * pressure / (1 - (1 - margin) * pressure / highest)
+    return PressureLaw(tuple(pressure.tolist()), tuple(effective.tolist()))
+
+
+def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
+    """The keys of a pressure law that is fitted to recordings at these pressures, Pa: gain and margin."""
+    highest = max(pressures)
+
+    def numbers(model: Model) -> tuple[float, float]:
+        law = model.finger.pressure_law or PressureLaw((0.0, highest), (0.0, highest))
+        margin = _margin_of(law, highest)
+        return float(law.softening(highest)) * margin, margin
+
+    def changed(model: Model, gain: float, margin: float) -> Model:
+        law = pressure_law(highest, gain, margin)
         return replace(model, finger=replace(model.finger, pressure_law=law))
 
-    return Key("1", get, put, positive=False)
+    def with_gain(model: Model, values: Sequence[float]) -> Model:
+        return changed(model, values[0], numbers(model)[1])
+
+    def with_margin(model: Model, values: Sequence[float]) -> Model:
+        return changed(model, numbers(model)[0], values[0])
+
+    gain = {f"{PRESSURE_LAW}.gain": Key("1", lambda model: numbers(model)[:1], with_gain)}
+    margin = {f"{PRESSURE_LAW}.margin": Key("1", lambda model: numbers(model)[1:], with_margin, room=MARGINS)}
+    return gain | margin if len(set(pressures)) > 1 else gain
 
 
 KEYS = {
@@ -183,15 +200,17 @@ KEYS = {
     "mounting_angle": _of_setup("mounting_angle", "rad", False, 0.01),
     "load_x": _of_setup("load_x", "m", False, 1e-3),
     "load_z": _of_setup("load_z", "m", False, 1e-3),
-    "fill_time": _of_setup("fill_time", "s", True, 0.1),
-    "swelling": _of_setup("swelling", "1", True, 0.1),
+    "marker_mass": _of_setup("marker_mass", "kg", False, 1e-3, (0.0, 0.1)),
+    "fill_time": _of_setup("fill_time", "s", True, 0.1, (5e-3, 1.0)),
+    "swelling": _of_setup("swelling", "1", True, 0.1, (0.1, 20.0)),
+    "supply_lag": _of_setup("supply_lag", "1", False, 0.01, (0.0, 0.5)),
+    "supply_time": _of_setup("supply_time", "s", True, 0.1, (0.05, 20.0)),
     "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
     "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
     "tendon.lever": Key("m", _lever, _at_lever),
     "tendon.slack": _of_tendons("m", attrgetter("slack"), _slackened, positive=False, scale=3e-4),
     "tendon.stiffness": _of_tendons("N/m", attrgetter("stiffness"), _stiffened, scale=0.3),
 }
-PRESSURE_LAW = "pressure_law"
 
 
 @dataclass(frozen=True)
@@ -253,28 +272,37 @@ class FreeParameters:
         return model
 
 
-def free_parameters(finger: Finger, names: Sequence[str], pressures: Sequence[float]) -> FreeParameters:
+def free_parameters(
+    finger: Finger, names: Sequence[str], pressures: Sequence[float], setup: Setup | None = None
+) -> FreeParameters:
     """The parameters of a finger to be fitted.
 
     Args:
         finger: initial guess of the fit.
         names: names of the keys.
         pressures: pressures of the recordings, Pa; may be empty.
+        setup: initial guess of the set-up; None: the default.
 
     Raises:
         InputError: if there is no such key, it is given twice, or the finger does not have it.
     """
-    known, model = dict(KEYS), Model(finger)
-    if pressures:
-        known[PRESSURE_LAW] = pressure_law_key(pressures)
+    law = pressure_law_keys(pressures) if pressures else {}
+    model, keys = Model(finger, replace(setup or Setup(), held_pose=HELD_POSE in names)), dict[str, Key]()
     for name in names:
-        if name not in known:
-            why = "the recordings have no pressure to fit it to" if name == PRESSURE_LAW else "there is no such key"
-            raise InputError("identify", "--free", name, f"{why}; known: {', '.join(known)}")
         if list(names).count(name) > 1:
             raise InputError("identify", "--free", name, "appears more than once")
-        values = known[name].get(model)
-        if not len(values) or (known[name].positive and not min(values) > 0):
-            expected = "the finger file has no initial guess for it; add one there"
-            raise InputError("identify", "--free", name, expected)
-    return FreeParameters(model, {name: known[name] for name in names})
+        if name == HELD_POSE:
+            continue
+        of_name = law if name == PRESSURE_LAW else {name: KEYS[name]} if name in KEYS else {}
+        if not of_name:
+            why = "the recordings have no pressure to fit it to" if name == PRESSURE_LAW else "there is no such key"
+            known = ", ".join([*KEYS, HELD_POSE, *([PRESSURE_LAW] if law else [])])
+            raise InputError("identify", "--free", name, f"{why}; known: {known}")
+        for key in of_name.values():
+            values = key.get(model)
+            if not len(values) or (key.positive and not min(values) > 0):
+                expected = "the finger file has no initial guess for it; add one there"
+                raise InputError("identify", "--free", name, expected)
+        keys |= of_name
+    require(len(keys) > 0, "identify", "--free", " ".join(names), "name a key of the finger or its set-up as well")
+    return FreeParameters(model, keys)

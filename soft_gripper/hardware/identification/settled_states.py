@@ -32,6 +32,7 @@ from soft_gripper.fingers.spatial_chain import posture, spatial_chain
 from soft_gripper.fingers.tendon_balance import pulled_positions
 from soft_gripper.hardware.identification.fit import Confidence, Report, confidence_of, converged, correlation_time
 from soft_gripper.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
+from soft_gripper.hardware.identification.simulated_motion import Setup
 from soft_gripper.hardware.recordings import HardwareRecording
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
@@ -270,20 +271,22 @@ class StateScore:
 
 
 @dataclass(frozen=True)
-class IdentifiedStates:
-    """The result."""
+class TestedStates:
+    """Recordings compared with a finger."""
 
-    fit: StatesFit
-    confidence: Confidence
-    states: tuple[SettledStates, ...]  # those fitted, then those held out
+    model: Model  # the finger in its set-up
+    states: tuple[SettledStates, ...]
     errors: tuple[Array, ...]  # of the same, (R, M, 3) m
-    left_out: tuple[Array, ...]  # of the fitted ones by fits without the row's family; NaN where it has none
     scores: tuple[StateScore, ...]
 
-    @property
-    def model(self) -> Model:
-        """The finger in its set-up."""
-        return self.fit.model
+
+@dataclass(frozen=True)
+class IdentifiedStates(TestedStates):
+    """The result of a fit: the recordings that were fitted, then those held out."""
+
+    left_out: tuple[Array, ...]  # errors of the fitted ones by fits without the row's family; NaN where it has none
+    fit: StatesFit
+    confidence: Confidence
 
 
 def identify_states(
@@ -295,6 +298,7 @@ def identify_states(
     starts: int = 1,
     seed: int = 0,
     report: Report = lambda error: None,
+    setup: Setup | None = None,
 ) -> IdentifiedStates:
     """Fits keys of a finger to settled states, and tests the result on others and on families left out of the fit.
 
@@ -307,11 +311,12 @@ def identify_states(
         starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
         seed: seed of the random starts.
         report: called with the root mean square error after each step, relative to the finger's length.
+        setup: initial guess of the set-up; None: the default.
 
     Raises:
         InputError: if a key cannot be fitted, or no fit converges.
     """
-    free = free_parameters(finger, names, [])
+    free = free_parameters(finger, names, [], setup)
     everything = [np.full(len(states.pulled), True) for states in fitted]
     jitter = np.random.default_rng(seed).normal(size=(starts, len(free.start))) * _JITTER * free.scales
     jitter[0] = 0.0
@@ -330,7 +335,14 @@ def identify_states(
         scores += _scores(of, "test", "all", state_errors(best.model, of))
     lasting = float(np.mean([correlation_time(error.ravel()) for error in errors[: len(fitted)]]))
     known = confidence_of(free, best.residuals, best.jacobian, lasting)
-    return IdentifiedStates(best, known, states, errors, left_out, tuple(scores))
+    return IdentifiedStates(best.model, states, errors, tuple(scores), left_out, best, known)
+
+
+def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
+    """Compares recordings with a finger in its set-up; only their placement is fitted."""
+    errors = tuple(state_errors(model, of) for of in states)
+    scores = [one for of, error in zip(states, errors, strict=True) for one in _scores(of, "test", "all", error)]
+    return TestedStates(model, tuple(states), errors, tuple(scores))
 
 
 def _left_out(best: StatesFit, fitted: Sequence[SettledStates], executor: Executor) -> tuple[Array, ...]:
@@ -378,7 +390,7 @@ _WIDTH, _HEIGHT = 3.0, 2.8  # inches, of a panel
 _VIEWS = ((0, 1), (0, 2))  # axes of B: from the tip, and from the side
 
 
-def states_figure(found: IdentifiedStates) -> Figure:
+def states_figure(found: TestedStates) -> Figure:
     """Plots the places of the last marker, measured and predicted, seen along the finger and from the side.
 
     A row for each recording; beside it the distribution of the errors.
@@ -388,7 +400,8 @@ def states_figure(found: IdentifiedStates) -> Figure:
         figure, axes = plt.subplots(
             count, 3, figsize=(3 * _WIDTH, count * _HEIGHT), squeeze=False, constrained_layout=True
         )
-        left_out: list[Array | None] = [*found.left_out, *[None] * count]
+        fitted = found.left_out if isinstance(found, IdentifiedStates) else ()
+        left_out: list[Array | None] = [*fitted, *[None] * count]
         for row, states, errors, without in zip(axes, found.states, found.errors, left_out, strict=False):
             for panel, (i, j) in zip(row, _VIEWS, strict=False):
                 _draw_places(panel, states.markers[:, -1], errors[:, -1], i, j)

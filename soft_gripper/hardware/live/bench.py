@@ -1,19 +1,20 @@
 """Bench: the estimators and the grip controller of a station, without its plant, one sample at a time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import PassThrough
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.control.pid_controller import SampledPidController
 from soft_gripper.diagrams.commanding import grip_supply
 from soft_gripper.diagrams.live import wake_all
-from soft_gripper.diagrams.recording import Recording, add_logs, provenance, read_logs
+from soft_gripper.diagrams.recording import Recording, add_logs, make_recording, provenance
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.wiring.drive import Commands
 from soft_gripper.diagrams.wiring.estimation import add_estimation
@@ -108,6 +109,7 @@ class Bench:
         self._context = self._simulator.get_mutable_context()
         self._ports = {name: diagram.GetInputPort(name) for name in self.inputs}
         self._outputs = {name: diagram.GetOutputPort(name) for name in self.signals}
+        self._controllers = _controllers(diagram)
         self._layouts = parts.layouts
         self.quantities = {name: f"{name}.{layout.quantity}" for name, layout in parts.layouts.items()}
         self._missing = {name: np.full(self.inputs[name], np.nan) for name in self.quantities.values()}
@@ -122,6 +124,11 @@ class Bench:
         """Takes a sample that is missing: no sensor was read, and what drives the fingers is as before."""
         self._give(self._missing)
         self._advance()
+
+    def restart_control(self) -> None:
+        """Lets the grip controller begin anew, after others have commanded the fingers."""
+        for system in self._controllers:
+            system.SetDefaultContext(system.GetMyMutableContextFromRoot(self._context))
 
     def read(self, signals: Sequence[str]) -> dict[str, Array]:
         """Signals as of the last sample, (size,) each."""
@@ -147,10 +154,24 @@ class Bench:
         return layout.signals(q)[layout.quantity]
 
     def recording(self) -> Recording:
-        """Every signal of every sample so far, of a bench that records."""
+        """Every signal of every sample so far, or since the last `forget`, of a bench that records."""
+        return self.recorded()()
+
+    def recorded(self) -> Callable[[], Recording]:
+        """The same, to be computed later, in any thread, from what has been logged now."""
         assert self._logs is not None
-        about = provenance(self.scenario, self.scenario.sensor.type, self.scenario.estimator.type)
-        return read_logs(self._logs, self._context, about)
+        logs, taken, of = self._logs, self._logs.taken(self._context), self.scenario
+
+        def recording() -> Recording:
+            about = provenance(of, of.sensor.type, of.estimator.type)
+            return make_recording(logs.signals, *logs.computed(*taken), about)
+
+        return recording
+
+    def forget(self) -> None:
+        """Forgets all samples recorded so far."""
+        assert self._logs is not None
+        self._logs.clear(self._context)
 
     def _give(self, values: Mapping[str, Array]) -> None:
         for name, value in values.items():
@@ -163,6 +184,13 @@ class Bench:
             self._simulator.Initialize()  # as sensors do, from the first reading on
         self._simulator.AdvancePendingEvents()
         self._samples += 1
+
+
+def _controllers(diagram: Diagram) -> list[SampledPidController]:
+    if not diagram.HasSubsystemNamed("grip_control"):
+        return []
+    systems = diagram.GetSubsystemByName("grip_control").GetSystems()
+    return [system for system in systems if isinstance(system, SampledPidController)]
 
 
 def bench_scenario(scenario: Scenario) -> Scenario:

@@ -44,7 +44,7 @@ class BenchConfig:
     pressure_unit: str = quantity("Pa", known=tuple(_PRESSURE))  # of measured and commanded pressures
     opening: str | None = None  # field with the set point of the opening, m; None: those of the scenario
     send: list[str] | None = None  # signals of the results, "{finger}.{signal}"; None: those of shape and contact
-    stale_after: float = quantity(0.03, "s", above=0)  # without a reading, commands are safe and bands widen
+    stale_after: float = quantity(0.04, "s", above=0)  # without a reading, commands are safe and bands widen
     safe_command: float = 0.0  # Pa, or N or m of tendons: what every finger is commanded then
 
     @property

@@ -7,11 +7,12 @@
 | `lcm://CHANNEL` | drake.lcmt_drake_signal on an LCM channel, `?url=udpm://...` for another network |
 | `stdio:` | lines of standard input and output |
 | `file:readings.csv` | lines of a file, at the rate of the sensors; results overwrite a file |
+| `file:readings.mcap` | rows of a bag, of netCDF or of a C3D file, see `tables`; the time gives the rows |
 | `MODULE:FUNCTION` | a generator of messages in Python, or a function that takes each result |
 """
 
 import os
-import select
+import selectors
 import socket
 import sys
 import time
@@ -25,7 +26,9 @@ from drake import lcmt_drake_signal
 from pydrake.lcm import DrakeLcm
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.document import given
 from soft_gripper.hardware.live.messages import MOST_BYTES
+from soft_gripper.hardware.tables import OTHER_THAN_TEXT, Columns, is_bag_folder, read_table
 from soft_gripper.scenario.own_functions import find_function
 
 MOST_WAITING = 4096  # messages that are read at once
@@ -61,8 +64,13 @@ class Endpoints:
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
-    def source(self, address: str, period: float = 0.0) -> Source:
+    def source(self, address: str, period: float = 0.0, columns: Columns | None = None) -> Source:
         """Where readings come from; the lines of a file come every `period` s.
+
+        Args:
+            address: one of those above.
+            period: between the messages of a file or a generator, s; 0 for as fast as possible.
+            columns: that are needed of a file that is not text; None: there is no column of the time.
 
         Raises:
             InputError: if it cannot be opened.
@@ -73,7 +81,7 @@ class Endpoints:
             "serial": lambda: LineSource(self._serial(parts).fileno()),
             "lcm": lambda: LcmSource(*_lcm(parts)),
             "stdio": lambda: LineSource(sys.stdin.fileno()),
-            "file": lambda: PacedSource(self._lines(parts), period),
+            "file": lambda: PacedSource(self._messages(parts, columns), period),
         }
         found: Source | None = self._opened("source", address, open_one)
         return found or PacedSource(find_function("source", address)(), period)
@@ -138,11 +146,27 @@ class Endpoints:
             self._ports[name] = self._stack.enter_context(Serial(name, baud, timeout=0))
         return self._ports[name]
 
-    def _lines(self, parts: SplitResult) -> Iterator[bytes]:
-        """The lines of a file; names in its first line are passed over."""
-        file = self._stack.enter_context(_path(parts).open("rb"))
+    def _messages(self, parts: SplitResult, columns: Columns | None) -> Iterator[Message]:
+        """The lines of a file, names in its first line passed over; or the rows of another kind of file."""
+        path = _path(parts)
+        if is_bag_folder(path) or path.suffix.lower() in OTHER_THAN_TEXT:
+            table = read_table(
+                path, given(columns, self._where, "time", "name the column that has the time of each row")
+            )
+            return (dict(zip(table.names, row, strict=True)) for row in table.values.tolist())
+        file = self._stack.enter_context(path.open("rb"))
         lines = enumerate(line for line in file if line.strip())
         return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
+
+
+_Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)  # epoll refuses files on a disk
+
+
+def _has_come(file: socket.socket | int, timeout: float) -> bool:
+    """Whether there is something to read from a socket or descriptor, of any number, within a timeout, s."""
+    with _Selector() as selector:
+        selector.register(file, selectors.EVENT_READ)
+        return bool(selector.select(timeout))
 
 
 class UdpSource:
@@ -152,10 +176,10 @@ class UdpSource:
 
     def __init__(self, bound: socket.socket):
         self._socket = bound
-        self.port: int = bound.getsockname()[1]
+        self.host, self.port = bound.getsockname()
 
     def receive(self, timeout: float) -> list[Message]:
-        if not select.select([self._socket], [], [], timeout)[0]:
+        if not _has_come(self._socket, timeout):
             return []
         found: list[Message] = []
         while len(found) < MOST_WAITING:
@@ -173,7 +197,7 @@ class LineSource:
         self._descriptor, self._begun, self.is_over = descriptor, b"", False
 
     def receive(self, timeout: float) -> list[Message]:
-        if self.is_over or not select.select([self._descriptor], [], [], timeout)[0]:
+        if self.is_over or not _has_come(self._descriptor, timeout):
             return []
         try:
             arrived = os.read(self._descriptor, MOST_BYTES)

@@ -30,6 +30,7 @@ _BANDS = {  # what a band is of, by its name
 }
 _MOST_SKIPPED = 1.0  # s of missing readings that the estimators are told of; no memory of theirs is longer
 _MOST_AHEAD = 0.5  # s by which readings may come in a bunch; more of them are in excess
+_MOST_BEHIND = 0.5  # s that readings may take that arrived together; after that the newest of them alone is used
 _REMEMBERED = 2.0  # s over which the speed of an estimate is measured
 _LATENCIES = 100_000  # of the last readings
 
@@ -134,11 +135,18 @@ class Session:
         self._due = self._arrived + 1.5 * bench.period
         self._is_silent = False
         self.latencies: deque[float] = deque(maxlen=_LATENCIES)  # s, from a message to its result
+        self.efforts: deque[float] = deque(maxlen=_LATENCIES)  # s, processor time of the same
+        self.results: dict[str, Any] = {}  # the last that were sent; SI units
 
     @property
     def counts(self) -> Counts:
         """What has happened to the readings so far."""
         return self._watch.counts
+
+    @property
+    def zeroing(self) -> bool:
+        """Whether readings are being collected, to zero the sensors."""
+        return self._zeroing is not None
 
     def zero(self) -> None:
         """From now on, readings are collected, until `zeroed`, and commands are safe; fingers are free and at rest."""
@@ -150,29 +158,37 @@ class Session:
         Raises:
             InputError: if nothing was collected.
         """
-        if not self._zeroing:
+        collected, self._zeroing = self._zeroing, None
+        self._bench.restart_control()
+        if not collected:
             raise InputError(
                 "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
             )
-        for name in self._zeroing[0]:
-            found = np.array([each[name] for each in self._zeroing])
+        for name in collected[0]:
+            found = np.array([each[name] for each in collected])
             number = np.isfinite(found).sum(axis=0)
             # A sensor that was never read stays as it is.
             self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(found, axis=0) / np.maximum(number, 1)
-        self._zeroing = None
 
-    def run(self, is_over: Callable[[], bool]) -> None:
-        """Runs until `is_over`, or until nothing will ever arrive again."""
+    def run(self, is_over: Callable[[], bool], between: Callable[[], object] = lambda: None) -> None:
+        """Runs until `is_over`, or until nothing will ever arrive again; `between` is called after every turn."""
         while not is_over() and not self._source.is_over:
             self.turn()
+            between()
         self._send(self._commands_only() | {"stale": 1.0})
 
     def turn(self) -> None:
         """Waits for readings, until the next result is due at most."""
         messages = self._source.receive(max(0.0, self._due - self._clock()))
         arrived = self._clock()
-        for message in messages:
+        for i, message in enumerate(messages, 1):
+            if self._pace is not None and i < len(messages) and self._clock() - arrived > _MOST_BEHIND:
+                self.counts.excess += 1
+                continue
+            began, used = time.thread_time(), self.counts.used
             self._take(message, arrived)
+            if self.counts.used > used:
+                self.efforts.append(time.thread_time() - began)
         if self._pace is not None and (now := self._clock()) >= self._due:
             self._send_aged(now - self._arrived)
             self._due = now + self._bench.period
@@ -191,6 +207,8 @@ class Session:
             return  # an estimate that is newer has been sent already
         for _ in range(min(missing, round(_MOST_SKIPPED / self._bench.period))):
             self._bench.skip()
+        if self._is_silent:
+            self._bench.restart_control()  # the fingers are where safe commands have led them
         self._use(reading)
         self._last, self._arrived, self._is_silent = reading, arrived, False
         self._due = arrived + 1.5 * self._bench.period
@@ -234,6 +252,7 @@ class Session:
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
     def _send(self, results: dict[str, Any]) -> None:
+        self.results = results
         factor = self._config.pressure_factor
         in_units = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
         self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)

@@ -12,7 +12,7 @@ import os
 import signal
 import time
 import tty
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -21,8 +21,10 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Context
 
+from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.hardware.live.bench import Bench
 from soft_gripper.hardware.live.endpoints import Endpoints, LineSource, Message, Sink, Source, by_entry, writer
 from soft_gripper.hardware.live.messages import MalformedError, decoded, encoded
 from soft_gripper.interrupts import held_back
@@ -31,6 +33,7 @@ from soft_gripper.scenario.schema import EstimatorConfig, Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 
 _FORGET = 100  # samples after which the logs are cleared
+_MOST_BEHIND = 3  # periods that a twin beside hardware makes up for at once; one that is too slow stays behind
 
 
 class Twin:
@@ -72,9 +75,20 @@ class Twin:
         advance(self._simulator, self.station, self._samples * self.period)
         if not self._records and self._samples % _FORGET == 0:
             self.station.logs.clear(self.context)
-        diagram = self.station.diagram
-        read = {name: diagram.GetOutputPort(signal).Eval(self.context) for name, signal in self._signals.items()}
-        return {"count": float(self._samples), "time": self.context.get_time(), **read}
+        read = self.read([*self._signals.values()])
+        sent = {name: read[signal] for name, signal in self._signals.items()}
+        return {"count": float(self._samples), "time": self.context.get_time(), **sent}
+
+    @property
+    def positions(self) -> Array:
+        """The positions of the plant."""
+        plant = self.station.plant
+        positions: Array = plant.GetPositions(plant.GetMyContextFromRoot(self.context))
+        return positions
+
+    def read(self, signals: Sequence[str]) -> dict[str, Array]:
+        """Signals of the station as of the last sample, (size,) each."""
+        return {name: self.station.diagram.GetOutputPort(name).Eval(self.context) for name in signals}
 
     def command(self, commands: Mapping[str, Any]) -> None:
         """Obeys a result of a bench, as far as it has commands: vectors, or entries `{name}[i]`."""
@@ -83,6 +97,15 @@ class Twin:
             given = commands.get(name, None if None in entries else entries)
             if given is not None and np.isfinite(given).all():
                 port.FixValue(self.context, np.ravel(given))
+
+    def follow(self, commands: Mapping[str, Any], bench: Bench, elapsed: float) -> None:
+        """Goes on until `elapsed`, s, beside hardware: by the same commands or, without any, by what is measured."""
+        measured = {name: name.replace(".", ".sampled_").removesuffix("_command") for name in self._inputs}
+        driving = {name: bench.read([own])[own] for name, own in measured.items() if own in bench.signals}
+        self.command({**driving, **commands})
+        for _ in range(_MOST_BEHIND):
+            if self.context.get_time() < elapsed:
+                self.message()
 
 
 class TwinSource:

@@ -15,7 +15,7 @@ class Counts:
     late: int = 0  # arrived after a later one, which had been used already
     repeated: int = 0
     malformed: int = 0  # not what the bench describes
-    excess: int = 0  # more than the period of the sensors allows
+    excess: int = 0  # more than the period of the sensors allows, or than could be used in time
     silences: int = 0  # times when no reading arrived for `stale_after`
     restarts: int = 0  # of the device: its numbers began again
 

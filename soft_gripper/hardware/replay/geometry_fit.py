@@ -60,7 +60,17 @@ class ArmGeometry:
     delay: float  # s, delay of the wires relative to motion capture
 
 
-def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> ArmGeometry:
+@dataclass(frozen=True)
+class FittedGeometry(ArmGeometry):
+    """The most probable geometry, and how well it is known."""
+
+    variants: tuple[ArmGeometry, ...]  # one standard deviation away, in each of the independent directions
+    spread: Array  # (S,) m, of the fitted bodies about their places, root mean square along an axis
+    bends: Array  # (2, S) rad, least and largest of the fitted recordings
+    lengths: Array  # (2, S) m, likewise
+
+
+def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> FittedGeometry:
     """The geometry of an arm that explains its recordings, which are of one arm, best."""
     sections = len(recordings[0].bodies)
     nominal = _nominal_offsets(recordings)
@@ -70,7 +80,26 @@ def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> ArmGeome
         return np.concatenate([x, *(_misfit(geometry, recording, finger) for recording in recordings)])
 
     found = least_squares(residuals, np.zeros(len(_WIDTHS) * sections + 3), max_nfev=30)
-    return _geometry(found.x, nominal, recordings[0].spacing)
+    spacing, best = recordings[0].spacing, _geometry(found.x, nominal, recordings[0].spacing)
+    deviations = np.linalg.cholesky(np.linalg.inv(found.jac.T @ found.jac))
+    variants = tuple(_geometry(found.x + deviation, nominal, spacing) for deviation in deviations.T)
+    sections_of = [best.wires.sections(recording.inner, recording.outer) for recording in recordings]
+    away = [
+        places(best, finger, *of)[0] - measured(recording, best.delay)[0]
+        for of, recording in zip(sections_of, recordings, strict=True)
+    ]
+    spread = np.sqrt(np.nanmean(np.abs(np.concatenate(away)) ** 2, axis=0) / 2)
+    bends, lengths = (np.concatenate(part) for part in zip(*sections_of, strict=True))
+    ends = [np.stack([part.min(axis=0), part.max(axis=0)]) for part in (bends, lengths)]
+    return FittedGeometry(best.wires, best.parts, best.delay, variants, spread, *ends)
+
+
+def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:
+    """Places of the bodies in B, and their headings, where the sections are arcs: (T, S) m, (T, S) rad."""
+    ends = finger.section_ends(theta.shape[-1])
+    q = np.repeat(theta / np.diff(ends), np.diff(ends), axis=-1)
+    _, positions, headings = stretched_arm(geometry.parts, q, length, ends)
+    return positions, headings
 
 
 def measured(recording: ArmRecording, delay: float) -> tuple[Planar, Array]:
@@ -106,10 +135,9 @@ def _geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
 
 
 def _misfit(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
-    rows, ends = slice(None, None, _EVERY), finger.section_ends(len(recording.bodies))
-    theta, length = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
-    q = np.repeat(theta / np.diff(ends), np.diff(ends), axis=-1)
-    _, positions, headings = stretched_arm(geometry.parts, q, length, ends)
+    rows = slice(None, None, _EVERY)
+    wires = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
+    positions, headings = places(geometry, finger, *wires)
     true_positions, true_headings = (values[rows] for values in measured(recording, geometry.delay))
     apart, turned = (positions - true_positions) / _POSITION, (headings - true_headings) / _HEADING
     misfits = np.concatenate([as_points(apart).ravel(), turned.ravel()])
@@ -132,39 +160,61 @@ class ArmDrive:
 
 def fit_drive(recordings: Sequence[ArmRecording], geometry: ArmGeometry, finger: Finger, gravity: Array) -> ArmDrive:
     """The drive that explains the bends of the sections best; `gravity` in B, (3,) m/s^2."""
-    sections = len(recordings[0].bodies)
-    joints = np.diff(finger.section_ends(sections))
-    bends = [geometry.wires.sections(recording.inner, recording.outer).theta for recording in recordings]
-    weights = [_weight(finger, theta, joints, gravity) for theta in bends]
-    scale = np.sqrt(np.mean(np.concatenate([recording.pressures for recording in recordings]) ** 2))
-    inputs = [np.column_stack([r.pressures / scale, np.ones(len(r.time))]) for r in recordings]
-    chambers, stiffness = np.array(recordings[0].chamber_sections), finger.stiffness[0]
-
-    def explained(branch: CreepBranch) -> tuple[float, Array]:
-        """Mean square of what is left of the joints' angles, and the torques per input, (C + 1, S)."""
-        known, wanted = [], []
-        for driven, weight, theta in zip(inputs, weights, bends, strict=True):
-            bent = bend_under(branch, np.concatenate([driven, weight], axis=1) / stiffness)
-            known.append(bent[:, : driven.shape[1]])
-            wanted.append(theta / joints - bent[:, driven.shape[1] :])
-        A, y = np.concatenate(known), np.concatenate(wanted)
-        torques = np.zeros((A.shape[1], sections))
-        for section in range(sections):
-            own = np.append(np.flatnonzero(chambers == section), len(chambers))
-            ridge = _RIDGE * np.mean(A**2) * len(A) * np.diag([1.0] * (len(own) - 1) + [0.0])
-            torques[own, section] = np.linalg.solve(A[:, own].T @ A[:, own] + ridge, A[:, own].T @ y[:, section])
-        return float(np.mean((y - A @ torques) ** 2)), torques
-
-    tried = [CreepBranch(share, time) for share, time in product(_SHARES, _TIMES)]
-    branch = min(tried, key=lambda branch: explained(branch)[0])
-    left, torques = explained(branch)
-    of_joints = np.repeat(torques.T, joints, axis=0)
+    scale = float(np.sqrt(np.mean(np.concatenate([recording.pressures for recording in recordings]) ** 2)))
+    joints = np.diff(finger.section_ends(len(recordings[0].bodies)))
+    chambers, tried = np.array(recordings[0].chamber_sections), {}
+    for share, time in product(_SHARES, _TIMES):
+        branch = CreepBranch(share, time)
+        tried[branch] = [_balance(branch, one, geometry, finger, gravity, scale) for one in recordings]
+    best = min(tried, key=lambda branch: _left(tried[branch], _torques(tried[branch], chambers)))
+    of_joints = np.repeat(_torques(tried[best], chambers).T, joints, axis=0)
     return ArmDrive(
-        finger=replace(finger, creep=(branch,)),
+        finger=replace(finger, creep=(best,)),
         gains=of_joints[:, :-1] / scale,
         rest=of_joints[:, -1],
-        angle_std=float(np.sqrt(left)),
+        angle_std=_left_out(tried[best], chambers),
     )
+
+
+# Bends of joints by every input, (T, C + 1), a chamber each and one for what acts without pressure; and the bends that
+# these must explain, (T, S)
+_Balance = tuple[Array, Array]
+
+
+def _balance(
+    branch: CreepBranch, recording: ArmRecording, geometry: ArmGeometry, finger: Finger, gravity: Array, scale: float
+) -> _Balance:
+    """Of one recording; pressures as parts of `scale`, Pa."""
+    joints = np.diff(finger.section_ends(len(recording.bodies)))
+    theta = geometry.wires.sections(recording.inner, recording.outer).theta
+    driven = np.column_stack([recording.pressures / scale, np.ones(len(recording.time))])
+    weight = _weight(finger, theta, joints, gravity)
+    bent = bend_under(branch, np.concatenate([driven, weight], axis=1) / finger.stiffness[0])
+    return bent[:, : driven.shape[1]], theta / joints - bent[:, driven.shape[1] :]
+
+
+def _torques(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> Array:
+    """Of the inputs on the sections, (C + 1, S), by least squares."""
+    A, y = (np.concatenate(part) for part in zip(*balances, strict=True))
+    found = np.zeros((A.shape[1], y.shape[1]))
+    for section in range(y.shape[1]):
+        own = np.append(np.flatnonzero(chambers == section), len(chambers))
+        ridge = _RIDGE * np.mean(A**2) * len(A) * np.diag([1.0] * (len(own) - 1) + [0.0])
+        found[own, section] = np.linalg.solve(A[:, own].T @ A[:, own] + ridge, A[:, own].T @ y[:, section])
+    return found
+
+
+def _left(balances: Sequence[_Balance], torques: Array) -> float:
+    """Root mean square of what torques leave of the joints' angles, rad."""
+    return float(np.sqrt(np.mean(np.concatenate([(y - A @ torques).ravel() for A, y in balances]) ** 2)))
+
+
+def _left_out(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> float:
+    """The same of the recording that the torques fitted to the others explain worst."""
+    if len(balances) == 1:
+        return _left(balances, _torques(balances, chambers))
+    others = [[*balances[:i], *balances[i + 1 :]] for i in range(len(balances))]
+    return max(_left([one], _torques(rest, chambers)) for one, rest in zip(balances, others, strict=True))
 
 
 def bend_under(branch: CreepBranch, torque: Array) -> Array:

@@ -26,19 +26,26 @@ from soft_gripper.hardware.replay.arm_estimation import (
     ReplayInputs,
     estimate_recording,
 )
-from soft_gripper.hardware.replay.geometry_fit import fit_drive, fit_geometry, measured
+from soft_gripper.hardware.replay.geometry_band import body_band, extrapolations
+from soft_gripper.hardware.replay.geometry_fit import FittedGeometry, fit_drive, fit_geometry, measured
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
+_OFTEN = 1.0  # s, between two reports of the progress at least
 Rows = Mapping[str, tuple[str, int]]  # name of an estimator and its sensors per side, by the name of the row
-_LOAD_SHARE = 3.0  # torque of a load over that of the angles that a drive leaves unexplained
+_LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leaves unexplained
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fitted arm, and the delay of its wires."""
+    """A fitted arm, and its geometry as known."""
 
     arm: NominalArm
-    delay: float  # s
+    geometry: FittedGeometry
+
+    @property
+    def delay(self) -> float:
+        """Of the wires, s."""
+        return self.geometry.delay
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,7 @@ class Replayed:
     fitted_on: tuple[str, ...]
     fitted: Fitted
     signals: Recording
+    extrapolated: tuple[str, ...]  # where it leaves the lengths and bends that were fitted
 
 
 def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
@@ -75,6 +83,7 @@ class ReplayRow:
     median_mm: float
     percentile_95_mm: float
     max_mm: float
+    within_band_percent: float  # samples within the 95 % band; of arcs with a sensor for each section, NaN otherwise
 
 
 @dataclass(frozen=True)
@@ -114,7 +123,8 @@ def replay_recordings(
         )
     found = None if fitted is None else fit_arm(fitted, finger, gravity)
     replayed = []
-    for recording in tqdm(reported, desc="replay", disable=None):
+    progress = tqdm(reported, desc="replay", mininterval=_OFTEN, dynamic_ncols=True)  # in a log as well
+    for recording in progress:
         others = fitted or [other for other in reported if other is not recording]
         of_recording = found or fit_arm(others, finger, gravity)
         fitted_on = tuple(other.name for other in others)
@@ -124,7 +134,10 @@ def replay_recordings(
             "wires_late_by_s": f"{of_recording.delay:g}",
         }
         signals = estimate_recording(of_recording.arm, replay_inputs(recording, of_recording.delay), rows, about)
-        replayed.append(Replayed(recording.name, fitted_on, of_recording, signals))
+        band = {BAND: (("time", "body"), body_band(of_recording.geometry, recording, finger), {"units": "m"})}
+        signals = Recording(signals.data.assign(band))
+        beyond = tuple(extrapolations(of_recording.geometry, recording))
+        replayed.append(Replayed(recording.name, fitted_on, of_recording, signals, beyond))
     return ArmReplay(replayed, rows)
 
 
@@ -136,7 +149,7 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
     uncertainty = Uncertainty(reading=_noise(recordings), angle=drive.angle_std, load_pressure=float(load))
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
-    return Fitted(arm, geometry.delay)
+    return Fitted(arm, geometry)
 
 
 def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
@@ -157,6 +170,7 @@ def _noise(recordings: Sequence[ArmRecording]) -> float:
 
 
 ALL = "all"
+BAND = "body_band"  # signal: radius of the 95 % band of every body about its place by arcs
 
 
 def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
@@ -170,9 +184,13 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
         bodies = next(iter(errors.values()))["body"].values
         for i, body in enumerate(bodies):
             of_body = {name: error.values[:, i] for name, error in errors.items()}
+            has_band = estimator == "arcs" and sections == len(bodies)
+            bands = {one.name: 1e3 * one.signals[BAND].values[1:, i] for one in replayed}
+            bands |= {ALL: np.concatenate(list(bands.values()))}
             for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
                 seen = values[np.isfinite(values)]
-                numbers = seen.mean(), np.median(seen), np.percentile(seen, 95), seen.max()
+                within = 100 * np.mean((values <= bands[name])[np.isfinite(values)]) if has_band else np.nan
+                numbers = seen.mean(), np.median(seen), np.percentile(seen, 95), seen.max(), within
                 table.append(ReplayRow(estimator, sections, name, str(body), *map(float, numbers)))
     return table
 

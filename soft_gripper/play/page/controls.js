@@ -1,4 +1,4 @@
-// The sliders and buttons of a station, and their keys.
+// Sliders and buttons, and their keys.
 
 const PATIENCE = 500; // ms after a slider was moved here, in which what the station says of it is old
 
@@ -52,13 +52,14 @@ export class Controls {
   }
 
   // How things are, as the station says it; a slider that is being moved here stays.
-  update({sliders, paused, recording}) {
+  update({sliders, paused, zeroing, recording}) {
     const now = performance.now();
     for (const found of this.sliders) {
       const isOld = now - found.moved < PATIENCE || document.activeElement === found.number;
       if (!isOld) show(found, sliders[found.name]);
     }
     label(this.buttons.get("pause"), paused ? "go on" : "pause", paused);
+    label(this.buttons.get("zero"), "zero", zeroing);
     label(this.buttons.get("record"), recording ? "keep" : "record", recording);
   }
 }
@@ -69,13 +70,14 @@ function show({slider, number}, value) {
 }
 
 function label(button, text, isOn) {
+  if (!button) return;
   button.firstChild.textContent = text;
   button.ariaPressed = isOn;
 }
 
 const marks = (sign) => (sign ? [element("kbd", {}, sign)] : []);
 
-function element(kind, attributes, ...content) {
+export function element(kind, attributes, ...content) {
   const made = document.createElement(kind);
   for (const [name, value] of Object.entries(attributes)) {
     if (name in made) made[name] = value;

@@ -1,6 +1,7 @@
-// The page of `soft-gripper play`: the scene in a frame, controls and plots beside it, and how things are above.
+// The page of `soft-gripper play` and `live`: the scene in a frame, controls, tables and plots beside it, and how things
+// are above.
 
-import {Controls} from "./controls.js";
+import {Controls, element} from "./controls.js";
 import {Plot} from "./plot.js";
 
 const SLOW = 0.95; // a factor of real time below this is called slow
@@ -13,7 +14,7 @@ const controls = new Controls(find("buttons"), find("sliders"), about, send);
 let socket = null, hasEnded = false, drawing = false;
 
 function show() {
-  document.title = `${about.name} - soft-gripper play`;
+  document.title = `${about.name} - soft-gripper ${about.command}`;
   find("name").textContent = about.name;
   find("description").textContent = about.description;
   window.addEventListener("keydown", (event) => controls.press(event));
@@ -80,7 +81,7 @@ async function tryAgain() {
   if (answer === null || answer.ok) connect();
   else {
     say("ended", "halted");
-    note("This page is of a session that has ended. Open the address that soft-gripper play has printed since.");
+    note("This page is of a session that has ended. Open the address that soft-gripper has printed since.");
   }
 }
 
@@ -98,17 +99,28 @@ function take({end, status, values}) {
     say("ended", "halted");
     return;
   }
-  say(`${status.paused ? "paused" : "live"}${status.recording ? ", recording" : ""}`,
-      status.recording ? "recording" : status.paused ? "halted" : "");
-  find("time").textContent = `${status.time.toFixed(1)} s`;
-  find("factor").textContent = `${status.factor.toFixed(2)} × real time`;
-  find("factor").className = status.factor < SLOW ? "slow" : "";
+  const {time, mode = status.paused ? "paused" : "live", alarm = status.recording} = status;
+  say(`${mode}${status.recording ? ", recording" : ""}`, alarm ? "alarm" : status.paused ? "halted" : "");
+  find("time").textContent = `${time.toFixed(1)} s`;
+  find("pace").textContent = status.latency ?? `${status.factor.toFixed(2)} × real time`;
+  find("pace").className = status.factor < SLOW ? "slow" : "";
   note(status.note);
   controls.update(status);
+  if (status.tables) find("tables").replaceChildren(...status.tables.map(table));
   if (!Object.keys(values).length) return;
-  for (const plot of plots.values()) plot.add(status.time, values);
+  for (const plot of plots.values()) plot.add(time, values);
   if (!drawing) requestAnimationFrame(draw);
   drawing = true;
+}
+
+// A cell is its text, or its text and a class.
+function table([caption, head, ...rows]) {
+  const row = (kind) => (cells) => element("tr", {}, ...cells.map((cell) => {
+    const [text, className = ""] = [cell].flat();
+    return element(kind, {className}, text);
+  }));
+  return element("table", {}, element("caption", {}, caption), element("thead", {}, row("th")(head)),
+                 element("tbody", {}, ...rows.map(row("td"))));
 }
 
 function say(mode, kind) {

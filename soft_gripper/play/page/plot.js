@@ -40,7 +40,7 @@ export class Plot {
     this.legend.replaceChildren(...(named.length < 2 ? [] : named.map((line) => {
       const [item, mark] = [document.createElement("span"), document.createElement("i")];
       mark.style.background = line.color;
-      item.append(mark, several ? line.signal.split(".")[0] : line.label);
+      item.append(mark, several ? line.signal.split(".").slice(0, -1).join(" ") : line.label);
       return item;
     })));
   }

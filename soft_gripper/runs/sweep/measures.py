@@ -17,7 +17,9 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, described
 from soft_gripper.files.csv_table import columns
+from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
+from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
 from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.runs.trials.trial import Judged, judged
 from soft_gripper.scenario.own_functions import find_function
@@ -28,7 +30,10 @@ OPTION = "--measure"
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """Pressure steps, over all steady states and fingers; the torque is the external torque at the base joint."""
+    """Pressure steps, over all steady states and fingers; the torque is the external torque at the base joint.
+
+    The contact force is the largest of a finger, with friction, as a mean over a steady state.
+    """
 
     mean_pose_error_mm: float
     max_pose_error_mm: float
@@ -36,7 +41,7 @@ class OpenLoop:
     max_tip_error_mm: float
     mean_torque_error_mnm: float
     largest_bend_deg: float
-    peak_contact_force_n: float
+    largest_contact_force_n: float
 
 
 @dataclass(frozen=True)
@@ -61,12 +66,17 @@ class Task:
 def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
     """The measures of a scenario: dataclasses whose fields are concatenated; of equal names, the later one is used.
 
-    For a task that holds an object and detects contact, the ground truth of its result is measured too.
+    With a free object, its grasp comes first. For a task that holds an object and detects contact, the ground truth of
+    its result is measured too.
     """
+    has_object = any(model.free for model in scenario.models) and scenario.record.patches_every is not None
+    grasp: tuple[type[Any], ...] = (Grasp,) if has_object else ()
     if scenario.task is not None:
         looks = scenario.estimator.contact_threshold is not None
-        return (Task, Judged) if looks and any(phase.holds for phase in scenario.task.phases) else (Task,)
-    return (OpenLoop,) if scenario.control.set_points is None else (ClosedLoop,)
+        return (
+            (*grasp, Task, Judged) if looks and any(phase.holds for phase in scenario.task.phases) else (*grasp, Task)
+        )
+    return (*grasp, OpenLoop) if scenario.control.set_points is None else (*grasp, ClosedLoop)
 
 
 def names_of(kind: Sequence[type[Any]], own: Sequence[str]) -> list[str]:
@@ -91,6 +101,7 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
         ClosedLoop: _closed_loop,
         Task: _task,
         Judged: judged,
+        Grasp: _grasp,
     }
     found: dict[str, Any] = {}
     for kind in kind_of(station.scenario):
@@ -121,6 +132,11 @@ def _task(station: Station, recording: Recording) -> Task:
     return Task(outcome(recording).words, float(recording["time"].values[-1]))
 
 
+def _grasp(station: Station, recording: Recording) -> Grasp:
+    """The grasp of the object of the task, or of the first free model."""
+    return recorded_grasp(station, recording, objects_of(station)[0])[0]
+
+
 def _open_loop(station: Station, recording: Recording) -> OpenLoop:
     rows = recorded_pose_table("", station, recording)
     poses, tips = np.array([row.pose_error_mm for row in rows]), np.array([row.tip_error_mm for row in rows])
@@ -132,7 +148,10 @@ def _open_loop(station: Station, recording: Recording) -> OpenLoop:
         for finger in station.fingers
     ]
     torque_errors = 1e3 * np.abs(np.array(torques)[:, 0] - np.array(torques)[:, 1])
-    contact = max(float(recording[f"{finger.name}.true_contact_total"].max()) for finger in station.fingers)
+    contact = max(
+        float(held_samples(station.scenario, recording, f"{finger.name}.true_contact_total").mean(axis=1).max())
+        for finger in station.fingers
+    )
     bend = max(abs(row.bend_angle_deg) for row in rows)
     errors = [poses.mean(), poses.max(), tips.mean(), tips.max(), torque_errors.mean()]
     return OpenLoop(*map(float, [*errors, bend, contact]))

@@ -27,16 +27,22 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.pictures.style import STYLE
+from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, measure, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
+from soft_gripper.scenario.schema import Scenario
 
 PANELS = 4  # maximum number of measures drawn
+GRASP = "grasp"  # the measure that tells whether an object is held
+_MOST_TICKS = 9  # values of a key that each have a tick
 Column = Sequence[str]
 
 
 def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], title: str) -> Figure | None:
     """Plots measures over one key as lines, over two keys as maps; None for more keys, or if no measure is numeric.
+
+    The first few measures that vary are drawn; runs whose object is not held are crossed out.
 
     Args:
         varied: cells of the varied keys.
@@ -45,21 +51,32 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
     """
     numbers = {name: _numbers(cells) for name, cells in measured.items()}
     drawn = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
+    drawn = {name: values for name, values in drawn.items() if _varies(values)} or drawn
     if len(varied) not in (1, 2) or not drawn:
         return None
     with mpl.rc_context(STYLE):
         drawn = dict(list(drawn.items())[:PANELS])
+        lost = np.array([cell not in ("", HELD) for cell in measured.get(GRASP, ())], bool)
+        title += ", crosses: not held" if lost.any() else ""
         figure = Figure(figsize=(4.2 * len(drawn), 3.6), layout="constrained")
         figure.suptitle(title, x=0.01, ha="left")
         for axes, (name, values) in zip(figure.subplots(1, len(drawn), squeeze=False)[0], drawn.items(), strict=True):
             places = [_place(axes, axis, cells) for axis, cells in zip("xy", varied.values(), strict=False)]
-            for axis, key in zip("xy", varied, strict=False):
-                axes.set(**{f"{axis}label": key})
+            for axis, (key, cells) in zip("xy", varied.items(), strict=False):
+                axes.set(**{f"{axis}label": f"{key} [%]" if cells[0].endswith("%") else key})
             if len(places) == 1:
                 _draw_line(axes, places[0], values, name)
             else:
                 _draw_map(figure, axes, places, values, name)
+            if lost.any():
+                y = places[1] if len(places) > 1 else values
+                axes.plot(places[0][lost], y[lost], "x", color="#b2182b", ms=7)
     return figure
+
+
+def _varies(values: Array) -> bool:
+    """Whether numbers, of which some may be NaN, differ by more than a thousandth."""
+    return bool(np.ptp(values[np.isfinite(values)]) > 1e-3 * np.nanmax(np.abs(values)))
 
 
 def _numbers(cells: Column) -> Array:
@@ -72,9 +89,11 @@ def _numbers(cells: Column) -> Array:
 
 
 def _place(axes: Axes, axis: str, cells: Column) -> Array:
-    """Positions of cells along an axis; in order of appearance if they are not numbers."""
+    """Positions of cells along an axis, with a tick at each if there are few; numbers, or in order of appearance."""
     numbers = _numbers(cells)
     if np.isfinite(numbers).all():
+        if len(values := np.unique(numbers)) <= _MOST_TICKS:
+            axes.set(**{f"{axis}ticks": values})
         return numbers
     labels = list(dict.fromkeys(cells))
     axes.set(**{f"{axis}ticks": range(len(labels)), f"{axis}ticklabels": labels})
@@ -250,30 +269,57 @@ def _listed(axis: Axis) -> tuple[Any, ...]:
     return axis.values
 
 
-def run_and_measure(scenario: str, changes: Mapping[str, Any], own: Sequence[str] = ()) -> dict[str, Any]:
+def run_and_measure(
+    scenario: str, changes: Mapping[str, Any], own: Sequence[str] = (), check_step: bool = False
+) -> dict[str, Any]:
     """Runs a scenario with changes, and computes its measures.
 
     Args:
         scenario: name of a shipped one, or path of a file.
         changes: values by dotted keys, see `changed_scenario`.
         own: user measures, each as "module:function".
+        check_step: run it again with half the time step.
 
     Returns:
-        measures by name, see `measures`; which ones depends on the kind of scenario.
+        measures by name, see `measures`; which ones depends on the kind of scenario. With `check_step`, also
+        "depends_on_step": the names of those that change, see `depends_on_step`, separated by spaces.
 
     Raises:
         InputError: if the scenario cannot be built with the changes, or a user measure fails.
         SimulationDivergedError: if the state is no longer finite.
     """
-    station = kept_station(changed_scenario(scenario, changes))
+    changed = changed_scenario(scenario, changes)
+    measured = _measured(changed, own)
+    if not check_step:
+        return measured
+    step = changed.plant_config.time_step / 2
+    halved = _measured(changed_scenario(scenario, {**changes, STEP: step}), own)
+    return measured | {DEPENDS: " ".join(depends_on_step(measured, halved))}
+
+
+def _measured(scenario: Scenario, own: Sequence[str]) -> dict[str, Any]:
+    station = kept_station(scenario)
     if not station.fingers:
         models = [model.file for model in station.scenario.models]
         raise InputError("sweep", "models", models, "there is no <finger> in them")
     return measure(station, run_station(station), own)
 
 
+def depends_on_step(measured: Mapping[str, Any], halved: Mapping[str, Any]) -> list[str]:
+    """The measures of a run that differ by more than 5 % and 0.01 of their units with half the time step."""
+    return [name for name, value in measured.items() if _differ(value, halved[name])]
+
+
+def _differ(one: Any, other: Any) -> bool:
+    if not isinstance(one, float) or not isinstance(other, float) or math.isnan(one) or math.isnan(other):
+        return str(one) != str(other)
+    return not abs(one - other) <= max(_DIFFERENT * max(abs(one), abs(other)), _NEGLIGIBLE)
+
+
 TABLE, ABOUT = "sweep.csv", "sweep.json"
-NUMBER, ERROR = "run", "error"  # the first and the last column
+NUMBER, DEPENDS, ERROR = "run", "depends_on_step", "error"  # the first and the last columns
+STEP = "plant_config.time_step"
+_DIFFERENT, _NEGLIGIBLE = 0.05, 0.01  # share of a measure, and in its unit, that a time step may change
 _DESCRIBES = ("description",)  # keys that have no effect on a run
 
 
@@ -308,6 +354,7 @@ def run_sweep(
     *,
     fixed: Mapping[str, Any] | None = None,
     own: Sequence[str] = (),
+    check_step: bool = False,
     resume: bool = False,
     report: Callable[[bool], Any] = lambda fine: None,
 ) -> list[dict[str, str]]:
@@ -320,6 +367,7 @@ def run_sweep(
         executor: makes the runs.
         fixed: changes applied to every run.
         own: user measures, each as "module:function"; see `measures`.
+        check_step: repeat each run with half the time step; one more column names the measures that depend on it.
         resume: keep existing rows.
         report: called after each run, with True if it succeeded.
 
@@ -337,12 +385,14 @@ def run_sweep(
         scenario = str(Path(scenario).resolve())  # workers may have other working folders
     base = changed_scenario(scenario, fixed)
     names = names_of(kind_of(base), own)
-    columns = [NUMBER, *keys, *names, ERROR]
+    if check_step and base.plant_config.time_step == 0:
+        raise InputError("sweep", STEP, 0.0, "give a time step above 0, which --check-step can halve")
+    columns = [NUMBER, *keys, *names, *([DEPENDS] if check_step else []), ERROR]
     for name in own:
         if columns.count(column := column_of(name)) > 1:
             raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
     table = StudyTables(lock_folder(out), ABOUT, {TABLE: columns}, 1)
-    table.begin(_about(scenario, dump_scenario(base), points, own), resume)
+    table.begin(_about(scenario, dump_scenario(base), points, [*own, *([DEPENDS] if check_step else [])]), resume)
     for (row,) in table.rows.values():
         report(row[-1] == "")
 
@@ -354,7 +404,9 @@ def run_sweep(
 
     wanted = [(str(number),) for number in range(len(points))]
     jobs = {
-        number: (scenario, fixed | points[number], own) for number, key in enumerate(wanted) if key not in table.rows
+        number: (scenario, fixed | points[number], own, check_step)
+        for number, key in enumerate(wanted)
+        if key not in table.rows
     }
     run_study(executor, run_and_measure, jobs, keep, lambda number, error: {ERROR: describe(error)})
     table.finish(wanted)

@@ -20,12 +20,15 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.files.csv_table import cells, columns, of_cells
 from soft_gripper.pictures.style import STYLE, save_figure
+from soft_gripper.runs.scores.grasp import Grasp
+from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
 from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.trials.trial import (
     MAX_PLACED_ANGLE,
     MAX_PLACED_ERROR,
     MAX_SLIP,
     DetailRow,
+    GraspRow,
     Trial,
     TrialRow,
     draw,
@@ -108,7 +111,7 @@ def _look(trial: Trial) -> dict[str, Any]:
     return {"marker": "o" if success else "x", "ms": 4, "color": GOOD if success else BAD, "clip_on": False}
 
 
-ABOUT, TABLES, FIGURE = "trials.yaml", ("trials.csv", "trials_details.csv"), "trials"
+ABOUT, TABLES, FIGURE = "trials.yaml", ("trials.csv", "trials_details.csv", "trials_grasps.csv"), "trials"
 Key = tuple[str, str]  # name of a scenario and number of a trial, as cells of the tables
 SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
 
@@ -156,17 +159,17 @@ def run_trials(
     Raises:
         InputError: if the trials to resume have another seed or other scenarios.
     """
-    tables = StudyTables(out, ABOUT, dict(zip(TABLES, map(columns, (TrialRow, DetailRow)), strict=True)), 2)
+    tables = StudyTables(out, ABOUT, dict(zip(TABLES, map(columns, (TrialRow, DetailRow, GraspRow)), strict=True)), 2)
     tables.begin(_about(files, seed), resume)
     for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
-    trials = {key: Trial(of_cells(a, TrialRow), of_cells(b, DetailRow)) for key, (a, b) in tables.rows.items()}
+    trials = {key: _of_cells(*rows) for key, rows in tables.rows.items()}
     for trial in trials.values():
         report(trial)
 
     def keep(key: Key, trial: Trial) -> None:
         trials[key] = trial
-        tables.add(cells(trial.row), cells(trial.details))
+        tables.add(*map(cells, trial.rows))
         report(trial)
 
     jobs = {(Path(file).stem, str(i)): (file, seed, i) for i in range(number) for file in files}
@@ -178,6 +181,11 @@ def run_trials(
     found = [trials[key] for key in order]
     save_figure(trials_figure(found, {Path(file).stem: _force_limit(file) for file in files}), out / FIGURE)
     return found
+
+
+def _of_cells(row: Sequence[str], details: Sequence[str], grasp: Sequence[str]) -> Trial:
+    """A trial from its cells in each table; the grasp begins with the number of the trial too."""
+    return Trial(of_cells(row, TrialRow), of_cells(details, DetailRow), of_cells(grasp[2:], Grasp))
 
 
 def _about(files: Sequence[str], seed: int) -> str:
@@ -219,7 +227,8 @@ def judge(file: str, seed: int, trial: int, station: Station, recording: Recordi
         placed_yaw_deg=float(np.degrees(yaw(run.turned))),
         placed_tilt_deg=float(np.degrees(tilt(run.turned))),
     )
-    return Trial(trial_row(name, trial, station, recording), details)
+    grasp, _ = recorded_grasp(station, recording, objects_of(station)[0])
+    return Trial(trial_row(name, trial, station, recording), details, grasp)
 
 
 def _failed(file: str, seed: int, trial: int, cause: str) -> Trial:

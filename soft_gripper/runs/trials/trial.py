@@ -12,6 +12,7 @@ from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.runs.scores.grasp import UNKNOWN, Grasp
 from soft_gripper.runs.trials.trial_run import TrialRun
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, read_scene
 from soft_gripper.scenario.model_files import model_path
@@ -188,11 +189,22 @@ class DetailRow(Variation, TrialNumber):
 
 
 @dataclass(frozen=True)
+class GraspRow(Grasp, TrialNumber):
+    """The grasp of a trial until its object is put down, see `Grasp`."""
+
+
+@dataclass(frozen=True)
 class Trial:
-    """The result of a trial, and its random draw."""
+    """The result of a trial, its random draw, and its grasp."""
 
     row: TrialRow
     details: DetailRow
+    grasp: Grasp = UNKNOWN
+
+    @property
+    def rows(self) -> tuple[TrialRow, DetailRow, GraspRow]:
+        """A row for each table."""
+        return self.row, self.details, GraspRow(self.row.scenario, self.row.trial, **vars(self.grasp))
 
 
 def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:

@@ -1,76 +1,16 @@
 """Measures from the recording of a trial, and the samples at which something went wrong."""
 
-from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.fingers.plant_finger import PlantFinger
-
-
-class Grip(NamedTuple):
-    """A point on a finger's link and a point on the object that coincide when the grip begins."""
-
-    link: RigidBody
-    on_link: Array  # (3,) m, in the frame of the link
-    on_object: Array  # (3,) m, in the frame of the object
-
-
-def slip(station: Station, recording: Recording, samples: NDArray[np.int_]) -> float:
-    """Slip of the task's object along the fingers over some samples of a recording, m.
-
-    At the first sample, the true contact centre of each finger marks a point on the object and one on the nearest link.
-    Slip is the distance between the two along the link's inner face (its y and z axes), averaged over the touching
-    fingers; the maximum over the samples is returned. NaN without samples, or without contact at the first.
-    """
-    plant, states = station.plant, recording["plant.state"].values[samples]
-    if not len(samples):
-        return float("nan")
-    assert station.scenario.task is not None
-    held = object_poses(recording, str(station.scenario.task.object), samples)
-    context = plant.CreateDefaultContext()
-    plant.SetPositionsAndVelocities(context, states[0])
-    centers = {finger: recording[f"{finger.name}.contact_center"].values[samples[0]] for finger in station.fingers}
-    grips = [_grip(context, finger, held[0], p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
-    if not grips:
-        return float("nan")
-    slips = np.empty((len(states), len(grips)))
-    for slips_now, state, X_WO in zip(slips, states, held, strict=True):
-        plant.SetPositionsAndVelocities(context, state)
-        slips_now[:] = [_moved(context, grip, X_WO) for grip in grips]
-    return float(slips.mean(axis=1).max())
-
-
-def object_poses(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> list[RigidTransform]:
-    """The poses of an object in the world at some samples of a recording."""
-    poses = recording[f"{name}.pose"].values[samples]
-    return [RigidTransform(Quaternion(pose[:4] / np.linalg.norm(pose[:4])), pose[4:]) for pose in poses]
-
-
-def _grip(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
-    """The grip at a point in the world, on the link with the nearest centre."""
-    points = np.array([link.EvalPoseInWorld(context).inverse() @ p_WC for link in finger.links])
-    middles = np.diff(finger.finger.link_ends) / 2
-    nearest = int(np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=1)))
-    return Grip(finger.links[nearest], points[nearest], X_WO.inverse() @ p_WC)
-
-
-def _moved(context: Context, grip: Grip, X_WO: RigidTransform) -> float:
-    """Distance between the points of object and link, along the link's inner face, m."""
-    X_LO = grip.link.EvalPoseInWorld(context).inverse() @ X_WO
-    _, y, z = X_LO @ grip.on_object - grip.on_link
-    return float(np.hypot(y, z))
-
+from soft_gripper.runs.scores.slip import recorded_poses, slip
 
 Flags = NDArray[np.bool_]
 NAN = float("nan")
@@ -114,7 +54,7 @@ class TrialRun:
     @cached_property
     def final_pose(self) -> RigidTransform:
         """Final pose of the object frame in the world."""
-        return object_poses(self._recording, str(self._task.object), [-1])[0]
+        return recorded_poses(self._recording, str(self._task.object), [-1])[0]
 
     @property
     def _goal_pose(self) -> RigidTransform:
@@ -146,7 +86,9 @@ class TrialRun:
     def slip(self) -> float:
         """Slip of the object along the fingers while they lift and carry it, m."""
         carrying = self._holding[:-1] or self._holding
-        return slip(self._station, self._recording, np.flatnonzero(np.isin(self._phase, carrying)))
+        samples = np.flatnonzero(np.isin(self._phase, carrying))
+        slips = slip(self._station, self._recording, str(self._task.object), samples)
+        return float(slips.max()) if len(slips) else NAN
 
     @cached_property
     def detection_delay(self) -> float:

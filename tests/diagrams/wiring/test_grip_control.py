@@ -137,6 +137,26 @@ def test_a_force_limit_needs_an_estimator_of_contact():
         make_station(load_scenario("box_grasp", list(overrides)))
 
 
+BOUND = ("control.force_limit=0.5", "control.force_bound=true", FORCE_GAINS)
+
+
+def test_a_bound_needs_contact_detection():
+    overrides = (
+        "control.set_points=[0.06]",
+        GAINS,
+        *BOUND,
+        "estimator.type=contact",
+        "estimator.contact_threshold=null",
+    )
+    with refused("force_bound", True):
+        make_station(load_scenario("box_grasp", list(overrides)))
+
+
+def test_a_bound_needs_an_estimator_of_contact():
+    with refused("force_limit", 0.5):
+        make_station(load_scenario("box_grasp", ["control.set_points=[0.06]", GAINS, *BOUND]))
+
+
 def test_a_torque_limit_out_of_reach_changes_nothing(shipped):
     """From the first sample on, when there is no estimate of the torque yet; over the first two steps."""
     station, without = shipped
@@ -209,6 +229,14 @@ def test_ports_with_a_force_limit():
     control = grip_control(force_limit=0.5)
     inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}
     assert {"first.contact_force", "second.contact_force"} <= inputs
+    assert control.HasOutputPort("force")
+
+
+def test_ports_with_a_bound():
+    control = grip_control(force_limit=0.5, force_bound=True)
+    inputs = {control.get_input_port(i).get_name() for i in range(control.num_input_ports())}
+    measured = ("tip_pose", "external_torque", "contact_force_interval", "contact")
+    assert inputs == {"set_point", *(f"{which}.{name}" for which in ("first", "second") for name in measured)}
     assert control.HasOutputPort("force")
 
 

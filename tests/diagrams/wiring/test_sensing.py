@@ -69,15 +69,18 @@ def test_signals_of_every_finger_and_the_width_between_them(name, count):
 
 def test_truth_looks_at_all_shapes_of_every_finger_and_at_no_others(monkeypatch):
     """Oracle: what moves with the first joint of a finger, and its base."""
-    seen = {}
+    seen, held = {}, {}
 
-    def spy(fingers, interval):
+    def spy(fingers, interval, objects):
         seen.update(fingers)
-        return TrueContact(fingers, interval)
+        held.update(objects)
+        return TrueContact(fingers, interval, objects)
 
     monkeypatch.setattr(scoring, "TrueContact", spy)
     plant = station(TWO_FINGERS, 2.5e-3).plant
     assert set(seen) == {"left_finger", "right_finger"}
+    (box,) = plant.GetCollisionGeometriesForBody(plant.GetBodyByName("box"))
+    assert held == {"box": [box.get_value()]}
     for finger, links in seen.items():
         moved = plant.GetBodiesKinematicallyAffectedBy([plant.GetJointByName(joint_name(finger, 0)).index()])
         bodies = [plant.GetBodyByName(link_name(finger, 0)), *(plant.get_body(index) for index in moved)]

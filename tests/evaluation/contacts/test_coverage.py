@@ -15,6 +15,7 @@ from soft_gripper.evaluation.contacts.coverage import (
     coverage_row,
     coverage_rows,
     estimated,
+    in_doubt,
     main,
     several_contacts,
 )
@@ -41,13 +42,13 @@ def test_a_row_has_the_share_of_which_is_stated_what_is_true():
     found = stated(contacts, 0.5 * force, np.array([2.0, 0.9]) * force, np.stack([place - 1e-3, place + 1e-3], axis=-1))
     row = coverage_row("by hand", conditions()[0], layout, 0.5, contacts, found)
     assert (row.number, row.detected_percent, row.explained_percent) == (2, 100, 100)
-    assert (row.quantiles_percent, row.set_percent, row.bound_percent, row.bound_beyond_percent) == (50, 50, 50, 50)
+    assert (row.interval_percent, row.set_percent, row.bound_percent, row.bound_beyond_percent) == (50, 50, 50, 50)
     assert (row.bound_several_percent, row.place_percent) == (100, 100)
     assert (row.width, row.bound, row.bound_several) == pytest.approx((0.95, 1.45, 2.9))
     nothing = found._replace(probability=np.zeros(2), force_set=np.full((2, 2), np.nan))
     row = coverage_row("by hand", conditions()[0], layout, 0.5, contacts, nothing)
     assert (row.detected_percent, row.explained_percent) == (0, 0)
-    assert np.isnan([row.quantiles_percent, row.bound_percent, row.place_percent, row.width]).all()
+    assert np.isnan([row.interval_percent, row.bound_percent, row.place_percent, row.width]).all()
 
 
 def test_several_contacts_are_in_balance_and_their_bound_covers_the_sum():
@@ -75,19 +76,19 @@ def test_errors_as_assumed_differ_from_none():
     ideal, assumed = (next(each for each in conditions() if name in each.name) for name in ("ideal", "assumed"))
     exact, erring = (estimated(layout, contacts, condition, 1) for condition in (ideal, assumed))
     again = estimated(layout, contacts, replace(assumed, as_assumed=False, noise=0.0), 1)
-    assert not np.allclose(exact.force_quantiles, erring.force_quantiles, rtol=1e-4)
-    np.testing.assert_array_equal(exact.force_quantiles, again.force_quantiles)
+    assert not np.allclose(exact.force_interval, erring.force_interval, rtol=1e-4)
+    np.testing.assert_array_equal(exact.force_interval, again.force_interval)
 
 
 @pytest.mark.slow
 def test_intervals_cover_the_truth_in_each_third_of_the_length():
     """Of 150 contacts of every kind, as often as the bar demands, give or take what so few can show."""
-    rows = [row for row in coverage_rows(150, 7, lambda line: None) if row.beyond == row.beyond]
+    rows = [row for row in coverage_rows(150, 7, 0, lambda line: None) if row.beyond == row.beyond]
     for condition in conditions():
         for thirds in ((0.1, 0.2, 0.3), (0.4, 0.5, 0.6), (0.7, 0.8, 0.9)):
             part = [row for row in rows if row.condition == condition.name and row.beyond in thirds]
             numbers = np.array([row.number for row in part])
-            for field in ("quantiles", "set", "bound", "place"):
+            for field in ("interval", "set", "bound", "place"):
                 shares = np.array([getattr(row, f"{field}_percent") for row in part])
                 known = np.isfinite(shares)
                 assert shares[known] @ numbers[known] / numbers[known].sum() > ENOUGH, (condition.name, thirds, field)
@@ -95,8 +96,21 @@ def test_intervals_cover_the_truth_in_each_third_of_the_length():
 
 @pytest.mark.slow
 def test_the_study_writes_its_table_and_figure(tmp_path, capsys):
-    main(40, 3, str(tmp_path))
+    main(40, 3, 20, str(tmp_path))
     rows = read_csv(tmp_path / TABLE, CoverageRow)
     assert {row.contacts for row in rows} > {"simulated", "two contacts"}
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
     assert "least coverage" in capsys.readouterr().out
+
+
+def test_a_share_that_may_be_low_by_chance_is_in_doubt():
+    contacts = rubbing_contacts(2, 0.45, 0.0, 3, (0.5, 0.9))
+    layout, force, place = SensorLayout(contacts.finger, 2), np.abs(contacts.force), contacts.arc_length
+    found = stated(contacts, 0.5 * force, 2 * force, np.stack([place - 1e-3, place + 1e-3], axis=-1))
+    row = replace(coverage_row("by hand", conditions()[0], layout, 0.5, contacts, found), number=120)
+    shares = "interval", "set", "bound", "place"
+    assert not in_doubt(row, shares, 1000)
+    assert in_doubt(replace(row, set_percent=93.9), shares, 1000)
+    assert not in_doubt(replace(row, set_percent=93.9), shares, 0)
+    assert in_doubt(replace(row, detected_percent=50.0), shares, 1000), "60 are detected, and 500 would be"
+    assert not in_doubt(replace(row, detected_percent=5.0), shares, 1000), "50 would be too few as well"

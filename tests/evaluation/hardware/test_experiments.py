@@ -9,6 +9,7 @@ from soft_gripper.evaluation import hardware as experiments
 from soft_gripper.evaluation.hardware import BEAM, SEGMENT, identify_published, published_recordings
 from soft_gripper.hardware.identification.free_parameters import free_parameters
 from soft_gripper.hardware.identification.identified_finger import read_finger
+from soft_gripper.runs.executor import open_executor
 
 
 @pytest.mark.parametrize("experiment", [BEAM, SEGMENT])
@@ -19,7 +20,9 @@ def test_nothing_is_fitted_and_tested(experiment):
 @pytest.mark.parametrize("experiment", [BEAM, SEGMENT])
 def test_the_finger_files_have_what_is_freed(experiment):
     free = free_parameters(read_finger(experiment.finger_file), experiment.free, [1e4])
-    assert set(free.keys) == set(experiment.free)
+    assert {name.split("pressure_law.")[0] or "pressure_law" for name in free.keys} == {*experiment.free} - {
+        "held_pose"
+    }
 
 
 def test_a_missing_folder_is_named(tmp_path):
@@ -37,7 +40,7 @@ def test_reads_all_published_recordings():
     assert {name: len(recordings) for name, recordings in found.items()} == {
         "clamped_beam": 3,
         "pneumatic_segment": 5,
-        "two_segment_arm": 5,
+        "two_segment_arm": 6,
     }
 
 
@@ -54,3 +57,16 @@ def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatc
     assert [motion.load and motion.load.mass for motion in (*fitted, *tested)] == [None, pytest.approx(0.052), 0.102]
     assert free == BEAM.free
     assert finger == read_finger(BEAM.finger_file)
+
+
+@pytest.mark.slow
+def test_the_segment_is_fitted_as_well_as_the_documentation_says():
+    """By the documented fit: 4.74 % of the largest displacement; the bar of 4 % is missed."""
+    data, errors = published("pneumatic_segment").parent, []
+    recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
+    with open_executor(None, None) as executor:
+        found = identify_published(SEGMENT, recordings, executor, lambda _, error: errors.append(error))
+    assert 100 * errors[-1] == pytest.approx(4.74, abs=0.05)
+    for row in found.scores:
+        if row.role == "test":
+            assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.1), row.recording

@@ -11,22 +11,46 @@ from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.hardware.identification.fit import MotionScore
 from soft_gripper.hardware.replay.held_out import ALL, ReplayRow
 
-GOOD = MotionScore("a", "test", 1.9, 2.4, 4.9, 10, 10.9, 2, 2.5, 100, 128, 5.0, 5.14, 0.40, 0.45)
+GOOD = MotionScore(
+    "a",
+    "test",
+    settled_error_mm=1.4,
+    motion_error_mm=2.4,
+    tip_error_percent=4.9,
+    settled_turn_deg=10,
+    simulated_settled_turn_deg=10.9,
+    creep_deg=2,
+    simulated_creep_deg=2.3,
+    recovery_deg=1.0,
+    simulated_recovery_deg=1.1,
+    t50_ms=100,
+    simulated_t50_ms=114,
+    t63_ms=130,
+    simulated_t63_ms=118,
+    frequency_hz=5.0,
+    simulated_frequency_hz=5.09,
+    decrement=0.40,
+    simulated_decrement=0.45,
+)
 ARM = [
-    ReplayRow("arcs", 2, ALL, "tip", 2.9, 2.0, 5.9, 20.0),
-    ReplayRow("gaussian", 1, ALL, "tip", 9.9, 2.0, 30.0, 40.0),
+    ReplayRow("arcs", 2, ALL, "tip", 2.9, 2.0, 5.9, 20.0, 95.0),
+    ReplayRow("gaussian", 1, ALL, "tip", 9.9, 2.0, 30.0, 40.0, np.nan),
+    ReplayRow("arcs", 2, "trial_6", "tip", 4.9, 2.0, 5.9, 20.0, 90.5),
+    ReplayRow("arcs", 1, ALL, "tip", 12.0, 2.0, 5.9, 20.0, np.nan),
+    ReplayRow("gaussian", 2, ALL, "tip", 2.8, 2.0, 30.0, 40.0, np.nan),
 ]
 
 
-def identified(*rows, modulus=330e3, share=0.2):
+def identified(*rows, modulus=330e3, share=0.2, rms=0.039):
     """What claims look at of an identified finger."""
     finger = SimpleNamespace(base=SimpleNamespace(youngs_modulus=modulus), creep=(CreepBranch(share, 1.0),))
-    return SimpleNamespace(scores=rows, model=SimpleNamespace(finger=finger))
+    fit = SimpleNamespace(root_mean_square=rms)
+    return SimpleNamespace(scores=rows, model=SimpleNamespace(finger=finger), fit=fit)
 
 
-def failing(beam=GOOD, segment=GOOD, arm=ARM, **finger):
-    bad_fit = replace(GOOD, role="fit", settled_error_mm=99.0, tip_error_percent=99.0)
-    found = hardware_claims(identified(bad_fit, beam, **finger), identified(bad_fit, GOOD, segment), arm)
+def failing(beam=GOOD, segment=GOOD, arm=ARM, fitted=None, **finger):
+    good_fit, bad_fit = replace(GOOD, role="fit"), replace(GOOD, role="fit", tip_error_percent=99.0, creep_deg=99.0)
+    found = hardware_claims(identified(fitted or good_fit, beam, **finger), identified(bad_fit, GOOD, segment), arm)
     return [claim.text for claim in found if not claim.holds]
 
 
@@ -37,25 +61,29 @@ def test_hold_within_their_bars_whatever_the_fit_is_off_by():
 @pytest.mark.parametrize(
     ("text", "change"),
     [
-        ("beam: settled", {"settled_error_mm": 2.1}),
-        ("beam: whole motion", {"motion_error_mm": 2.6}),
-        ("beam: frequency", {"simulated_frequency_hz": 4.8}),
-        ("beam: decrement", {"simulated_decrement": 0.33}),
-        ("beam: decrement", {"simulated_decrement": np.nan}),
+        ("settled markers", {"settled_error_mm": 1.6}),
+        ("settled turn", {"simulated_settled_turn_deg": 8.9}),
+        ("frequency", {"simulated_frequency_hz": 4.8}),
+        ("decrement", {"simulated_decrement": 0.33}),
+        ("decrement", {"simulated_decrement": np.nan}),
     ],
 )
 def test_each_of_the_beam_fails_beyond(text, change):
     (failed,) = failing(beam=replace(GOOD, **change))
-    assert failed.startswith(text)
+    assert failed.startswith(f"beam, 101 g, held out: {text}")
+    (failed,) = failing(beam=GOOD, fitted=replace(GOOD, role="fit", **change))
+    assert failed.startswith(f"beam, fitted: {text}")
 
 
 @pytest.mark.parametrize(
     ("text", "change"),
     [
         ("segment: settled turn", {"simulated_settled_turn_deg": 8.9}),
-        ("segment: creep", {"simulated_creep_deg": 1.3}),
-        ("segment: rise", {"simulated_rise_ms": 131}),
-        ("segment: rise", {"rise_ms": np.nan}),
+        ("segment: creep", {"simulated_creep_deg": 1.5}),
+        ("segment: recovery", {"simulated_recovery_deg": 1.16}),
+        ("segment: recovery", {"recovery_deg": np.nan}),
+        ("segment: times", {"simulated_t50_ms": 116}),
+        ("segment: times", {"t63_ms": np.nan}),
         ("segment: tip", {"tip_error_percent": 5.1}),
     ],
 )
@@ -64,13 +92,26 @@ def test_each_of_the_segment_fails_beyond_in_one_recording(text, change):
     assert failed.startswith(text)
 
 
+def test_a_fit_of_the_segment_in_a_bad_minimum_fails():
+    found = hardware_claims(identified(GOOD, replace(GOOD, role="fit")), identified(GOOD, rms=0.06), ARM)
+    assert [claim.text for claim in found if not claim.holds] == ["segment: fit better than 4 %"]
+
+
 def test_the_modulus_is_the_one_that_creep_leaves():
     (failed,) = failing(share=0.0)
     assert failed.startswith("beam: modulus")
 
 
 @pytest.mark.parametrize(
-    ("row", "change"), [(0, {"mean_mm": 3.1}), (0, {"percentile_95_mm": 6.1}), (1, {"mean_mm": 11})]
+    ("row", "change"),
+    [
+        (0, {"mean_mm": 3.1}),
+        (0, {"percentile_95_mm": 6.1}),
+        (1, {"mean_mm": 11}),
+        (2, {"mean_mm": 5.1}),
+        (2, {"within_band_percent": 89.0}),
+        (4, {"mean_mm": 3.0}),
+    ],
 )
 def test_each_of_the_arm_fails_beyond(row, change):
     table = [replace(of, **change) if i == row else of for i, of in enumerate(ARM)]
@@ -82,4 +123,4 @@ def test_claims_of_the_arm_are_those_of_its_last_body():
     """The table goes from the base to the tip."""
     middle = [replace(row, body="middle", mean_mm=99.0, percentile_95_mm=99.0) for row in ARM]
     assert failing(arm=[*middle, *ARM]) == []
-    assert len(failing(arm=[*ARM, *middle])) == 3
+    assert len(failing(arm=[*ARM, *middle])) == 4

@@ -11,7 +11,7 @@ from refusals import refused
 
 from soft_gripper import add_fingers
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.hardware.identification.identified_finger import read_finger, with_finger, write_finger
+from soft_gripper.hardware.identification.identified_finger import read_finger, with_finger, write_text
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def numbers(finger):
 
 def test_fitted_finger_reads_back(file):
     finger = fitted(read_finger(file))
-    write_finger(file, with_finger(file, finger))
+    write_text(file, with_finger(file, finger))
     assert numbers(read_finger(file)) == pytest.approx(numbers(finger), rel=5e-6)
 
 
@@ -85,7 +85,7 @@ def test_a_fitted_finger_keeps_its_sections(sectioned):
         length=0.1 / 0.99,
     )
     text = with_finger(sectioned, softer)
-    write_finger(sectioned, text)
+    write_text(sectioned, text)
     found = read_finger(sectioned)
     assert found == replace(softer, length=found.length)
     assert found.length == pytest.approx(softer.length, rel=5e-6)
@@ -117,7 +117,7 @@ def test_material_goes_only_with_what_it_stands_for(file, changes, stays):
 
 def test_written_finger_runs_in_drake(file):
     finger = fitted(read_finger(file))
-    write_finger(file, with_finger(file, finger))
+    write_text(file, with_finger(file, finger))
     plant = MultibodyPlant(1e-3)
     (added,) = add_fingers(Parser(plant), file)
     plant.Finalize()

@@ -9,7 +9,7 @@ from refusals import refused
 
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.hardware.identification import fit as fit_module
-from soft_gripper.hardware.identification.fit import _Problem, fit, fit_events, marker_residuals
+from soft_gripper.hardware.identification.fit import _Problem, fit, fit_unknowns, marker_residuals
 from soft_gripper.hardware.identification.free_parameters import Model, free_parameters
 
 
@@ -29,7 +29,7 @@ def softened(finger, ratio, **changes):
 def test_known_parameters_are_found(beam, motion, pool):
     guess = softened(beam, 1.15, relaxation_time=0.013, creep=(CreepBranch(0.2, 0.26),))
     free, reports = free_parameters(guess, ["youngs_modulus", "relaxation_time", "creep.time"], []), []
-    late = motion.with_events(np.array([RELEASE, LET_GO]) + 0.02)
+    late = motion.with_unknowns(np.array([RELEASE, LET_GO]) + 0.02)
     found = fit(free, [late], pool, reports.append)
     modulus, damping, creep = free.values(found.x)
     assert modulus == pytest.approx(beam.base.youngs_modulus, rel=0.01)
@@ -49,7 +49,7 @@ def test_jacobian_is_that_of_the_residuals(beam, motion, pool):
     step, (fitted,) = 2e-4, found.motions
 
     def change(model, later):
-        moved = marker_residuals(model, fitted.with_events(np.array(fitted.events) + later))
+        moved = marker_residuals(model, fitted.with_unknowns(np.array(fitted.events) + later))
         return (moved - marker_residuals(found.model, fitted)) / step
 
     by_events = np.stack([change(found.model, later) for later in step * np.eye(2)], axis=1)
@@ -77,8 +77,8 @@ def test_markers_that_are_not_seen_count_nothing(beam, motion):
 
 @pytest.mark.slow
 def test_event_of_a_test_is_found_without_changing_the_model(beam, motion):
-    late = motion.with_events(np.array([RELEASE, LET_GO]) - 0.03)
-    assert fit_events(Model(beam), late).events == pytest.approx((RELEASE, LET_GO), abs=2e-3)
+    late = motion.with_unknowns(np.array([RELEASE, LET_GO]) - 0.03)
+    assert fit_unknowns(Model(beam), late).events == pytest.approx((RELEASE, LET_GO), abs=2e-3)
 
 
 def test_fit_that_does_not_converge(beam, motion, pool, monkeypatch):

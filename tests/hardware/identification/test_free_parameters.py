@@ -9,7 +9,14 @@ from refusals import refused
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 from soft_gripper.fingers.paths import Tendon
-from soft_gripper.hardware.identification.free_parameters import KEYS, Model, free_parameters, pressure_law_key
+from soft_gripper.hardware.identification.free_parameters import (
+    KEYS,
+    MARGINS,
+    Model,
+    free_parameters,
+    pressure_law,
+    pressure_law_keys,
+)
 from soft_gripper.hardware.identification.simulated_motion import Setup
 
 PRESSURES = [1e4, 2e4, 4e4]
@@ -113,32 +120,39 @@ def test_bounds_are_those_of_values(guessed):
     assert (lower[2], upper[2]) == (-np.inf, np.inf)
 
 
-def test_pressure_law_is_the_series(hollow):
-    key = pressure_law_key(PRESSURES)
-    coefficients = [0.1, 0.5, 0.3]
-    law = key.put(Model(hollow), coefficients).finger.pressure_law
+@pytest.mark.parametrize("margin", [0.15, 1.0, 3.0])
+def test_pressure_law_is_read_as_it_is_written(hollow, margin):
+    law = pressure_law(4e4, 1.3, margin)
     p = np.array(law.pressure)
-    x = (p / 4e4) ** 2
-    np.testing.assert_allclose(law.effective, p * np.exp(0.1 + 0.5 * x + 0.3 * x**2), rtol=1e-9)
-    model = key.put(Model(hollow), coefficients)
-    np.testing.assert_allclose(key.get(model), coefficients, atol=1e-9)
+    np.testing.assert_allclose(law.effective, 1.3 * p / (1 - (1 - margin) * p / 4e4), rtol=1e-9)
+    model = Model(replace(hollow, pressure_law=law))
+    values = [key.get(model)[0] for key in pressure_law_keys(PRESSURES).values()]
+    np.testing.assert_allclose(values, [1.3, margin], rtol=1e-9)
 
 
-def test_pressure_law_has_as_many_numbers_as_there_are_pressures(hollow):
-    assert [len(pressure_law_key(PRESSURES[:n] * 2).get(Model(hollow))) for n in (1, 2, 3)] == [1, 2, 3]
-    assert len(pressure_law_key([1e4, 2e4, 3e4, 4e4]).get(Model(hollow))) == 3
+def test_pressure_law_has_a_margin_if_there_are_two_pressures():
+    assert list(pressure_law_keys([2e4, 2e4])) == ["pressure_law.gain"]
+    assert list(pressure_law_keys(PRESSURES)) == ["pressure_law.gain", "pressure_law.margin"]
 
 
-@pytest.mark.parametrize("coefficients", [[0.0, -3.0, 0.0], [0.0, 40.0, -60.0], [0.0, -50.0, 0.0]])
-def test_pressure_law_that_would_fall_keeps_rising(hollow, coefficients):
-    law = pressure_law_key(PRESSURES).put(Model(hollow), coefficients).finger.pressure_law
-    written = [float(f"{value:.6g}") for value in law.effective]
-    assert np.all(np.diff(written) > 0)
+@pytest.mark.parametrize("margin", [MARGINS[0], 0.1, 1.0, MARGINS[1]])
+def test_pressure_law_rises_up_to_its_end_and_beyond_what_was_fitted(margin):
+    law = pressure_law(4e4, 1.3, margin)
+    assert law.pressure[-1] > 4e4
+    assert np.all(np.diff([float(f"{value:.6g}") for value in law.effective]) > 0)
 
 
 def test_law_of_a_file_is_where_a_fit_begins(hollow):
-    lawful = replace(hollow, pressure_law=PressureLaw((0.0, 4e4), (0.0, 8e4)))
-    np.testing.assert_allclose(pressure_law_key(PRESSURES).get(Model(lawful)), [np.log(2), 0, 0], atol=1e-12)
+    lawful = Model(replace(hollow, pressure_law=PressureLaw((0.0, 4e4), (0.0, 8e4))))
+    values = [key.get(lawful)[0] for key in pressure_law_keys(PRESSURES).values()]
+    np.testing.assert_allclose(values, [2.0, 1.0], rtol=1e-12)
+
+
+def test_held_pose_is_no_number_of_the_vector(beam):
+    free = free_parameters(beam, ["length", "held_pose"], [])
+    assert (free.names, free.model.setup.held_pose) == (["length"], True)
+    with refused("--free", "held_pose"):
+        free_parameters(beam, ["held_pose"], [])
 
 
 @pytest.mark.parametrize(

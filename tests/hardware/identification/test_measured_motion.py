@@ -103,7 +103,7 @@ def test_recordings_that_show_no_motion(recording, displacement, description, na
 
 
 def test_other_events(recording):
-    motion = measured_motion(recording(FALLS)).with_events(np.array([0.5, 0.6]))
+    motion = measured_motion(recording(FALLS)).with_unknowns(np.array([0.5, 0.6]))
     assert motion.events == (0.5, 0.6)
 
 

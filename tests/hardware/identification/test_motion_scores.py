@@ -40,13 +40,29 @@ def test_turn_of_an_exponential_that_creeps():
     end = motion.time[-1] - RELEASE
     assert found.settled == pytest.approx(0.4 + 0.02 * (end - 0.1), abs=2e-4)
     assert found.creep == pytest.approx(0.02 * (end - 0.1 - 0.5), abs=1e-3)
-    steady = 0.4 + 0.02 * 0.5
 
     def reaches(level):
-        fine = np.linspace(0, 0.5, 50001)
+        fine = np.linspace(0, 1, 100001)
         return fine[np.argmax(0.4 * (1 - np.exp(-fine / 0.03)) + 0.02 * fine >= level)]
 
-    assert found.rise == pytest.approx(reaches(0.9 * steady) - reaches(0.1 * steady), abs=3e-3)
+    assert found.t50 == pytest.approx(reaches(0.5 * found.settled), abs=3e-3)
+    assert found.t63 == pytest.approx(reaches(0.63 * found.settled), abs=3e-3)
+    assert np.isnan(found.recovery)
+
+
+def test_recovery_is_seen_after_the_valve_has_closed():
+    motion = step(3e4, 6.0)
+    emptied = np.maximum(motion.time - CLOSES, 0)
+    turn = np.where(motion.time < CLOSES, 0.3 * (motion.time > OPENS), 0.02 + 0.05 * np.exp(-emptied / 0.7))
+    found = tip_turn(motion, turning(motion, turn))
+    assert found.recovery == pytest.approx(0.05 * (np.exp(-0.5 / 0.7) - np.exp(-4.7 / 0.7)), rel=0.02)
+
+
+def test_a_middle_that_drifts_does_not_change_the_decrement():
+    time = np.arange(0, 2, 0.01)
+    swing = np.exp(-0.4 * 3.3 * time) * np.cos(2 * np.pi * 3.3 * time)
+    found = _swing(time, 1 - swing - 0.3 * np.exp(-time / 0.8), 2.0)
+    assert found == pytest.approx((3.3, 0.4), rel=0.07)
 
 
 def test_turn_is_looked_at_before_the_valve_closes():

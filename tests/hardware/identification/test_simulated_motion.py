@@ -12,6 +12,7 @@ from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.hardware.identification.identified_finger import read_finger
 from soft_gripper.hardware.identification.simulated_motion import (
+    Hold,
     Setup,
     _pressure,
     measured_motion,
@@ -72,9 +73,47 @@ def test_mounting_moves_markers_rigidly(beam):
 
 def test_later_event_shifts_the_motion(beam):
     motion = release(1.0)
-    later = motion.with_events(np.array([RELEASE, LET_GO]) + 0.1)
+    later = motion.with_unknowns(np.array([RELEASE, LET_GO]) + 0.1)
     markers, shifted = (simulated_markers(beam, Setup(), m) for m in (motion, later))
     np.testing.assert_allclose(shifted[10:], markers[:-10], atol=1e-9)
+
+
+@pytest.mark.parametrize("gravity", [9.81, -9.81])
+def test_held_tip_begins_as_it_is_held(beam, gravity):
+    """And its markers do not move before it is let go; it then rests where a finger rests that was held straight."""
+    motion = replace(release(3.0, gravity), hold=Hold(0.002, 0.01))
+    damped = replace(beam, relaxation_time=0.05)
+    held, straight = (tip_motion(damped, Setup(), m) for m in (motion, replace(motion, hold=None)))
+    assert held.tip[0].imag == pytest.approx(0.002, rel=0.01)
+    assert held.heading[0] == pytest.approx(0.01, rel=1e-6)
+    assert held.tip[-1] == pytest.approx(straight.tip[-1], abs=1e-5)
+    markers = simulated_markers(damped, Setup(), motion)
+    np.testing.assert_allclose(markers[motion.time < RELEASE], np.tile(REFERENCE, (35, 1)), atol=1e-12)
+
+
+def test_held_tip_of_a_hand_that_does_not_let_go_stays(beam):
+    """The pose is in balance: weight, springs after all creep, and the hand."""
+    motion = replace(release(1.5), hold=Hold(0.002, 0.01), events=(RELEASE, 1e3))
+    tip = tip_motion(beam, Setup(), motion)
+    np.testing.assert_allclose(tip.tip, tip.tip[0], atol=1e-4 * beam.length)
+
+
+def test_markers_weigh_as_a_load_in_their_middle(beam):
+    middle = complex(REFERENCE.mean()) - beam.length
+    loaded = replace(release(1.0), load=TipLoad(0.02, middle.imag, middle.real))
+    weighed, hung = tip_motion(beam, Setup(marker_mass=0.02), release(1.0)), tip_motion(beam, Setup(), loaded)
+    np.testing.assert_allclose(weighed.tip, hung.tip, atol=1e-12)
+
+
+def test_load_and_markers_add_up(beam):
+    loaded = replace(release(1.0), load=TipLoad(0.05, -0.015, 0.0))
+    middle = complex(REFERENCE.mean()) - beam.length
+    together = TipLoad(0.07, (-0.015 * 0.05 + middle.imag * 0.02) / 0.07, middle.real * 0.02 / 0.07)
+    tips = [
+        tip_motion(beam, Setup(marker_mass=0.02), loaded),
+        tip_motion(beam, Setup(), replace(loaded, load=together)),
+    ]
+    np.testing.assert_allclose(tips[0].tip, tips[1].tip, atol=1e-12)
 
 
 @pytest.mark.parametrize("lets_go", [0.06, 0.2])
@@ -111,6 +150,14 @@ def test_chamber_fills_and_empties_as_through_an_orifice(hollow):
     expected = np.where(time < open_for, filled, emptied)
     found = [float(pressure.value(t)[0, 0]) for t in time]
     np.testing.assert_allclose(found, expected, atol=2e-3 * 3e4)
+
+
+def test_supply_that_lags_comes_up_to_its_pressure(hollow):
+    setup = Setup(fill_time=0.01, swelling=0.0, supply_lag=0.1, supply_time=0.3)
+    pressure = _pressure(hollow, setup, step(3e4), 1.3)
+    time = np.linspace(0.1, 0.8, 8)
+    expected = 3e4 * (1 - 0.1 * np.exp(-time / 0.3))
+    np.testing.assert_allclose([float(pressure.value(t)[0, 0]) for t in time], expected, rtol=1e-3)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

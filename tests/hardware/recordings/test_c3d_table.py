@@ -7,7 +7,7 @@ from hardware_files import MARKERS, swinging, write_csv
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.hardware import recordings as c3d_table
+from soft_gripper.hardware import reading_apart
 from soft_gripper.hardware.recordings import read_recording
 
 ezc3d = pytest.importorskip("ezc3d", reason="C3D files take ezc3d: pip install 'soft-gripper[c3d]'")
@@ -58,7 +58,7 @@ def test_what_is_no_c3d_is_refused(tmp_path, describe):
 @pytest.mark.parametrize("seed", [0, 103, 279, 1, 2, 3])
 def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tmp_path, describe, monkeypatch, seed):
     """With the version that was tried, seeds 0 and 279 end the process of ezc3d, and 103 keeps it busy."""
-    monkeypatch.setattr(c3d_table, "_PATIENCE", 5.0)
+    monkeypatch.setattr(reading_apart, "_PATIENCE", 5.0)
     path = write_c3d(tmp_path / "a.c3d", swinging())
     path.write_bytes(damaged_bytes(path.read_bytes(), seed))
     try:
@@ -71,7 +71,7 @@ def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tm
 
 def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):
     path = write_c3d(tmp_path / "a.c3d", swinging())
-    monkeypatch.setattr(c3d_table, "_READS", "import os; os.abort()")
+    monkeypatch.setattr(reading_apart, "_READS", "import os; os.abort()")
     with pytest.raises(InputError) as error:
         read_recording(path, describe())
     assert (error.value.field, error.value.value) == ("file", "a.c3d")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from soft_gripper.hardware.replay.held_out import ALL, replay_table
+from soft_gripper.hardware.replay.held_out import ALL, BAND, replay_table
 
 ROWS = {"arcs_2": ("arcs", 2)}
 LATE = np.append(np.zeros(98), [7.0, 8.0, 9.0])  # mm, of 101 samples
@@ -15,7 +15,8 @@ LATE = np.append(np.zeros(98), [7.0, 8.0, 9.0])  # mm, of 101 samples
 def replayed(name, *bodies):
     """A recording with errors in mm, (bodies, samples), after one that is logged before anything is read."""
     errors = 1e-3 * np.concatenate([[np.full(len(bodies), 1e3)], np.transpose(bodies)])
-    data = xr.Dataset({"arcs_2.body_error": (("time", "body"), errors)}, {"body": ["elbow", "tip"]})
+    signals = {"arcs_2.body_error": errors, BAND: np.full(errors.shape, 7.5e-3)}
+    data = xr.Dataset({name: (("time", "body"), of) for name, of in signals.items()}, {"body": ["elbow", "tip"]})
     return SimpleNamespace(name=name, signals=data)
 
 
@@ -38,6 +39,15 @@ def test_mean_median_percentile_and_largest_are_four_numbers():
     row = row_of(replay_table([replayed("a", LATE, LATE)], ROWS), "a", "tip")
     assert (row.median_mm, row.percentile_95_mm, row.max_mm) == pytest.approx((0.0, 0.0, 9.0))
     assert row.mean_mm == pytest.approx(24 / 101)
+    assert row.within_band_percent == pytest.approx(100 * 99 / 101)
+
+
+def test_only_arcs_with_a_sensor_for_each_section_have_a_band():
+    one = replayed("a", LATE, LATE)
+    signals = one.signals.rename({"arcs_2.body_error": "other.body_error"})
+    for row in (("arcs", 1), ("gaussian", 2)):
+        table = replay_table([SimpleNamespace(name="a", signals=signals)], {"other": row})
+        assert np.isnan(row_of(table, "a", "tip").within_band_percent)
 
 
 def test_all_are_the_samples_of_every_recording_not_the_mean_of_their_rows():

@@ -120,11 +120,12 @@ def test_the_geometry_of_all_at_once(geometry):
     )
 
 
-def test_the_drive_is_the_true_one(trials, geometry, arm_finger):
+def test_the_drive_is_the_true_one(trials, geometry, arm_finger, monkeypatch):
+    monkeypatch.setattr(geometry_fit, "_RIDGE", 1e-6)  # the usual one makes hardly used chambers weaker
     drive = fit_drive(trials[:4], geometry, arm_finger, DOWN)
     per_section = arm_finger.stiffness[0] / 6  # N m, of six joints
     gains = drive.gains[[0, -1]] / per_section
-    np.testing.assert_allclose(gains[0, :2], ARM.bends[0][:2], rtol=0.02)  # of which the ridge takes 1 %
+    np.testing.assert_allclose(gains[0, :2], ARM.bends[0][:2], rtol=0.02)
     np.testing.assert_allclose(gains[1, 3:5], ARM.bends[1][:2], rtol=0.02)
     assert (drive.finger.creep[0].share, drive.finger.creep[0].time) == ARM.creep
     of_noise = np.sqrt(2) * ARM.wire_noise / ARM.spacing / 6

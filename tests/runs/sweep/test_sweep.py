@@ -11,7 +11,7 @@ from refusals import refused
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.files.output import release_folders
 from soft_gripper.runs.sweep import run as sweep
-from soft_gripper.runs.sweep.run import ABOUT, TABLE, cell, run_sweep
+from soft_gripper.runs.sweep.run import ABOUT, TABLE, cell, depends_on_step, run_sweep
 
 MEASURES = {
     "mean_pose_error_mm": 1.0,
@@ -20,7 +20,7 @@ MEASURES = {
     "max_tip_error_mm": 4.0,
     "mean_torque_error_mnm": 5.0,
     "largest_bend_deg": 6.0,
-    "peak_contact_force_n": float("nan"),
+    "largest_contact_force_n": float("nan"),
 }
 KEY = "sensor.sections"
 SECTIONS = [{KEY: n} for n in (1, 2, 3, 4)]
@@ -30,7 +30,7 @@ SECTIONS = [{KEY: n} for n in (1, 2, 3, 4)]
 def executor(monkeypatch):
     """Runs nothing; two sections diverge."""
 
-    def run(scenario, changes, own):
+    def run(scenario, changes, own, check_step):
         if changes[KEY] == 2:
             raise SimulationDivergedError("the simulation\ndiverged")
         return MEASURES | {"mean_pose_error_mm": 1 / changes[KEY], "max_pose_error_mm": changes["sensor.period"]}
@@ -70,7 +70,7 @@ def test_what_was_cut_short_goes_on_to_the_same_table(executor, tmp_path):
     executor.calls.clear()
     swept(tmp_path / "cut", executor, resume=True)
     assert (tmp_path / "cut" / TABLE).read_bytes() == whole
-    assert [changes[KEY] for _, changes, _ in executor.calls] == [4]
+    assert [changes[KEY] for _, changes, *_ in executor.calls] == [4]
     executor.calls.clear()
     swept(tmp_path / "cut", executor)
     assert len(executor.calls) == 4
@@ -82,7 +82,7 @@ def test_a_row_whose_number_was_changed_is_run_again(executor, tmp_path, caplog)
     (tmp_path / TABLE).write_bytes(whole.replace(b"0.333333333", b"0.033333333"))
     executor.calls.clear()
     swept(tmp_path, executor, resume=True)
-    assert [changes[KEY] for _, changes, _ in executor.calls] == [3]
+    assert [changes[KEY] for _, changes, *_ in executor.calls] == [3]
     assert "1 rows" in caplog.text
     assert (tmp_path / TABLE).read_bytes() == whole
 
@@ -158,3 +158,35 @@ def test_a_failure_that_is_resumed_is_reported_as_one(executor, tmp_path):
     reported = []
     swept(tmp_path, executor, resume=True, report=reported.append)
     assert reported == [True, False, True, True]
+
+
+def test_measures_that_change_with_the_step_are_named():
+    """By more than 5 % and by more than a hundredth of their units; and words that differ."""
+    coarse = {"same": 1.0, "tiny": 0.001, "changed": 2.0, "lost": "held", "unknown": float("nan"), "gone": 1.0}
+    fine = {
+        "same": 1.04,
+        "tiny": 0.009,
+        "changed": 2.2,
+        "lost": "dropped",
+        "unknown": float("nan"),
+        "gone": float("nan"),
+    }
+    assert depends_on_step(coarse, fine) == ["changed", "lost", "gone"]
+
+
+def test_a_checked_sweep_has_a_column_for_what_depends_on_the_step(tmp_path, monkeypatch):
+    steps = []
+
+    def measured(scenario, own):
+        steps.append(scenario.plant_config.time_step)
+        return MEASURES | {"largest_bend_deg": scenario.plant_config.time_step}
+
+    monkeypatch.setattr(sweep, "_measured", measured)
+    monkeypatch.setattr(sweep, "check_closed", lambda station: None)
+    monkeypatch.setattr(sweep, "make_station", lambda scenario: None)
+    fixed = {sweep.STEP: 1.0}
+    run_sweep("free_bending", SECTIONS[:1], tmp_path, HereExecutor(), fixed=fixed, check_step=True)
+    assert steps == [1.0, 0.5]
+    assert records(tmp_path)[0]["depends_on_step"] == "largest_bend_deg"
+    with refused(sweep.STEP, 0.0):
+        run_sweep("free_bending", SECTIONS[:1], tmp_path, HereExecutor(), fixed={sweep.STEP: 0.0}, check_step=True)

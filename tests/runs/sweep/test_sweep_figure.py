@@ -41,3 +41,19 @@ def test_no_more_panels_than_can_be_seen():
 )
 def test_what_cannot_be_drawn_has_no_figure(varied, measured):
     assert sweep_figure(varied, measured, "") is None
+
+
+def test_ticks_are_at_the_values_and_what_is_not_held_is_crossed_out():
+    keys = {"a": ["-20 %", "-20 %", "+20 %", "+20 %"], "b": ["5", "6", "5", "6"]}
+    measured = {"grasp": ["held", "dropped", "", "resting"], "force": ["1", "2", "", "3"]}
+    figure = sweep_figure(keys, measured, "title")
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_xticks().tolist()) == ("a [%]", [-20, 20])
+    assert [line.get_xydata().tolist() for line in axes.lines] == [[[20, 5]], [[-20, 6], [20, 6]]]
+    assert figure.get_suptitle() == "title, crosses: not held"
+
+
+def test_measures_that_do_not_vary_are_left_out():
+    measured = {"weight": ["0.2943", "0.294301", "0.2943", "nan"], "force": ["1", "2", "3", "4"]}
+    (axes,) = sweep_figure({"key": ["1", "2", "3", "4"]}, measured, "").axes
+    assert axes.get_ylabel() == "force"

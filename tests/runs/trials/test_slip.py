@@ -6,7 +6,7 @@ from pick_and_place import FINGERS, box_station, recording, state
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.trials.trial_run import slip
+from soft_gripper.runs.scores.slip import slip
 
 pytestmark = pytest.mark.slow
 
@@ -38,7 +38,7 @@ def slip_mm(station, placed, centers) -> float:
         of_finger = np.full((len(placed), 3), np.nan)
         of_finger[0] = centers.get(finger, NOWHERE)
         signals[f"{finger}.contact_center"] = of_finger
-    return 1e3 * slip(station, recording(station, signals), np.arange(len(placed)))
+    return 1e3 * slip(station, recording(station, signals), "box", np.arange(len(placed))).max()
 
 
 def face(station, finger, positions) -> np.ndarray:
@@ -96,4 +96,4 @@ def test_without_contact_or_samples_there_is_no_slip_to_measure(station):
     placed = [(RigidTransform(), {})]
     assert np.isnan(slip_mm(station, placed, {}))
     signals = {"plant.state": np.zeros((5, station.plant.num_multibody_states()))}
-    assert np.isnan(slip(station, recording(station, signals), np.array([], dtype=int)))
+    assert not len(slip(station, recording(station, signals), "box", np.array([], dtype=int)))

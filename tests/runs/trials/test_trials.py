@@ -8,6 +8,7 @@ from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.trials import run as trials
 from soft_gripper.runs.trials.run import run_trials
 from soft_gripper.runs.trials.trial import DetailRow, Trial, TrialRow, draw, random_numbers
@@ -26,7 +27,7 @@ DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a
 def succeed(file: str, seed: int, trial: int) -> Trial:
     """In the place of a trial that runs."""
     row = TrialRow(file, trial, True, 1.0 + trial, 2.0, False, 2.0, 0.0, 0.5, 20.0, 1.5, 9.9, "")
-    return Trial(row, DetailRow(file, trial, *DRAWN, 0.1, 0.2, 0.3, 0.4))
+    return Trial(row, DetailRow(file, trial, *DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 15))
 
 
 @pytest.fixture
@@ -99,13 +100,13 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
     for folder in (whole, cut):
         folder.mkdir()
         run_trials(NAMES, 3, 1, folder, executor, lambda trial: None)
-    for table, kept in (("trials.csv", 4), ("trials_details.csv", 3)):
+    for table, kept in (("trials.csv", 4), ("trials_details.csv", 3), ("trials_grasps.csv", 4)):
         lines = (cut / table).read_text().splitlines(keepends=True)
         (cut / table).write_text("".join(lines[: 1 + kept]))
     executor.calls.clear()
     run_trials(NAMES, 3, 1, cut, executor, lambda trial: None, resume=True)
     assert executor.calls == [(NAMES[1], 1, 0), (NAMES[1], 1, 1), (NAMES[1], 1, 2)]
-    for table in ("trials.csv", "trials_details.csv"):
+    for table in ("trials.csv", "trials_details.csv", "trials_grasps.csv"):
         assert (cut / table).read_bytes() == (whole / table).read_bytes()
     executor.calls.clear()
     run_trials(NAMES, 4, 1, cut, executor, lambda trial: None, resume=True)
@@ -117,7 +118,9 @@ def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path,
 @pytest.mark.slow
 def test_a_trial_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)
-    whole = {table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv")}
+    whole = {
+        table: (tmp_path / table).read_text() for table in ("trials.csv", "trials_details.csv", "trials_grasps.csv")
+    }
     for table, text in whole.items():
         lines = text.splitlines(keepends=True)
         number = 2 if table == "trials.csv" else 3
@@ -145,7 +148,7 @@ def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tm
         raise KeyboardInterrupt
 
     run_trials(NAMES, 1, 1, tmp_path, executor, lambda trial: None)
-    tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv"}
+    tables = {"trials.yaml", "trials.csv", "trials.csv.sha256", "trials_details.csv", "trials_grasps.csv"}
     assert {path.name for path in tmp_path.iterdir()} == {*tables, "trials.png", "trials.svg"}
     monkeypatch.setattr(trials, "run_study", interrupt)
     with pytest.raises(KeyboardInterrupt):
@@ -155,7 +158,7 @@ def test_what_an_older_run_left_is_gone_before_the_first_trial_ends(executor, tm
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("table", ["trials.csv", "trials_details.csv"])
+@pytest.mark.parametrize("table", ["trials.csv", "trials_details.csv", "trials_grasps.csv"])
 def test_a_number_that_was_changed_in_either_table_is_not_believed(table, executor, tmp_path):
     """One digit of the first trial is another; only that trial is run again."""
     run_trials(NAMES, 2, 1, tmp_path, executor, lambda trial: None)

@@ -1,0 +1,47 @@
+"""A picture of the live page: `PYTHONPATH=tests/helpers python benchmarks/live_page.py [docs/live_page.png]`.
+
+The simulated twin of a gripper stands in for hardware and closes on a box, in real time, with its force limited. The
+picture is taken once both fingers have been in contact for a while. It needs chromium and chromedriver.
+"""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from browser import open_url
+
+CHANGES = (
+    *("sensor.sections=2", "sensor.errors.preset=realistic", "sensor.period=0.02", "estimator.type=recursive"),
+    *("control.set_points=[0.06, 0.01]", "control.hold=12", "control.force_limit=0.65"),
+    *("control.force_gains={kp: 2.0e4, ki: 2.0e5}", "control.gains={kp: 1.0e5, ki: 3.0e6, kd: 17}"),
+)
+WINDOW, MOST = "1500,950", 120.0  # pixels, and s to wait for that
+HELD = 4.0  # s of contact
+
+
+def main(file: Path) -> None:
+    """Writes the picture."""
+    live = [sys.executable, "-c", "from soft_gripper.commands import main; main()", "live", "box_grasp", "--page"]
+    for change in CHANGES:
+        live += ["--set", change]
+    with subprocess.Popen(live, stderr=subprocess.PIPE, text=True) as process, TemporaryDirectory() as profile:
+        assert process.stderr is not None
+        (address,) = re.findall(r"http://\S+", process.stderr.readline())
+        driver = open_url(address, Path(profile), WINDOW)
+        began = held = time.monotonic()
+        while time.monotonic() < min(held + HELD, began + MOST):
+            if driver.find_element("id", "tables").text.count("touched here") < 2:
+                held = time.monotonic()
+            time.sleep(0.1)
+        file.write_bytes(driver.get_screenshot_as_png())
+        driver.quit()
+        process.send_signal(signal.SIGINT)
+        print(process.stderr.read())
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/live_page.png"))

@@ -1,0 +1,330 @@
+"""Recordings as MCAP files (https://mcap.dev) with a layout, for Foxglove (https://docs.foxglove.dev).
+
+Every signal of up to 100 numbers is a topic, `/left_finger/strain`, whose messages are {timestamp, value} in JSON. An
+axis with names is an object, one with numbers is a list: `/left_finger/strain.value.inner[0]`; what is not known is
+null. Covariances are left out: they would be most of the file. Fingers, contacts and objects are drawn by topics with
+schemas of Foxglove, in the frame `world`; there is no message where something is not known:
+
+| topic | schema | what |
+|---|---|---|
+| `/{finger}/tip_in_world` | foxglove.PoseInFrame | the estimated tip |
+| `/{finger}/shape` | foxglove.SceneUpdate | the estimated finger, and the estimated contact force |
+| `/{finger}/true_shape` | foxglove.SceneUpdate | the simulated finger |
+| `/{object}/in_world` | foxglove.PoseInFrame | an object |
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+from soft_gripper.files.output import atomic_file
+
+_SECOND = 10**9  # ns
+_COLORS = {"shape": (0.88, 0.62, 0.0), "true_shape": (0.45, 0.1, 0.5), "force": (0.8, 0.1, 0.1)}
+_THICKNESS = 4e-3  # m, of lines and arrows
+_LENGTH = 0.025  # m/N, of an arrow
+_MOST_NUMBERS = 100  # of a signal in a sample
+_LEAST = 0.02  # N, smallest force drawn
+_PLOTTED = (  # signals of a finger, a plot of each group
+    ("strain", "curvature", "orientation"),
+    ("pressure", "sampled_pressure", "pressure_command"),
+    ("contact_force", "true_contact_force"),
+    ("contact_arc_length", "true_contact_arc_length"),
+)
+
+Make = Callable[[int], dict[str, Any] | None]  # the message of a sample; None: there is none
+
+
+def write_mcap(data: xr.Dataset, path: Path) -> None:
+    """Writes a recording, and beside it `{name}.layout.json`, a layout for it.
+
+    Raises:
+        InputError: if it cannot be written, or mcap is missing.
+    """
+    try:
+        from mcap.writer import Writer
+    except ImportError:
+        expected = "MCAP files require mcap: pip install 'soft-gripper[ros]'"
+        raise InputError(path, "file", path.name, expected) from None
+    stamps = [round(float(t) * _SECOND) for t in data["time"].values]
+    with atomic_file(path) as partial, partial.open("wb") as file:
+        writer = Writer(file)
+        writer.start(library="soft-gripper")
+        writer.add_metadata("run", {str(name): str(value) for name, value in data.attrs.items()})
+        topics, channels = [*_signals(data), *_drawn(data)], dict[str, int]()
+        for i, stamp in enumerate(stamps):  # in the order of time: readers then need one chunk at a time
+            for topic, schema, make in topics:
+                if (made := make(i)) is None:
+                    continue
+                message = {**_at(stamp, schema), **made}
+                if topic not in channels:
+                    text = json.dumps(_schema(message, schema)).encode()
+                    number = writer.register_schema(schema, "jsonschema", text)
+                    channels[topic] = writer.register_channel(topic, "json", number)
+                writer.add_message(channels[topic], stamp, json.dumps(message).encode(), stamp)
+        writer.finish()  # type: ignore[no-untyped-call]
+    with atomic_file(path.with_suffix(".layout.json")) as partial:
+        partial.write_text(json.dumps(layout(data), indent=1), encoding="utf-8")
+
+
+def layout(data: xr.Dataset) -> dict[str, Any]:
+    """A layout of Foxglove: the fingers in space, and plots of their readings, pressures, and contacts."""
+    shown = {topic: {"visible": True} for topic, *_ in _drawn(data)}
+    grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 1, "divisions": 20}
+    panels: dict[str, Any] = {"3D!space": {"topics": shown, "layers": {"grid": grid}, "followTf": "world"}}
+    for group in _PLOTTED:
+        paths = [path for name in _fingers(data) for signal in group for path in _lines(data, f"{name}.{signal}")]
+        if paths:
+            lines = [{"value": path, "enabled": True, "timestampMethod": "receiveTime"} for path in paths]
+            panels[f"Plot!{group[0]}"] = {"title": group[0].replace("_", " "), "paths": lines, "isSynced": True}
+    _, *plots = panels
+    tree = {"first": "3D!space", "second": _stacked(plots), "direction": "row", "splitPercentage": 60}
+    return {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": tree if plots else "3D!space",
+    }
+
+
+def _stacked(panels: list[str]) -> Any:
+    """Panels below each other, of equal height."""
+    if len(panels) < 2:
+        return panels[0] if panels else None
+    first, *others = panels
+    share = 100 / len(panels)
+    return {"first": first, "second": _stacked(others), "direction": "column", "splitPercentage": share}
+
+
+def _lines(data: xr.Dataset, name: str) -> list[str]:
+    """The numbers of a signal as paths of messages."""
+    if name not in data:
+        return []
+    paths = [f"{_topic(name)}.value"]
+    for axis in (data[dim].values.tolist() for dim in data[name].dims[1:]):
+        parts = [f".{label}" if isinstance(label, str) else f"[{i}]" for i, label in enumerate(axis)]
+        paths = [path + part for path in paths for part in parts]
+    return paths
+
+
+def _topic(name: str) -> str:
+    return "/" + name.replace(".", "/")
+
+
+def _fingers(data: xr.Dataset) -> list[str]:
+    return [str(name).removesuffix(".X_WB") for name in data.data_vars if str(name).endswith(".X_WB")]
+
+
+def _signals(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
+    """Topics of all signals, their schemas, and their messages."""
+    for key in data.data_vars:
+        name = str(key)
+        values = data[name]
+        if values[0].size > _MOST_NUMBERS:
+            continue
+        labels = [data[dim].values.tolist() for dim in values.dims[1:]]
+        numbers = values.values
+
+        def make(i: int, numbers: Array = numbers, labels: list[list[Any]] = labels) -> dict[str, Any]:
+            return {"value": _named(numbers[i].tolist(), labels)}
+
+        yield _topic(name), name, make
+
+
+def _named(values: Any, labels: list[list[Any]]) -> Any:
+    """A number, or what is along an axis, by its labels if these are names."""
+    if not labels:
+        return values if math.isfinite(values) else None
+    parts = [_named(value, labels[1:]) for value in values]
+    return dict(zip(labels[0], parts, strict=True)) if isinstance(labels[0][0], str) else parts
+
+
+def _drawn(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
+    """Topics that are drawn, their schemas, and their messages."""
+    for name in _fingers(data):
+        X_WB = data[f"{name}.X_WB"].values
+        estimated, true = _estimated(data, name), _points(data, name, "true_joint_positions", "true_tip_position")
+        if estimated is not None:
+            xyzw = _quaternions(frames_along(X_WB, estimated)[:, -1])
+            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(estimated[:, -1], xyzw)
+            forces = _forces(data, name, estimated)
+            yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", estimated, forces)
+        if true is not None:
+            yield f"/{name}/true_shape", "foxglove.SceneUpdate", _scene(name, "true_shape", true, None)
+    for key in data.data_vars:
+        if str(key).endswith(".pose") and data[key].shape[1:] == (7,):
+            pose, topic = data[key].values, f"/{str(key).removesuffix('.pose')}/in_world"
+            yield topic, "foxglove.PoseInFrame", _pose(pose[:, 4:], np.roll(pose[:, :4], -1, axis=1))
+
+
+def _estimated(data: xr.Dataset, name: str) -> Array | None:
+    """Base, joints and tip in the world as estimated, (T, N + 2, 3) m; None if they are not."""
+    in_space = _points(data, name, "estimated_joint_positions", "estimated_tip_position")
+    if in_space is not None or not {f"{name}.joint_positions_world", f"{name}.tip_pose"} <= set(data.data_vars):
+        return in_space
+    joints, (x, z, _) = data[f"{name}.joint_positions_world"].values, data[f"{name}.tip_pose"].values.T
+    X_WB = data[f"{name}.X_WB"].values
+    return through_points(X_WB, joints, X_WB[:, :, 3] + x[:, None] * X_WB[:, :, 0] + z[:, None] * X_WB[:, :, 2])
+
+
+def _points(data: xr.Dataset, name: str, joints: str, tip: str) -> Array | None:
+    """Base, joints and tip in the world, (T, N + 2, 3) m, of signals in B; None if these are not recorded."""
+    if not {f"{name}.{joints}", f"{name}.{tip}"} <= set(data.data_vars):
+        return None
+    X_WB = data[f"{name}.X_WB"].values
+    in_B = np.concatenate([data[f"{name}.{joints}"].values, data[f"{name}.{tip}"].values[:, None]], axis=1)
+    in_W = in_B @ np.swapaxes(X_WB[:, :, :3], 1, 2) + X_WB[:, None, :, 3]
+    return through_points(X_WB, in_W[:, :-1], in_W[:, -1])
+
+
+def through_points(X_WB: Array, joints: Array, tip: Array) -> Array:
+    """Base, joints and tip in the world, (T, N + 2, 3) m."""
+    return np.concatenate([X_WB[:, None, :, 3], joints, tip[:, None]], axis=1)
+
+
+def frames_along(X_WB: Array, points: Array) -> Array:
+    """Rotations at base, joints and tip, (T, N + 2, 3, 3): z along the finger, y as near to the base's as can be."""
+    z = np.diff(points, axis=1)
+    z = np.concatenate([z, z[:, -1:]], axis=1)
+    z = z / np.linalg.norm(z, axis=-1, keepdims=True)
+    x = np.cross(X_WB[:, None, :, 1], z)
+    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _quaternions(R: Array) -> Array:
+    """x, y, z, w of rotations (T, 3, 3), (T, 4); NaN where they are."""
+    xyzw: Array = np.full((len(R), 4), np.nan)
+    known = np.isfinite(R).all(axis=(1, 2))
+    xyzw[known] = Rotation.from_matrix(R[known]).as_quat()
+    return xyzw
+
+
+def _pose(p: Array, xyzw: Array) -> Make:
+    def make(i: int) -> dict[str, Any] | None:
+        if not np.isfinite(p[i]).all():
+            return None
+        return {"pose": {"position": _xyz(p[i]), "orientation": dict(zip("xyzw", xyzw[i].tolist(), strict=True))}}
+
+    return make
+
+
+def _forces(data: xr.Dataset, name: str, points: Array) -> tuple[Array, Array] | None:
+    """Where the estimated contact force acts, (T, 3) m, and the force, (T, 3) N, in the world; None: not estimated."""
+    if f"{name}.contact_arc_length" not in data:
+        return None
+    s, X_WB = data[f"{name}.contact_arc_length"].values, data[f"{name}.X_WB"].values
+    if f"{name}.contact_force_world" in data:  # of an estimate in space
+        return forces_in_world(X_WB, points, np.zeros(len(s)), s)[0], data[f"{name}.contact_force_world"].values
+    return forces_in_world(X_WB, points, data[f"{name}.contact_force"].values, s)
+
+
+def forces_in_world(X_WB: Array, points: Array, force: Array, s: Array) -> tuple[Array, Array]:
+    """Where contact forces act, (T, 3) m, and the forces in the world, (T, 3) N; NaN where they are.
+
+    Args:
+        X_WB: poses of the base [R | p], (T, 3, 4).
+        points: base, joints and tip in the world, (T, N + 2, 3) m.
+        force: across the finger, (T) N, positive on its inner side.
+        s: arc length from the base, (T) m.
+    """
+    at, along = np.zeros((2, len(force), 3))
+    for i, polyline in enumerate(points):
+        steps = np.diff(polyline, axis=0)
+        ends = np.append(0.0, np.linalg.norm(steps, axis=1).cumsum())
+        at[i] = [np.interp(s[i], ends, each) for each in polyline.T]
+        along[i] = steps[min(int(np.searchsorted(ends[1:], s[i])), len(steps) - 1)]
+    inward = np.cross(X_WB[:, :, 1], along)  # y of B and the axis: toward the inner side
+    inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-12)
+    return at, -force[:, None] * inward
+
+
+def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | None) -> Make:
+    def make(i: int) -> dict[str, Any] | None:
+        if not np.isfinite(points[i]).all():
+            return None
+        line = {
+            "type": 0,  # a strip
+            "pose": _IDENTITY,
+            "thickness": _THICKNESS,
+            "scale_invariant": False,
+            "points": [_xyz(p) for p in points[i]],
+            "color": _color(kind),
+            "colors": [],
+            "indices": [],
+        }
+        entity = {
+            "timestamp": {"sec": 0, "nsec": 0},
+            "frame_id": "world",
+            "id": f"{name} {kind}",
+            "lifetime": {"sec": 0, "nsec": 0},
+            "frame_locked": False,
+            "metadata": [],
+            "lines": [line],
+            "arrows": [] if forces is None else _arrow(forces[0][i], forces[1][i]),
+        }
+        others = {each: list[Any]() for each in ("cubes", "spheres", "cylinders", "triangles", "texts", "models")}
+        return {"deletions": [], "entities": [entity | others]}
+
+    return make
+
+
+_IDENTITY = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+
+
+def _arrow(at: Array, force: Array) -> list[Any]:
+    """An arrow whose tip is where a force acts; none if it is small or unknown."""
+    size = float(np.linalg.norm(force))
+    if not size > _LEAST or not np.isfinite(at).all():
+        return []
+    turn, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
+    length, head = _LENGTH * size, 2 * _THICKNESS
+    return [
+        {
+            "pose": {
+                "position": _xyz(at - force / size * (length + head)),
+                "orientation": dict(zip("xyzw", turn.as_quat().tolist(), strict=True)),
+            },
+            "shaft_length": length,
+            "shaft_diameter": _THICKNESS,
+            "head_length": head,
+            "head_diameter": 2 * _THICKNESS,
+            "color": _color("force"),
+        }
+    ]
+
+
+def _color(of: str) -> dict[str, float]:
+    return dict(zip("rgba", (*_COLORS[of], 1.0), strict=True))
+
+
+def _xyz(p: Array) -> dict[str, float]:
+    return dict(zip("xyz", p.tolist(), strict=True))
+
+
+def _at(stamp: int, schema: str) -> dict[str, Any]:
+    time = {"timestamp": {"sec": stamp // _SECOND, "nsec": stamp % _SECOND}}
+    frame = {"frame_id": "world"} if schema == "foxglove.PoseInFrame" else {}
+    return {} if schema == "foxglove.SceneUpdate" else {**time, **frame}
+
+
+_TYPES: Mapping[type, str] = {str: "string", bool: "boolean", int: "integer", float: "number"}
+
+
+def _schema(value: Any, title: str = "") -> dict[str, Any]:
+    """The JSON schema of a message, by an example."""
+    of: dict[str, Any] = {"title": title} if title else {}
+    if isinstance(value, dict):
+        return {**of, "type": "object", "properties": {name: _schema(part) for name, part in value.items()}}
+    if isinstance(value, list):
+        return {**of, "type": "array", "items": _schema(value[0]) if value else {"type": "object"}}
+    return {**of, "type": _TYPES.get(type(value), "number")}

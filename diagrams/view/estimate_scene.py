@@ -1,0 +1,153 @@
+"""EstimateScene: fingers in Meshcat as they are estimated, with no simulation behind them, and beside a simulated twin.
+
+Only bodies whose places are known are drawn: fixed ones, and fingers. Objects and arms are drawn of the twin alone.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import PassThrough
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.scene import Scene, add_plant
+from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES
+from soft_gripper.diagrams.view.meshcat_view import PERIOD, add_estimates, geometry_paths, set_up_view
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.schema import ModelConfig, Scenario
+from soft_gripper.sensors.sensor_block import joints_port
+
+_CONTACT = dict.fromkeys(name for names in CONTACT_SIGNALS.values() for name in names)
+_DRAWN = ("arcs", "external_torque", "position_std", *PLACES, *_CONTACT)
+_ESTIMATES, _TWIN = "/drake", "/twin"  # Meshcat paths
+_OPACITY, _SCALE = 0.3, (1.04, 1.04, 1.0)  # of the twin's grippers, which are drawn a little thicker
+
+
+class EstimateScene:
+    """Draws the fingers of a scenario at their estimated joint angles, with bands, forces and torques.
+
+    A finger whose joint angles are unknown keeps those before.
+    """
+
+    def __init__(
+        self, scenario: Scenario, signals: Mapping[str, OutputPort], moving: Collection[str], meshcat: Meshcat
+    ):
+        """
+        Args:
+            scenario: of the fingers.
+            signals: the ports of their estimation, by name, whose values `show` takes.
+            moving: names of the fingers whose base moves; `{finger}.X_WB` of one of them places all fingers.
+            meshcat: shows the scene.
+        """
+        self._scenario, self._meshcat = scenario, meshcat
+        self._twin: _Posed | None = None
+        whole, builder = self._add_whole(DiagramBuilder()), DiagramBuilder()
+        models = _placed_models(scenario.models, whole.fingers, bool(moving))
+        arm = None if moving else scenario.arm
+        scene = add_plant(builder, scenario.plant_config, models, scenario.gravity, arm)
+        names = [f"{finger.name}.{kind}" for finger in scene.fingers for kind in _DRAWN]
+        self._sizes = {name: signals[name].size() for name in names if name in signals}
+        held = {name: _add_held(builder, name, size) for name, size in self._sizes.items()}
+        add_estimates(builder, scene, held, meshcat, scenario.pressure, scenario.sensor)
+        set_up_view(whole, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task)
+        self._positions = _estimated_positions(scene.fingers, signals)
+        self._base = next((f for f in scene.fingers if f.name in moving), None)
+        self._posed = _Posed(builder, scene)
+        self.show({})
+
+    @property
+    def signals(self) -> list[str]:
+        """The names of the signals that are drawn."""
+        base = [] if self._base is None else [f"{self._base.name}.X_WB"]
+        return [*self._sizes, *self._positions, *base]
+
+    def show(self, values: Mapping[str, Array]) -> None:
+        """Draws a sample, `signals` by name, (size,) each; those that are missing are unknown."""
+        for name, size in self._sizes.items():
+            self._posed.give(name, values.get(name, np.full(size, np.nan)))
+        for name, places in self._positions.items():
+            if np.isfinite(found := values.get(name, np.nan)).all():
+                self._posed.positions[places] = found
+        if self._base is not None and f"{self._base.name}.X_WB" in values:
+            R_p = values[f"{self._base.name}.X_WB"].reshape(3, 4)
+            X_WB = RigidTransform(RotationMatrix.ProjectToRotationMatrix(R_p[:, :3]), R_p[:, 3])
+            self._meshcat.SetTransform(_ESTIMATES, X_WB @ self._base.X_WB.inverse())
+        self._posed.draw()
+
+    def show_twin(self, positions: Array) -> None:
+        """Draws the simulated twin, translucent, at positions of the scenario's plant."""
+        if self._twin is None:
+            self._twin = self._add_twin()
+        self._twin.positions[:] = positions
+        self._twin.draw()
+
+    def _add_twin(self) -> "_Posed":
+        builder = DiagramBuilder()
+        scene = self._add_whole(builder)
+        drawn = MeshcatVisualizerParams(publish_period=PERIOD, prefix=_TWIN)
+        MeshcatVisualizer.AddToBuilder(builder, scene.scene_graph, self._meshcat, drawn)
+        posed = _Posed(builder, scene)
+        posed.draw()
+        self._make_translucent(scene)
+        return posed
+
+    def _make_translucent(self, twin: Scene) -> None:
+        """Does so with the grippers of the twin, which would hide those that are estimated."""
+        plant = twin.plant
+        for body in (body for model in {f.model for f in twin.fingers} for body in plant.GetBodyIndices(model)):
+            for path in geometry_paths(plant, twin.scene_graph, body, _TWIN):
+                self._meshcat.SetProperty(path, "modulated_opacity", _OPACITY)
+                self._meshcat.SetProperty(path, "scale", [*_SCALE])
+
+    def _add_whole(self, builder: DiagramBuilder) -> Scene:
+        of = self._scenario
+        return add_plant(builder, of.plant_config, of.models, of.gravity, of.arm)
+
+
+class _Posed:
+    """A scene that is drawn at given positions; no time passes in its diagram."""
+
+    def __init__(self, builder: DiagramBuilder, scene: Scene):
+        self._diagram, self._plant, self._begun = builder.Build(), scene.plant, False
+        self._context = self._diagram.CreateDefaultContext()
+        self._of_plant = scene.plant.GetMyMutableContextFromRoot(self._context)
+        self.positions: Array = scene.plant.GetPositions(self._of_plant).copy()
+
+    def give(self, name: str, value: Array) -> None:
+        """Sets an input of the diagram."""
+        self._diagram.GetInputPort(name).FixValue(self._context, value)
+
+    def draw(self) -> None:
+        self._plant.SetPositions(self._of_plant, self.positions)
+        if not self._begun:
+            self._diagram.ExecuteInitializationEvents(self._context)
+            self._begun = True
+        self._diagram.ForcedPublish(self._context)
+
+
+def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger], moves: bool) -> list[ModelConfig]:
+    """The models whose place is known: fixed ones; of fingers that move, the grippers alone, in their own frames."""
+    if not moves:
+        return [model for model in models if not model.free]
+    grippers = {finger.model_name for finger in fingers}
+    kept = [model for model in models if model.name in grippers]
+    return [m if m.parent.partition("::")[0] in grippers else replace(m, parent="world") for m in kept]
+
+
+def _estimated_positions(fingers: Sequence[PlantFinger], signals: Mapping[str, OutputPort]) -> dict[str, list[int]]:
+    """Where the plant's positions have the estimates of joints, by signal."""
+    return {
+        name: [joint.position_start() for joint in finger.joints_of(way)]
+        for finger in fingers
+        for way in finger.finger.yields
+        if (name := f"{finger.name}.estimated_{joints_port(way)}") in signals
+    }
+
+
+def _add_held(builder: DiagramBuilder, name: str, size: int) -> OutputPort:
+    held = builder.AddNamedSystem(name, PassThrough(size))
+    builder.ExportInput(held.get_input_port(), name)
+    return held.get_output_port()

@@ -1,0 +1,161 @@
+"""A ROS 2 node: readings of sensors in; shape, contact, joint angles and commands out.
+
+    python gripper_node.py my_scenario.yaml --bench my_bench.yaml
+    python gripper_node.py my_scenario.yaml --bench my_bench.yaml --ros-args -r ~/readings:=/gauges
+
+The description of the bench is that of `soft-gripper live`; its source and sink are not used. rclpy is imported if it
+is installed.
+
+| topic | type | what |
+|---|---|---|
+| ~/readings, in | sensor_msgs/JointState | numbers (position) by the names of the fields in the description |
+| ~/numbers, in | std_msgs/Float64MultiArray | the same without names, in the order of its `fields` |
+| ~/{finger}/shape | geometry_msgs/PoseArray | base, joints and tip in the world; z along the finger |
+| ~/{finger}/contact | geometry_msgs/WrenchStamped | estimated contact force, and its torque about the world's origin |
+| ~/joint_states | sensor_msgs/JointState | estimated angles, by the names of `soft-gripper expand` |
+| ~/commands | std_msgs/Float64MultiArray | of the grip controller, finger after finger; safe ones if readings stop |
+"""
+
+import argparse
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import soft_gripper as sg
+from soft_gripper.commands.live import check_inputs
+from soft_gripper.diagrams.foxglove import forces_in_world, frames_along, through_points
+from soft_gripper.fingers.finger_links import joint_name
+from soft_gripper.hardware.live.bench import Bench
+from soft_gripper.hardware.live.bench_schema import load_bench
+from soft_gripper.hardware.live.session import COMMANDS, Session
+
+try:
+    import rclpy
+    from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3, Wrench, WrenchStamped
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Float64MultiArray, Header
+except ImportError:
+    rclpy = None
+
+WORLD = "world"
+DEPTH = 50  # messages that a queue holds
+
+
+class RosSource:
+    """Readings that arrive as messages, by the names of their fields; `stamp` is that of the last."""
+
+    is_over = False
+
+    def __init__(self, node, fields):
+        self._node, self._fields, self._arrived, self.stamp = node, fields, [], None
+        node.create_subscription(JointState, "~/readings", self._take_named, DEPTH)
+        node.create_subscription(Float64MultiArray, "~/numbers", self._take_numbers, DEPTH)
+
+    def receive(self, timeout):
+        """What has arrived; waits up to `timeout` s for it."""
+        rclpy.spin_once(self._node, timeout_sec=timeout)
+        found, self._arrived = self._arrived, []
+        return found
+
+    def _take_named(self, message):
+        self.stamp = message.header.stamp
+        self._arrived.append(dict(zip(message.name, message.position, strict=False)))
+
+    def _take_numbers(self, message):
+        self.stamp = self._node.get_clock().now().to_msg()
+        self._arrived.append(dict(zip(self._fields, message.data, strict=False)))
+
+
+class RosSink:
+    """Publishes what the bench knows of each finger after a reading, and every command."""
+
+    def __init__(self, node, bench, source):
+        self._bench, self._source = bench, source
+        self._fingers = list(bench.quantities)
+        self._shapes = {f: node.create_publisher(PoseArray, f"~/{f}/shape", DEPTH) for f in self._fingers}
+        self._contacts = {f: node.create_publisher(WrenchStamped, f"~/{f}/contact", DEPTH) for f in self._fingers}
+        self._joints = node.create_publisher(JointState, "~/joint_states", DEPTH)
+        self._commands = node.create_publisher(Float64MultiArray, "~/commands", DEPTH)
+
+    def __call__(self, _, results):
+        commands = [value for name, value in results.items() if name.rpartition(".")[2] in COMMANDS]
+        if commands:
+            self._commands.publish(Float64MultiArray(data=np.concatenate(commands).tolist()))
+        if results.get("age") != 0:
+            return  # no new reading
+        header = Header(stamp=self._source.stamp, frame_id=WORLD)
+        names, angles = [], []
+        for finger in self._fingers:
+            found = known(self._bench, finger)
+            poses = [Pose(position=_point(p), orientation=_quaternion(R)) for p, R in found.poses]
+            self._shapes[finger].publish(PoseArray(header=header, poses=poses))
+            if found.force is not None:
+                torque = np.nan_to_num(np.cross(found.at, found.force))  # no force has no place
+                wrench = Wrench(force=_vector(found.force), torque=_vector(torque))
+                self._contacts[finger].publish(WrenchStamped(header=header, wrench=wrench))
+            names += [joint_name(finger.rpartition(".")[2], i) for i in range(len(found.angles))]
+            angles += found.angles.tolist()
+        self._joints.publish(JointState(header=header, name=names, position=angles))
+
+
+def known(bench, finger):
+    """Poses of base, joints and tip in the world, angles, contact force and where it acts, NaN or None if unknown."""
+    read = {name: bench.read([f"{finger}.{name}"])[f"{finger}.{name}"] for name in SHAPE}
+    X_WB = read["X_WB"].reshape(1, 3, 4)
+    x, z, _ = read["tip_pose"]
+    tip = X_WB[:, :, 3] + x * X_WB[:, :, 0] + z * X_WB[:, :, 2]
+    points = through_points(X_WB, read["joint_positions_world"].reshape(1, -1, 3), tip)
+    poses = list(zip(points[0], frames_along(X_WB, points)[0], strict=True))
+    at = force = None
+    if {f"{finger}.{name}" for name in CONTACT} <= bench.signals.keys():
+        contact = bench.read([f"{finger}.{name}" for name in CONTACT]).values()
+        (at,), (force,) = forces_in_world(X_WB, points, *contact)
+    return SimpleNamespace(poses=poses, angles=read["estimated_joint_angles"], at=at, force=force)
+
+
+SHAPE = ("X_WB", "tip_pose", "joint_positions_world", "estimated_joint_angles")
+CONTACT = ("contact_force", "contact_arc_length")
+
+
+def _point(p):
+    return Point(x=float(p[0]), y=float(p[1]), z=float(p[2]))
+
+
+def _vector(v):
+    return Vector3(x=float(v[0]), y=float(v[1]), z=float(v[2]))
+
+
+def _quaternion(R):
+    x, y, z, w = Rotation.from_matrix(R).as_quat().tolist()
+    return Quaternion(x=x, y=y, z=z, w=w)
+
+
+def main(arguments=None):
+    """Runs the node until it is shut down."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenario", help="name or file of a scenario")
+    parser.add_argument("--bench", type=Path, required=True, help="description of the hardware")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario")
+    options, of_ros = parser.parse_known_args(arguments)
+    if rclpy is None:
+        return "gripper_node: rclpy cannot be imported: source the setup file of ROS 2, with Python 3.11 or newer"
+    config = load_bench(options.bench)
+    moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
+    bench = Bench(sg.load_scenario(options.scenario, options.set), moving)
+    check_inputs(options.bench, config, bench)
+    rclpy.init(args=of_ros)
+    node = rclpy.create_node("soft_gripper")
+    source = RosSource(node, config.fields)
+    try:
+        Session(bench, config, source, RosSink(node, bench, source)).run(lambda: not rclpy.ok())
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,84 @@
+"""A task of the benchmark: recorded files, what is measured and estimated, and what is trained and tested on."""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A quantity that is measured or estimated."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Samples in the order in which they were recorded."""
+
+    inputs: Array  # (T, n)
+    outputs: Array  # (T, m)
+    path: Path | None = None  # of the file, all of which may be used for training
+
+
+@dataclass(frozen=True)
+class Part:
+    """A contiguous share of a recorded file."""
+
+    file: str
+    begin: float = 0.0  # share of its samples
+    end: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What an estimator is told. The test set is divided into regions, scored one by one."""
+
+    name: str
+    source: str  # public repository and folder of the files
+    sha256: dict[str, str]  # of every file
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+    trained: tuple[Part, ...]
+    tested: Mapping[str, tuple[Part, ...]]
+    read: Callable[[Path], Recorded]
+    folder: Path | None = None  # of files that ship with the package
+    period: float | None = None  # s, between samples of a time series, about; None: each sample stands alone
+    recognition: bool = False  # the outputs are the probabilities of classes; what is missing to 1 is that of no class
+
+
+def missing_files(task: Task, folder: Path) -> list[str]:
+    """Files of a task that a data folder does not have."""
+    return [file for file in task.sha256 if not (folder / file).is_file()]
+
+
+def read_task(task: Task, folder: Path) -> tuple[list[Recorded], dict[str, list[Recorded]]]:
+    """The training recordings, and the test recordings of every region.
+
+    Raises an `InputError` if a file is not the one that the task was defined with.
+    """
+    files = {file: _read(task, folder, file) for file in task.sha256}
+    tested = {region: [_part(files, part) for part in parts] for region, parts in task.tested.items()}
+    return [_part(files, part) for part in task.trained], tested
+
+
+def _read(task: Task, folder: Path, file: str) -> Recorded:
+    found = hashlib.sha256((folder / file).read_bytes()).hexdigest()
+    if found != task.sha256[file]:
+        expected = f"must be {task.sha256[file]}, as in {task.source}"
+        raise InputError(folder / file, "SHA-256", found, expected)
+    return task.read(folder / file)
+
+
+def _part(files: dict[str, Recorded], part: Part) -> Recorded:
+    recorded = files[part.file]
+    begin, end = (round(share * len(recorded.inputs)) for share in (part.begin, part.end))
+    cut = Recorded(recorded.inputs[begin:end], recorded.outputs[begin:end], recorded.path)
+    for values in (cut.inputs, cut.outputs):
+        values.flags.writeable = False  # all estimators are given the same
+    return cut

@@ -1,0 +1,16 @@
+"""How far a finger has moved since its calibration, in words."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from soft_gripper.arrays import Array
+
+
+def changes_line(finger: str, read: Callable[[str], Array]) -> str:
+    """What `recursive` has found of a finger, see `recursive.Changes`; `read` reads a signal by its name."""
+    bend, std = (100 * float(np.ravel(read(f"{finger}.{name}"))[0]) for name in ("bend_change", "bend_change_std"))
+    offsets, stds = (np.ravel(read(f"{finger}.{name}")) for name in ("offset_changes", "offset_changes_std"))
+    most = int(np.abs(offsets).argmax())
+    moved = f"offsets have moved by up to {offsets[most]:+.4f} +- {stds[most]:.4f}"
+    return f"{finger}: bends {bend:+.1f} +- {std:.1f} % further than its model; {moved}"

@@ -1,0 +1,5 @@
+"""Scenarios as files of other simulators."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,52 @@
+"""Reads files with libraries that a damaged file can crash, or keep busy without end: in a separate process."""
+
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from soft_gripper.errors import InputError
+
+_Found = TypeVar("_Found")
+_PATIENCE = 120.0  # s
+_MOST_MEMORY = 8 << 30  # bytes
+_READS = """
+import pickle, resource, sys
+most = int(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_AS, (most, most))
+try:
+    read, arguments = pickle.load(sys.stdin.buffer)
+    answer = read(*arguments), None
+except MemoryError:
+    answer = None, "it does not fit into memory"
+except Exception as error:  # those of libraries need not survive pickling
+    of_input = type(error).__name__ == "InputError"
+    answer = None, error if of_input else " ".join(str(error).split()) or type(error).__name__
+sys.stdout.buffer.write(pickle.dumps(answer))
+"""
+
+
+def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Found:
+    """What `read`, a function of a module, returns for a path and further arguments.
+
+    Raises:
+        InputError: if it raises one, or ends with any other error, a crash, or not in time.
+    """
+    command = [sys.executable, "-c", _READS, str(_MOST_MEMORY)]
+    request = pickle.dumps((read, (path.resolve(), *arguments)))
+    try:
+        ended = subprocess.run(command, input=request, capture_output=True, timeout=_PATIENCE, check=True)
+    except subprocess.TimeoutExpired:
+        expected = f"is damaged or too large: it could not be read within {_PATIENCE:g} s"
+        raise InputError(path, "file", path.name, expected) from None
+    except subprocess.CalledProcessError as error:
+        expected = f"is damaged: its reader ended with code {error.returncode}"
+        raise InputError(path, "file", path.name, expected) from None
+    found, mistake = pickle.loads(ended.stdout)
+    if isinstance(mistake, InputError):
+        raise mistake
+    if mistake is not None:
+        raise InputError(path, "file", path.name, f"cannot be read: {mistake}")
+    return found

@@ -1,0 +1,178 @@
+"""The grasp of every free object in a recording, see `grasp`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import GeometryId
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.scene import first_body
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.runs.scores.grasp import (
+    Estimated,
+    FingerGrip,
+    Grasp,
+    GraspSignals,
+    finger_grips,
+    held_since,
+    judge,
+    last,
+    pump_energy,
+    stiffness,
+)
+from soft_gripper.runs.scores.slip import recorded_poses, slip
+from soft_gripper.truth.contact import combined_friction
+
+NORMAL = "grip_normal_force"
+_SIGNALS = (NORMAL, "grip_friction_force", "grip_force", "grip_area", "grip_pressure")
+
+
+@dataclass(frozen=True)
+class OfObject:
+    """The object that a row belongs to."""
+
+    object: str
+
+
+@dataclass(frozen=True)
+class ObjectGrip(FingerGrip, OfObject):
+    """How one finger holds an object."""
+
+
+@dataclass(frozen=True)
+class ObjectGrasp(Grasp, OfObject):
+    """The grasp of an object."""
+
+
+def objects_of(station: Station) -> list[str]:
+    """The free models of a scenario whose grasp is recorded; that of the task comes first."""
+    task = station.scenario.task
+    names = [model.name for model in station.scenario.models if model.free]
+    recorded = [name for name in names if f"{name}.{NORMAL}" in station.logs.signals]
+    return sorted(recorded, key=lambda name: task is None or name != task.object)
+
+
+def recorded_grasps(station: Station, recording: Recording) -> tuple[list[ObjectGrasp], list[ObjectGrip]]:
+    """A row for each object, and a row for each object and finger."""
+    grasps, grips = [], []
+    for name in objects_of(station):
+        grasp, of_fingers = recorded_grasp(station, recording, name)
+        grasps.append(ObjectGrasp(name, **vars(grasp)))
+        grips += [ObjectGrip(name, **vars(grip)) for grip in of_fingers]
+    return grasps, grips
+
+
+def recorded_grasp(station: Station, recording: Recording, held: str) -> tuple[Grasp, list[FingerGrip]]:
+    """The grasp of one object, and how each finger takes part in it."""
+    samples = _judged(station, recording, held)
+    signals = _signals(station, recording, held, samples)
+    grips = finger_grips(signals, [finger.name for finger in station.fingers])
+    begin, window = held_since(signals), np.flatnonzero(last(signals.time))
+    while_held = slip(station, recording, held, samples[begin:])
+    at_the_end = slip(station, recording, held, samples[window])
+    elapsed = signals.time[-1] - signals.time[window[0]]
+    speed = float(at_the_end[-1]) / elapsed if elapsed > 0 else np.nan
+    estimated = _estimated(station, recording, samples)
+    energy = _energy(station, recording, samples)
+    return judge(signals, grips, float(np.max(while_held)), speed, estimated, energy), grips
+
+
+def _judged(station: Station, recording: Recording, held: str) -> NDArray[np.int_]:
+    """The samples of which contact is known, up to the end of the last phase but one that holds the object.
+
+    The last one puts it down. Without such phases, all samples count.
+    """
+    known = np.isfinite(recording[f"{held}.{NORMAL}"].values).all(axis=1)
+    if station.task is not None:
+        holding = [number for number, phase in enumerate(station.task.phases) if phase.holds]
+        carried = np.isin(recording["task.phase"].values, holding[:-1] or holding)
+        if carried.any():
+            known[np.flatnonzero(carried)[-1] + 1 :] = False
+    return np.flatnonzero(known)
+
+
+def _signals(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> GraspSignals:
+    """The signals by which the grasp of an object is judged."""
+    normal, friction, force, area, pressure = (recording[f"{held}.{name}"].values[samples] for name in _SIGNALS)
+    gravity = np.array(station.plant.gravity_field().gravity_vector())
+    pull = float(np.linalg.norm(gravity))
+    others = recording[f"{held}.contact_wrench"].values[samples, 3:] - force.sum(axis=1)
+    support = -others @ gravity / pull if pull > 0 else np.zeros(len(samples))
+    place, turn = _poses(station, recording, held, samples)
+    coefficients = [friction_coefficient(station, finger, held) for finger in station.fingers]
+    time = recording["time"].values[samples]
+    return GraspSignals(
+        *(time, normal, friction, area, pressure, support, place, turn),
+        *(_mass(station, held) * pull, np.array(coefficients)),
+    )
+
+
+def _mass(station: Station, held: str) -> float:
+    if held in station.parts.soft:
+        return station.parts.soft[held].mass
+    plant = station.plant
+    bodies = plant.GetBodyIndices(plant.GetModelInstanceByName(held))
+    return float(sum(plant.get_body(index).default_mass() for index in bodies))
+
+
+def _poses(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> tuple[Array, Array]:
+    """Positions and rotations of an object in the base of the first finger, (T, 3) and (T, 3, 3)."""
+    plant, base, states = station.plant, station.fingers[0].base, recording["plant.state"].values[samples]
+    context, poses = plant.CreateDefaultContext(), np.empty((len(states), 3, 4))
+    for i, (state, X_WO) in enumerate(zip(states, recorded_poses(recording, held, samples), strict=True)):
+        plant.SetPositionsAndVelocities(context, state)
+        poses[i] = (base.EvalPoseInWorld(context).inverse() @ X_WO).GetAsMatrix34()
+    return poses[..., 3], poses[..., :3]
+
+
+def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> float:
+    """Static coefficient of friction between a finger and an object, of the smoothest geometry of each."""
+    of_links = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
+    return combined_friction(_static_friction(station, of_links), _static_friction(station, _touched(station, held)))
+
+
+def _touched(station: Station, held: str) -> list[GeometryId]:
+    """The collision geometries of the first link of an object."""
+    if held in station.parts.soft:
+        return [station.parts.soft[held].geometry]
+    return list(station.plant.GetCollisionGeometriesForBody(first_body(station.plant, held)))
+
+
+def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> float:
+    """The least static coefficient of friction of collision geometries; 0 if there are none."""
+    inspector = station.parts.scene_graph.model_inspector()
+    properties = [each for each in map(inspector.GetProximityProperties, geometries) if each is not None]
+    return min((each.GetProperty("material", "coulomb_friction").static_friction() for each in properties), default=0.0)
+
+
+def _estimated(station: Station, recording: Recording, samples: NDArray[np.int_]) -> Estimated:
+    """Width at the end and stiffness as estimated, if they are."""
+    if "grip.object_width" not in recording.data:
+        return Estimated()
+    width = recording["grip.object_width"].values[samples].ravel()
+    forces = [f"{finger.name}.contact_force" for finger in station.fingers]
+    if not all(name in recording.data for name in forces):
+        return Estimated(float(width[-1]))
+    force = np.mean([recording[name].values[samples].ravel() for name in forces], axis=0)
+    return Estimated(float(width[-1]), stiffness(width, force))
+
+
+def _energy(station: Station, recording: Recording, samples: NDArray[np.int_]) -> float:
+    """Work of the pump on all fingers, J; the volume of a chamber grows with the joints by what pressure drives them.
+
+    By virtual work, a chamber whose pressure p drives a joint by the torque g p grows by g per angle.
+    """
+    until, energy = samples[-1] + 1, 0.0
+    state = recording["plant.state"].values[:until]
+    for finger in station.fingers:
+        if not finger.finger.pressures:
+            continue
+        pressure = recording[f"{finger.name}.pressure"].values[:until].reshape(until, -1)
+        gains = finger.finger.pressure_gains
+        growth = [state @ finger.position_selector(way).T @ gains[way].T for way in finger.finger.driven_ways]
+        energy += pump_energy(pressure, np.sum(growth, axis=0))
+    return energy

@@ -1,0 +1,394 @@
+"""A standard shake test: how much load, in any direction, takes an object out of a grasp.
+
+The scenario runs until the object is held: to its end or, with a task, to the end of the first phase that holds it.
+Then everything but the gripper is taken away from the object, which hangs in the grasp for REST. From this state on, a
+force at its centre of mass, or a torque, grows from zero along one axis until the object is lost: it has slid along the
+fingers by `slid`, turned in them by `turned`, or is touched by none. Six forces and six torques, along both
+signs of the axes of B of the first finger, each from the same state, make up the grasp strength.
+
+The strength is the largest load that the contacts resist, as a mean over SMOOTH, in addition to the weight. It
+leaves out what accelerates the object once it slides, and so hardly depends on how fast the load grows.
+"""
+
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from pydrake.common.value import Value
+from pydrake.geometry import CollisionFilterDeclaration, GeometryId, GeometrySet, Role
+from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ContactResults, ExternallyAppliedSpatialForce
+from pydrake.multibody.tree import RigidBody
+from pydrake.systems.analysis import ApplySimulatorConfig, InitializeParams, Simulator
+from pydrake.systems.framework import Context
+
+from soft_gripper.arrays import Array
+from soft_gripper.cached import kept
+from soft_gripper.diagrams.scene import first_body
+from soft_gripper.diagrams.simulation import advance, kept_station, run_to_end, solver_config
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError
+from soft_gripper.pictures.style import STYLE
+from soft_gripper.runs.scores.slip import Grip, grip_at, slid
+from soft_gripper.runs.study import run_study
+from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
+from soft_gripper.scenario.schema import Scenario
+from soft_gripper.truth.contact import TOUCH, patches
+
+REST = 1.0  # s, in which an object hangs in the grasp before it is loaded
+PERIOD = 0.01  # s, in which the load is constant
+SMOOTH = 5  # periods over which the resisted load is averaged
+MOST = 10.0  # times the sum of the normal forces, to which a force grows; a torque likewise, with their mean lever
+LEAST_LEVER = 5e-3  # m
+AXES = ("x", "y", "z")
+SLID, TURNED, LET_GO, NOT_LOST, NOT_HELD = "slid", "turned", "let go", "not lost", "not held"
+_TEXT = Path("scenario.yaml")  # name for the text of a scenario in messages
+
+
+@dataclass(frozen=True)
+class Shake:
+    """How an object is loaded, and when it counts as lost."""
+
+    slid: float = 5e-3  # m along the fingers
+    turned: float = math.radians(20)  # relative to the links that touch it
+    seconds: float = 2.0  # in which a force grows to the sum of the normal forces
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0 < value < math.inf:
+                raise InputError("grasp strength", name, value, "give a number above 0")
+
+
+@dataclass(frozen=True)
+class StrengthRow:
+    """The strength of a grasp in one direction.
+
+    load: "force" or "torque"; a force acts at the centre of mass.
+    direction: along or about an axis of B of the first finger as it stands: x is the way in which it closes, z points
+        along it to its tip.
+    strength: largest load that is resisted, N or mN m.
+    ended: "slid", "turned" or "let go"; "not lost" if the load ended before, "not held" if there was no grasp.
+    stiffness: half of the strength over the motion of the object under it, N/mm or mN m/degree.
+    moved_mm, turned_deg: motion of the object relative to the palm under the largest load.
+    """
+
+    load: str
+    direction: str
+    strength: float
+    unit: str
+    ended: str
+    stiffness: float
+    moved_mm: float
+    turned_deg: float
+
+
+class Load(NamedTuple):
+    """One of twelve directions."""
+
+    is_torque: bool
+    axis: int
+    sign: int
+
+    @property
+    def name(self) -> str:
+        return f"{'+-'[self.sign < 0]}{AXES[self.axis]}"
+
+
+LOADS = tuple(Load(is_torque, axis, sign) for is_torque in (False, True) for axis in range(3) for sign in (1, -1))
+
+
+def grasp_strength(
+    scenario: Scenario,
+    executor: Executor,
+    held: str | None = None,
+    shake: Shake | None = None,
+    report: Callable[[], Any] = lambda: None,
+) -> list[StrengthRow]:
+    """The strength of a grasp in twelve directions.
+
+    Args:
+        scenario: that grasps an object.
+        executor: makes the loads, one a call.
+        held: name of the object; None: that of the task, or the first free model.
+        shake: limits and speed.
+        report: called after each load.
+
+    Raises:
+        InputError: if there is no such object.
+        SimulationDivergedError: if a simulation diverges.
+    """
+    held = held_object(scenario, held)
+    text = dump_scenario(until_held(scenario))
+    rows: dict[int, StrengthRow] = {}
+    jobs = {number: (text, held, number, shake or Shake()) for number in range(len(LOADS))}
+    run_study(executor, _strength, jobs, rows.__setitem__, ended=lambda _: report())
+    return [rows[number] for number in sorted(rows)]
+
+
+def held_object(scenario: Scenario, name: str | None) -> str:
+    """The model whose grasp is tested.
+
+    Raises:
+        InputError: if there is none.
+    """
+    free = [model.name for model in scenario.models if model.free]
+    if name is None and not free:
+        raise InputError("grasp strength", "models", None, "has no free model to grasp; name another one by --object")
+    if name is not None and name not in (names := [model.name for model in scenario.models]):
+        raise InputError("grasp strength", "--object", name, f"no such model; known: {', '.join(names)}")
+    task = scenario.task
+    return name or (task.object if task is not None and task.object in free else None) or free[0]
+
+
+def until_held(scenario: Scenario) -> Scenario:
+    """The scenario up to the end of the first phase of its task that holds an object; without one, all of it."""
+    if scenario.task is None:
+        return scenario
+    holding = [number for number, phase in enumerate(scenario.task.phases) if phase.holds]
+    phases = scenario.task.phases[: holding[0] + 1] if holding else scenario.task.phases
+    return replace(scenario, task=replace(scenario.task, phases=phases))
+
+
+def _strength(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
+    """The strength in one direction; runs in a worker, which keeps the state from which all directions start."""
+    settled = kept(_kept, (text, held), lambda: Settled.of(parse_scenario(_TEXT, text), held), 1)
+    return settled.loaded(LOADS[number], shake)
+
+
+_kept: "OrderedDict[tuple[str, str], Settled]" = OrderedDict()
+
+
+class Sample(NamedTuple):
+    """The object under a load."""
+
+    load: float  # N or N m
+    resisted: float  # N or N m, by the contacts
+    moved: float  # m, in the palm
+    turned: float  # rad, in the palm
+    lost: str  # empty: it is held
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """An object that hangs in a grasp, from which every load starts."""
+
+    station: Station
+    body: RigidBody
+    context: Context
+
+    @classmethod
+    def of(cls, scenario: Scenario, held: str) -> "Settled":
+        """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
+        station = kept_station(scenario)
+        if held in station.parts.soft:
+            raise InputError("grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole")
+        body = first_body(station.plant, held)
+        context = run_to_end(station).get_context().Clone()
+        _take_supports_away(station, body, context)
+        simulator = _resumed(station, context)
+        advance(simulator, station, context.get_time() + REST)
+        return cls(station, body, context.Clone())
+
+    def loaded(self, load: Load, shake: Shake) -> StrengthRow:
+        """The strength in one direction."""
+        grasp = _HeldBody(self.station, self.body, self.context.Clone(), load, shake)
+        unit = "mN m" if load.is_torque else "N"
+        kind = "torque" if load.is_torque else "force"
+        if not grasp.grips:
+            return StrengthRow(kind, load.name, 0.0, unit, NOT_HELD, *[np.nan] * 3)
+        samples = list(grasp.ramp())
+        return _row(kind, load.name, unit, samples)
+
+
+def _row(kind: str, direction: str, unit: str, samples: Sequence[Sample]) -> StrengthRow:
+    """The strength from all samples of a load."""
+    resisted = smoothed(np.array([sample.resisted for sample in samples]))
+    moved, turned = (np.array([getattr(sample, name) for sample in samples]) for name in ("moved", "turned"))
+    strongest = int(np.argmax(resisted))
+    half = int(np.argmax(resisted >= resisted[strongest] / 2))
+    scale, motion = (1e3, np.degrees(turned)) if kind == "torque" else (1.0, 1e3 * moved)
+    strength = scale * float(resisted[strongest])
+    stiffness = scale * float(resisted[half]) / float(motion[half]) if motion[half] > 0 else np.inf
+    at_most = 1e3 * float(moved[strongest]), float(np.degrees(turned[strongest]))
+    return StrengthRow(kind, direction, strength, unit, samples[-1].lost or NOT_LOST, stiffness, *at_most)
+
+
+def smoothed(values: Array) -> Array:
+    """Means over the last SMOOTH values, (K,); fewer at the beginning."""
+    sums = np.cumsum(np.concatenate([np.zeros(1), values]))
+    begins = np.maximum(np.arange(1, len(sums)) - SMOOTH, 0)
+    means: Array = (sums[1:] - sums[begins]) / (np.arange(1, len(sums)) - begins)
+    return means
+
+
+class _HeldBody:
+    """An object in a grasp, with a load that grows."""
+
+    def __init__(self, station: Station, body: RigidBody, context: Context, load: Load, shake: Shake):
+        self._station, self._body, self._load, self._shake = station, body, load, shake
+        self._plant, self._simulator = station.plant, _resumed(station, context)
+        self._context = station.plant.GetMyMutableContextFromRoot(context)
+        self._fingers = {
+            geometry.get_value(): finger
+            for finger in station.fingers
+            for link in finger.links
+            for geometry in station.plant.GetCollisionGeometriesForBody(link)
+        }
+        self._own = {geometry.get_value() for geometry in station.plant.GetCollisionGeometriesForBody(body)}
+        self._base = station.fingers[0].base
+        self._axis = self._base.EvalPoseInWorld(self._context).rotation().col(load.axis) * load.sign
+        self._wrench, centers = self._contact()
+        self._normal = sum(force for _, force in centers.values())
+        p_WC = [center for center, _ in centers.values()]
+        X_WO = body.EvalPoseInWorld(self._context)
+        self.grips: list[Grip] = [
+            grip_at(self._context, finger, X_WO, center) for finger, (center, _) in centers.items()
+        ]
+        self._poses = [self._pose_in(grip.link) for grip in self.grips]
+        self._begin = self._pose_in(self._base)
+        arms = [float(np.linalg.norm(center - self._center())) for center in p_WC]
+        self._lever = max(float(np.mean(arms)), LEAST_LEVER) if arms else LEAST_LEVER
+
+    def ramp(self) -> Iterator[Sample]:
+        """Samples under a growing load, until the object is lost or the load has reached its limit."""
+        begin = self._simulator.get_context().get_time()
+        scale = self._normal * (self._lever if self._load.is_torque else 1.0)
+        for count in range(1, round(MOST * self._shake.seconds / PERIOD) + 1):
+            load = scale * count * PERIOD / self._shake.seconds
+            self._apply(load)
+            advance(self._simulator, self._station, begin + count * PERIOD)
+            sample = self._sample(load)
+            yield sample
+            if sample.lost:
+                return
+
+    def _apply(self, load: float) -> None:
+        force = ExternallyAppliedSpatialForce()
+        force.body_index = self._body.index()
+        force.p_BoBq_B = self._body.default_com()
+        vector, nothing = load * self._axis, np.zeros(3)
+        force.F_Bq_W = SpatialForce(*((vector, nothing) if self._load.is_torque else (nothing, vector)))
+        self._plant.get_applied_spatial_force_input_port().FixValue(self._context, Value([force]))
+
+    def _sample(self, load: float) -> Sample:
+        wrench, centers = self._contact()
+        resisted = -float((wrench - self._wrench)[0 if self._load.is_torque else 1] @ self._axis)
+        X_PO = self._pose_in(self._base)
+        moved = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
+        return Sample(load, resisted, moved, _angle(self._begin, X_PO), self._lost(centers))
+
+    def _lost(self, centers: dict[Any, tuple[Array, float]]) -> str:
+        if sum(force for _, force in centers.values()) < TOUCH:
+            return LET_GO
+        X_WO = self._body.EvalPoseInWorld(self._context)
+        if np.mean([slid(self._context, grip, X_WO) for grip in self.grips]) > self._shake.slid:
+            return SLID
+        turns = [_angle(X, self._pose_in(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
+        return TURNED if min(turns) > self._shake.turned else ""
+
+    def _contact(self) -> tuple[Array, dict[Any, tuple[Array, float]]]:
+        """Torque about the centre of mass and force of all contacts on the object, (2, 3) N m and N in the world.
+
+        And, of every finger that touches it, the centre of pressure, (3,) m, and the normal force, N.
+        """
+        results: ContactResults = self._plant.get_contact_results_output_port().Eval(self._context)
+        center, wrench = self._center(), np.zeros((2, 3))
+        of_fingers: dict[Any, list[tuple[Array, float]]] = {}
+        for patch in patches(results, self._own):
+            sign = 1.0 if patch.geometries[0] in self._own else -1.0
+            other = patch.geometries[1 if sign > 0 else 0]
+            lever = patch.place - center
+            wrench += sign * np.array([patch.torque + np.cross(lever, patch.force), patch.force])
+            if other in self._fingers:
+                normal = patch.normal / np.linalg.norm(patch.normal)
+                pressed = abs(float(patch.force @ normal))
+                of_fingers.setdefault(self._fingers[other], []).append((patch.place, pressed))
+        return wrench, {finger: _mean_center(found) for finger, found in of_fingers.items()}
+
+    def _center(self) -> Array:
+        p_W: Array = self._body.EvalPoseInWorld(self._context) @ self._body.default_com()
+        return p_W
+
+    def _pose_in(self, body: RigidBody) -> RigidTransform:
+        return self._body.body_frame().CalcPose(self._context, body.body_frame())
+
+
+def _mean_center(found: Sequence[tuple[Array, float]]) -> tuple[Array, float]:
+    """Centre of pressure and sum of the normal forces of several patches."""
+    total = sum(force for _, force in found)
+    weights = [force / total if total > 0 else 1 / len(found) for _, force in found]
+    return np.sum([weight * place for weight, (place, _) in zip(weights, found, strict=True)], axis=0), total
+
+
+def _angle(one: RigidTransform, other: RigidTransform) -> float:
+    """Angle of the rotation between two poses, rad."""
+    return abs(float((one.rotation().inverse() @ other.rotation()).ToAngleAxis().angle()))
+
+
+def _resumed(station: Station, context: Context) -> Simulator:
+    """A simulator that goes on from a context, without the events of a beginning."""
+    simulator = Simulator(station.diagram, context)
+    ApplySimulatorConfig(solver_config(station.scenario), simulator)
+    simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+    return simulator
+
+
+def _take_supports_away(station: Station, body: RigidBody, context: Context) -> None:
+    """Lets an object pass through everything but the fingers and what they are welded to, in one context."""
+    plant, scene_graph = station.plant, station.parts.scene_graph
+    gripper = {link.index() for finger in station.fingers for link in finger.links}
+    for finger in station.fingers:
+        if not finger.is_anchored:  # otherwise the table is welded to them too
+            gripper |= {welded.index() for welded in plant.GetBodiesWeldedTo(finger.base)}
+    own = set(plant.GetCollisionGeometriesForBody(body))
+    others: list[GeometryId] = []
+    inspector = scene_graph.model_inspector()
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        of = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+        if geometry not in own and of.index() not in gripper:
+            others.append(geometry)
+    manager = scene_graph.collision_filter_manager(scene_graph.GetMyMutableContextFromRoot(context))
+    manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(own)), GeometrySet(others)))
+
+
+def strength_figure(rows: Sequence[StrengthRow], title: str) -> Figure:
+    """Plots the strength in every direction: forces and torques, a bar for either sign of each axis."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.6, 3.2), layout="constrained")
+        figure.suptitle(title, x=0.01, ha="left")
+        for axes, kind in zip(figure.subplots(1, 2), ("force", "torque"), strict=True):
+            _draw(axes, [row for row in rows if row.load == kind], kind)
+    return figure
+
+
+def _draw(axes: Axes, rows: Sequence[StrengthRow], kind: str) -> None:
+    for row in rows:
+        sign, place = (1 if row.direction[0] == "+" else -1), AXES.index(row.direction[1])
+        color = "#2166ac" if row.ended != NOT_LOST else "#9ecae1"
+        axes.barh(place, sign * row.strength, color=color, height=0.6)
+        text = f"{row.strength:.3g}" if row.ended != NOT_LOST else f"> {row.strength:.3g}"
+        axes.annotate(
+            text,
+            (sign * row.strength, place),
+            (4 * sign, 0),
+            textcoords="offset points",
+            ha="left" if sign > 0 else "right",
+            va="center",
+            fontsize=8,
+        )
+    verb = "along" if kind == "force" else "about"
+    axes.axvline(0, color="0.3", lw=0.8)
+    names = [f"{verb} x (closing)", f"{verb} y (sideways)", f"{verb} z (finger)"]
+    axes.set(yticks=range(3), yticklabels=names, xlabel=f"{kind} [{rows[0].unit}]")
+    axes.invert_yaxis()
+    axes.margins(x=0.22)
+    axes.grid(axis="x", alpha=0.3)

@@ -1,0 +1,102 @@
+"""soft-gripper live --page in a browser: a user zeroes, records and stops a session; a twin stands in for hardware."""
+
+import json
+import re
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import open_url
+from command_line import soft_gripper
+from served_page import LONG, Served
+
+from soft_gripper.diagrams.recording import Recording
+
+pytestmark = pytest.mark.slow
+
+# Without a graphics card the scene takes a core, and more the larger it is.
+SMALL_SCENE = 'document.getElementById("scene").style.cssText = "width: 32px; height: 24px; flex: none"'
+IN_SCENE = """const root = document.getElementById("scene").contentWindow.viewer?.scene_tree;
+return Object.keys(root?.find(arguments[0]).children ?? {}).length > 0;"""
+
+
+def wait_until(holds: Callable[[], object]) -> None:
+    deadline = time.monotonic() + LONG
+    while not holds():
+        assert time.monotonic() < deadline, "it takes too long"
+        time.sleep(0.1)
+
+
+@pytest.fixture
+def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
+    monkeypatch.chdir(tmp_path)
+    changes = ("--set", "estimator.type=gaussian", "--set", "sensor.sections=2")
+    found = Served("live", "tip_distance_steps", *changes, "--page")
+    yield found
+    if found.process.poll() is None:
+        found.process.kill()
+        found.process.wait()
+
+
+def test_a_user_zeroes_records_and_stops(served: Served, tmp_path: Path) -> None:
+    driver: Any = open_url(served.url, tmp_path / "profile", "900,700")
+    try:
+        driver.set_script_timeout(LONG)
+        wait_until(lambda: "mm" in text(driver, "tables"))
+        driver.execute_script(SMALL_SCENE)
+        assert driver.title == "tip_distance_steps - soft-gripper live"
+        for path in (["drake", "visualizer"], ["drake", "estimate", "band"], ["twin"]):
+            wait_until(lambda path=path: driver.execute_script(IN_SCENE, path))
+        assert re.search(r"reading to result [\d.]+ ms", text(driver, "pace"))
+        assert "left_finger" in text(driver, "tables")
+        assert re.search(r"used\s+\d+\s+lost\s+0", text(driver, "tables"))
+
+        driver.find_element("id", "zero").click()
+        wait_until(lambda: text(driver, "note").startswith("zeroed:"))
+        driver.find_element("tag name", "body").send_keys("c")
+        wait_until(lambda: "recording" in text(driver, "mode"))
+        time.sleep(1)
+        driver.find_element("id", "record").click()
+        folder = Path("results/live/tip_distance_steps/1")
+        wait_until(lambda: text(driver, "note") == f"written: {folder}")
+        recording = Recording.load(folder / "recording.nc")
+        assert recording["time"][0] == 0
+        assert recording["time"][-1] > 0.1  # of one second, on a machine however busy
+        assert recording["left_finger.position_std"].attrs["units"] == "m"
+
+        assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
+        driver.find_element("id", "stop").click()
+        code, said = served.end()
+        assert code == 0
+        assert f"Recordings: {folder}" in said
+        assert re.search(r"Readings: \d+ used", said)
+        wait_until(lambda: text(driver, "mode") == "ended")
+    finally:
+        driver.quit()
+
+
+def text(driver: Any, name: str) -> str:
+    found: str = driver.find_element("id", name).text
+    return found
+
+
+def test_the_page_needs_its_token_and_takes_known_buttons_alone(served: Served) -> None:
+    with served.open() as page:
+        for junk in ({"button": "pause"}, {"button": "reset"}, {"slider": "opening [mm]", "value": 1.0}, "x"):
+            page.send(json.dumps(junk))
+        page.send(json.dumps({"button": "stop"}))
+        code, said = served.end()
+    assert code == 0
+    assert "Rejected 4 messages" in said
+    assert "Recordings: none." in said
+
+
+@pytest.mark.parametrize(
+    ("options", "said"), [(["--twin"], "--bench and --page"), (["--page", "--mcap", "a.mcap"], "--mcap")]
+)
+def test_options_that_do_not_fit(options: list[str], said: str) -> None:
+    found = soft_gripper("live", "tip_distance_steps", *options)
+    assert found.code == 2
+    assert said in found.err

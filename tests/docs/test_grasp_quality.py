@@ -1,0 +1,50 @@
+"""Numbers of docs/grasp_quality.md and docs/export.md are those that a run gives, to the last digit."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from soft_gripper.runs.strength import LOADS, Settled, Shake
+from soft_gripper.runs.sweep.run import run_and_measure
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.truth.contact import combined_friction
+
+PAGE = (Path(__file__).parents[2] / "docs" / "grasp_quality.md").read_text(encoding="utf-8")
+LENGTH, MODULUS = "models.gripper.fingers.all.length", "models.gripper.fingers.all.youngs_modulus"
+
+WEIGHT = 0.06 * 9.81  # N, carried by two fingers
+FRICTION = combined_friction(0.8, 0.9)  # of the bottle and the fingers
+
+
+def printed(pattern: str) -> list[str]:
+    """The numbers of a line of the page."""
+    match = re.search(pattern, PAGE)
+    assert match is not None
+    return list(match.groups())
+
+
+@pytest.mark.slow
+def test_the_corners_of_the_sweep():
+    """Least and most force; what lies between is in the figure."""
+    first = printed(r"\| 100 \| (.*) N, (.*) % \|.*\|.*\|")
+    last = printed(r"\| 140 \|.*\|.*\| (.*) N, (.*) % \|")
+    for length, modulus, numbers in ((0.10, "-30 %", first), (0.14, "+30 %", last)):
+        found = run_and_measure("bottle_grasp", {LENGTH: length, MODULUS: modulus})
+        assert found["grasp"] == "held"
+        assert f"{found['normal_force_n']:.2f}" == numbers[0]
+        assert f"{100 * found['slip_ratio']:.0f}" == numbers[1]
+        assert f"takes {found['least_force_n']:.2f} N per finger" in PAGE
+        assert found["friction_force_n"] == pytest.approx(WEIGHT / 2, rel=1e-3)
+        assert found["least_force_n"] == pytest.approx(WEIGHT / 2 / FRICTION, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_row_of_each_kind_of_load():
+    settled = Settled.of(load_scenario("bottle_grasp"), "bottle")
+    (force,) = printed(r"force along \+z, out of the grasp \| (.*) N \| slid")
+    (torque,) = printed(r"torque about x, both ways \| (.*) mN m \| turned")
+    found = {(load.is_torque, load.name): load for load in LOADS}
+    pull, turn = (settled.loaded(found[key], Shake()) for key in ((False, "+z"), (True, "+x")))
+    assert (f"{pull.strength:.2f}", pull.ended) == (force, "slid")
+    assert (f"{turn.strength:.1f}", turn.ended) == (torque, "turned")

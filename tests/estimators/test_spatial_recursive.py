@@ -1,0 +1,224 @@
+"""The recursive filter in space: that of the plane, dense conditioning, and Drake's contacts with realistic sensors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.estimators.mechanics import SpatialMechanics
+from soft_gripper.estimators.recursive import RecursiveShape
+from soft_gripper.estimators.spatial_estimator import Places
+from soft_gripper.estimators.spatial_gaussian import SpatialGaussianShape
+from soft_gripper.estimators.spatial_recursive import SpatialRecursiveShape
+from soft_gripper.estimators.uncertainty import Uncertainty
+from soft_gripper.fingers.spatial_chain import Loads, resting_positions, spatial_chain, torques, weights
+from soft_gripper.fingers.statics import resting_angles
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import SensorConfig
+from soft_gripper.scenario.sensor_presets import sensor_layout
+from soft_gripper.sensors.path_sensors import PathSensors, SensorPath
+
+WAYS = ("bending", "sideways", "twist")
+GRAVITY = np.array([0.0, 0.0, 9.81])  # a finger that hangs points its +z down
+NOISE = 2e-3
+UNCERTAIN = Uncertainty(reading=NOISE, bend_per_pressure=0.05, pressure=500.0, gain=0.01, offset=1e-3, drift=3e-4)
+
+
+@pytest.fixture
+def spatial(shipped_finger):
+    return replace(shipped_finger, yields=WAYS)
+
+
+def sensors(finger, name="four_faces_and_diagonal"):
+    return sensor_layout(finger, SensorConfig(layout=name, sections=2))
+
+
+def swinging(count):
+    """Pressures of a motion from straight to far bent and back, (count,) Pa."""
+    return 60e3 * (1 - np.cos(2 * np.pi * np.arange(count) / 200))
+
+
+def test_a_finger_that_stays_in_its_plane_is_estimated_as_by_the_filter_of_the_plane(shipped_finger):
+    """Equal while it is free. A load is nearly: here it acts across the bent finger, there across the straight one."""
+    paths = (SensorPath("outer", (-8.5e-3,), (0.0,)), SensorPath("inner", (8e-3,), (0.0,)))
+    layout, pressure = PathSensors(shipped_finger, 2, paths=paths), swinging(160)
+    q, driving = resting_angles(shipped_finger, pressure, 9.81 + 0j), shipped_finger.pressure_torque(pressure)
+    q[120:] -= 0.02 * np.linspace(1, 0, 12) * np.minimum(1, np.arange(40) / 10)[:, None]
+    readings = layout.read(1.03 * q) + NOISE * np.random.default_rng(1).standard_normal((160, layout.readings))
+    shapes = RecursiveShape(layout, UNCERTAIN), SpatialRecursiveShape(layout, UNCERTAIN)
+    known = [shape.begin() for shape in shapes]
+    for sample in zip(readings[:120], driving[:120], strict=True):
+        known = [shape.step(k, *sample, g) for shape, k, g in zip(shapes, known, (9.81 + 0j, GRAVITY), strict=True)]
+    plane, space = known
+    assert not plane.loaded
+    assert not space.loaded
+    np.testing.assert_allclose(space.q, plane.q, atol=1e-8)
+    np.testing.assert_allclose(space.mean[5:], plane.mean[5:], atol=1e-6 * UNCERTAIN.pressure)
+    for sample in zip(readings[120:], driving[120:], strict=True):
+        known = [shape.step(k, *sample, g) for shape, k, g in zip(shapes, known, (9.81 + 0j, GRAVITY), strict=True)]
+    plane, space = known
+    assert plane.loaded
+    assert space.loaded
+    np.testing.assert_allclose(space.q, plane.q, atol=0.01 * np.abs(plane.q).max())
+    planar, found = (shape.estimate(k, driving[-1]).contact for shape, k in zip(shapes, known, strict=True))
+    assert found.across.force == pytest.approx(planar.force, rel=0.03)
+    assert found.across.arc_length == pytest.approx(planar.arc_length, abs=2e-3)
+
+
+def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(spatial, bent):
+    """By dead loads at all places, one after the other."""
+    mechanics, q = SpatialMechanics(sensors(spatial), UNCERTAIN), 0.1 * bent(36)
+    at, chain, points = mechanics.posture(q), mechanics.chain, mechanics._points
+    patterns = mechanics._strongest[1].reshape(3, -1, 10)  # forces along x, y and z of the links
+    count = patterns.shape[1]
+    frames, places = points.frames[:count], np.zeros((count, 3))
+    places[:] = points.places[:count, :3, 0]
+    for mode in range(10):
+        forces = (at.chain.rotations[frames] @ patterns[:, :, mode].T[..., None])[..., 0]
+        expected = torques(at.chain, Loads(frames, places, forces, np.zeros_like(forces)))[mechanics.from_chain]
+        np.testing.assert_allclose(mechanics.load_modes(at)[:, mode], expected, atol=1e-12)
+    straight = mechanics.load_modes(mechanics.posture(np.zeros(36)))
+    assert np.abs(straight[24:]).max() < 1e-12, "nothing twists a straight finger"
+    np.testing.assert_allclose(straight.T @ straight, np.eye(10), atol=1e-9)
+    assert chain.ways[:3] == ("bending", "sideways", "twist")
+
+
+def test_a_load_is_estimated_as_by_dense_conditioning_of_all_states(spatial):
+    """By differences of the readings: a later sample of a load, about the finger under that of the sample before."""
+    layout, driving = sensors(spatial), np.append(spatial.pressure_torque(60e3), np.zeros(24))
+    shape, R = SpatialRecursiveShape(layout, UNCERTAIN), layout.readings
+    mechanics, true = shape.mechanics, pushed(spatial, 60e3, (0, 0.4, 0))
+    known = shape.begin()
+    for _ in range(8):
+        known = shape.step(known, layout.read(true), driving, GRAVITY)
+    assert known.loaded
+    found = shape.step(known, layout.read(true), driving, GRAVITY)
+    at = mechanics.posture(known.q)
+    weight, modes = mechanics.weight(at, GRAVITY), mechanics.load_modes(at)
+
+    def readings(state):
+        z, (share, pressure), gains, offsets = np.split(state, [10, 12, 12 + R])
+        torque = driving * (1 + share) + pressure * mechanics.pressure_gain + weight + modes @ z
+        return (1 + gains) * layout.predict(mechanics.free(torque)) + offsets
+
+    steps = np.concatenate([np.full(10, 1e-5), [1e-4, 1.0], np.full(2 * R, 1e-4)])
+    H = np.array([(readings(known.mean + step) - readings(known.mean - step)) for step in np.diag(steps)]).T / (
+        2 * steps
+    )
+    before = known.covariance + np.diag(shape._walks)
+    spread = H @ before @ H.T + NOISE**2 * np.eye(R)
+    left = layout.measured(layout.read(true)) - readings(known.mean)
+    assert left @ np.linalg.solve(spread, left) < 1, "no jump"
+    gain = before @ H.T @ np.linalg.inv(spread)
+    gain[10:] = 0  # what is slow is kept
+    expected = known.mean + gain @ left
+    np.testing.assert_allclose(found.mean, expected, atol=1e-6 * np.abs(expected).max())
+    keep = np.eye(len(steps)) - gain @ H
+    covariance = keep @ before @ keep.T + NOISE**2 * gain @ gain.T
+    np.testing.assert_allclose(found.covariance[:10, :10], covariance[:10, :10], atol=1e-5 * covariance[:10, :10].max())
+
+
+def pushed(finger, pressures, forces):
+    """Joint positions way after way, (..., 36), of a hanging finger under forces at its tip, (..., 3) N."""
+    chain = spatial_chain(finger)
+    own, forces = weights(finger, chain, GRAVITY), np.asarray(forces, dtype=float)
+    own_forces = np.broadcast_to(own.forces, (*forces.shape[:-1], *own.forces.shape))
+    all_forces = np.concatenate([own_forces, forces[..., None, :]], axis=-2)
+    points = np.concatenate([own.points, [[0, 0, finger.segment_length / 2]]])
+    loads = Loads(np.append(own.frames, len(chain.ways)), points, all_forces, np.zeros_like(all_forces))
+    driving = chain.spread({"bending": finger.pressure_torque(np.asarray(pressures))})
+    q = resting_positions(chain, chain.spread(finger.stiffnesses), driving, loads)
+    return q[..., np.argsort(chain.places(WAYS))]
+
+
+def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_a_sideways_force(spatial):
+    """By 5 %, with noise, gains and offsets: its tip is nearer than by one sample alone, by a third or so."""
+    rng, count = np.random.default_rng(3), 700
+    soft = spatial.with_sections(lambda section: replace(section, youngs_modulus=section.youngs_modulus / 1.05))
+    layout, pressure = sensors(spatial), np.append(swinging(600), np.full(100, 60e3))
+    forces = np.zeros((count, 3))
+    forces[600:, 1] = 0.3 * np.minimum(1, np.arange(100) / 20)
+    pressure[580:600] = 60e3 * np.arange(20) / 20
+    true = pushed(soft, pressure, forces)
+    gains, offsets = 1 + 0.01 * rng.standard_normal(layout.readings), 1e-3 * rng.standard_normal(layout.readings)
+    readings = gains * layout.read(true) + offsets + NOISE * rng.standard_normal((count, layout.readings))
+    driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((count, 24))], axis=-1)
+    shape = SpatialRecursiveShape(layout, UNCERTAIN)
+    rows, tip = np.append(np.arange(300, 580, 14), np.arange(640, 700, 2)), Places(spatial, WAYS)
+    found, late = shape.at(rows, readings, driving, GRAVITY), slice(20, None)
+    alone = SpatialGaussianShape(layout, UNCERTAIN)(readings[rows], driving[rows], GRAVITY)
+    errors = [np.linalg.norm((tip(q[late])[0] - tip(true[rows[late]])[0])[:, -1], axis=-1) for q in (found.q, alone.q)]
+    assert errors[0].mean() < 0.7 * errors[1].mean()
+    force, std = found.contact.force[late, 1], found.contact.force_std[late, 1]
+    assert np.mean(np.abs(force - 0.3) < 2 * std) > 0.9
+    assert np.median(force) == pytest.approx(0.3, rel=0.15)
+    assert not np.any(found.contact.force[:20]), "free"
+
+
+def test_samples_side_by_side_are_as_one_by_one(spatial):
+    layout, pressure = sensors(spatial), np.linspace(0, 60e3, 12)
+    true = pushed(spatial, pressure, np.linspace([0, 0, 0], [0, 0.3, 0], 12))
+    noise = NOISE * np.random.default_rng(2).standard_normal((12, 2, layout.readings))
+    driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((12, 24))], axis=-1)
+    shape, readings = SpatialRecursiveShape(layout, UNCERTAIN), layout.read(true)[:, None] + noise
+    together = shape(readings, np.repeat(driving[:, None], 2, axis=1), GRAVITY)
+    for i in range(2):
+        alone = shape(readings[:, i], driving, GRAVITY)
+        np.testing.assert_allclose(together.q[:, i], alone.q, atol=1e-12)
+        np.testing.assert_allclose(together.contact.force[:, i], alone.contact.force, atol=1e-9)
+
+
+@pytest.mark.parametrize("lost", ["outer", "left", "rising"])
+def test_nothing_is_learnt_while_the_bend_of_a_section_is_hardly_read_in_either_plane(spatial, lost):
+    layout = sensors(spatial)
+    shape, read = SpatialRecursiveShape(layout, UNCERTAIN), np.ones(layout.readings, dtype=bool)
+    read[2 * layout.path_names.index(lost)] = False
+    assert not shape._is_blind(np.ones(layout.readings, dtype=bool))
+    assert shape._is_blind(read) == (lost == "outer"), "the other side and the diagonal read as much"
+    read[2 * layout.path_names.index("right")] = False
+    assert shape._is_blind(read) == (lost != "rising")
+
+
+CHAMBERS = [
+    *("sensor.sections=2", "sensor.layout=four_faces_and_diagonal", "estimator.type=recursive"),
+    "pressure.steps={finger::inner: [0.0], finger::left: [40000.0], finger::right: [0.0]}",
+    *("pressure.settle=0.29", "pressure.hold_samples=1"),
+]
+
+
+def test_block_remembers_as_the_function_does():
+    """Of a finger that is driven all ways and stretches, in a run and in its recording."""
+    live, recorded = (simulate(load_scenario("three_chambers", [*CHAMBERS, f"record.live={flag}"])).data
+                      for flag in ("true", "false"))  # fmt: skip
+    names = "estimated_tip_position", "contact_force_vector", "contact_probability", "loaded", "innovation"
+    for name in (*names, "effective_driving_torque"):
+        np.testing.assert_allclose(live[f"finger.{name}"], recorded[f"finger.{name}"], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(
+        *(recorded.isel(time=-1)[f"finger.{kind}_tip_position"] for kind in ("estimated", "true")), atol=1e-3
+    )
+
+
+@pytest.mark.slow
+def test_bands_and_bounds_hold_in_a_turned_box_grasp_with_realistic_sensors():
+    """Of tips in time, and of forces above 0.05 N; the tip is nearer than by `contact`, which sees one sample."""
+    sides, given = ("left_finger", "right_finger"), ["sensor.layout=four_faces_and_diagonal", "sensor.sections=2"]
+    given += ["sensor.errors.preset=realistic", "sensor.seed=3"]
+    data, other = (simulate(load_scenario("turned_box_grasp", [*given, f"estimator.type={kind}"])).data
+                   for kind in ("recursive", "contact"))  # fmt: skip
+    for name in sides:
+        true, found = (data[f"{name}.{kind}_tip_position"].values for kind in ("true", "estimated"))
+        covered = np.mean(np.abs(found - true) < 2 * data[f"{name}.tip_position_std"].values, axis=0)
+        errors = [1e3 * float(each[f"{name}.fingertip_error"].mean()) for each in (data, other)]
+        force, vectors = (data[f"{name}.{kind}"].values for kind in ("true_contact_force", "true_contact_force_world"))
+        force, touched = np.abs(force.ravel()), np.linalg.norm(vectors, axis=-1) > 0.05
+        least, most = data[f"{name}.contact_force_set"].values.T
+        detected = data[f"{name}.contact_probability"].values.ravel() > 0.95
+        print(f"{name}: tip {errors[0]:.2f} mm, {errors[1]:.2f} by contact, covered {covered.round(3)}")
+        assert (covered > 0.88).all()
+        assert errors[0] < 0.6 * errors[1]
+        assert np.mean((least <= force)[touched] & (force <= most)[touched]) > 0.95
+        assert np.mean(force <= data[f"{name}.contact_force_bounds"].values[:, 0]) > 0.98
+        assert np.mean(detected[touched]) > 0.98
+        assert np.mean(detected[force == 0]) < 0.04
+        assert np.mean(data[f"{name}.innovation"].values > 1) < 0.01

@@ -1,0 +1,191 @@
+"""The node for ROS 2, with a stub in the place of rclpy and of the messages."""
+
+import runpy
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.hardware.live.bench import Bench
+from soft_gripper.scenario.scenario_file import load_scenario
+
+NODE = Path(__file__).parents[2] / "examples" / "ros" / "gripper_node.py"
+BENCH = """source: "ros:"
+format: text
+fields: [t, a0, a1, a2, a3, pa, b0, b1, b2, b3, pb]
+time: t
+pressure_unit: kPa
+stale_after: 10 # s: this machine may be busy
+fingers:
+  left_finger: { readings: [a0, a1, a2, a3], pressures: [pa] }
+  right_finger: { readings: [b0, b1, b2, b3], pressures: [pb] }
+"""
+FIELDS = BENCH.splitlines()[2].partition("[")[2].rstrip("]").split(", ")
+CHANGES = [
+    *("estimator.type=contact", "estimator.uncertainty.reading=1e-4", "sensor.sections=2"),
+    *("control.set_points=[0.06]", "control.hold=0.3"),
+]
+MESSAGES = {
+    "geometry_msgs": ("Point", "Pose", "PoseArray", "Quaternion", "Vector3", "Wrench", "WrenchStamped"),
+    "sensor_msgs": ("JointState",),
+    "std_msgs": ("Float64MultiArray", "Header"),
+}
+
+
+class Message(SimpleNamespace):
+    """A message of any type."""
+
+
+class Ros:
+    """A stub of rclpy: messages of a list arrive one after the other; what is published is kept by topic."""
+
+    def __init__(self, topic, messages):
+        self.published, self._callbacks, self._left = defaultdict(list), {}, list(messages)
+        self._topic = topic
+        self.clock = Message(now=lambda: Message(to_msg=lambda: "now"))
+
+    def module(self):
+        return SimpleNamespace(
+            init=lambda args: None,
+            create_node=lambda name: self,
+            spin_once=self.spin_once,
+            ok=lambda: bool(self._left),
+            try_shutdown=lambda: None,
+        )
+
+    def spin_once(self, node, timeout_sec):
+        self._callbacks[self._topic](self._left.pop(0))
+
+    def create_subscription(self, kind, topic, callback, depth):
+        self._callbacks[topic] = callback
+
+    def create_publisher(self, kind, topic, depth):
+        return SimpleNamespace(publish=self.published[topic].append)
+
+    def get_clock(self):
+        return self.clock
+
+    def destroy_node(self):
+        self._callbacks.clear()
+
+
+@pytest.fixture
+def stubbed(monkeypatch):
+    """The file run where ROS is installed."""
+    for package, names in MESSAGES.items():
+        monkeypatch.setitem(sys.modules, package, ModuleType(package))
+        module = ModuleType(f"{package}.msg")
+        for name in names:
+            setattr(module, name, type(name, (Message,), {}))
+        monkeypatch.setitem(sys.modules, f"{package}.msg", module)
+    monkeypatch.setitem(sys.modules, "rclpy", ModuleType("rclpy"))
+    return runpy.run_path(str(NODE), run_name="gripper_node")
+
+
+@pytest.fixture(scope="module")
+def run():
+    """A scenario, and what its sensors read, sample by sample."""
+    scenario = load_scenario("tip_distance_steps", CHANGES)
+    data = run_station(make_station(scenario)).data
+    rows = [data["time"].values[:, None]]
+    for finger in ("left_finger", "right_finger"):
+        strain, pressure = (data[f"{finger}.{name}"].values for name in ("strain", "sampled_pressure"))
+        rows += [strain.reshape(len(strain), -1), pressure[:, None] / 1e3]
+    return scenario, np.hstack(rows)[1:]
+
+
+def published(stubbed, tmp_path, topic, messages):
+    (tmp_path / "bench.yaml").write_text(BENCH)
+    ros = Ros(topic, messages)
+    stubbed["main"].__globals__["rclpy"] = ros.module()
+    changes = [part for change in CHANGES for part in ("--set", change)]
+    assert stubbed["main"](["tip_distance_steps", "--bench", str(tmp_path / "bench.yaml"), *changes]) == 0
+    return ros.published
+
+
+def named(rows):
+    order = np.argsort(FIELDS[::-1])  # names may come in any order
+    fields = np.array(FIELDS[::-1])[order]
+    for i, row in enumerate(rows):
+        values = row[::-1][order]
+        yield Message(header=Message(stamp=f"stamp {i}"), name=fields.tolist(), position=values.tolist())
+
+
+def test_estimates_are_those_of_the_bench(stubbed, tmp_path, run):
+    scenario, rows = run
+    found = published(stubbed, tmp_path, "~/readings", named(rows))
+    bench = Bench(scenario)
+    for row in rows:
+        values = {"left_finger": row[1:6], "right_finger": row[6:]}
+        bench.step(
+            {f"{name}.strain": value[:4] for name, value in values.items()}
+            | {f"{name}.pressure": 1e3 * value[4:] for name, value in values.items()}
+        )
+    joints = found["~/joint_states"]
+    assert len(joints) == len(rows)
+    assert joints[-1].header.stamp == f"stamp {len(rows) - 1}"
+    q = bench.read(["left_finger.estimated_joint_angles", "right_finger.estimated_joint_angles"])
+    np.testing.assert_allclose(joints[-1].position, np.concatenate(list(q.values())), atol=1e-12)
+    X_WB, pose = bench.read(["left_finger.X_WB", "left_finger.tip_pose"]).values()
+    X_WB = X_WB.reshape(3, 4)
+    *_, tip = found["~/left_finger/shape"][-1].poses
+    expected = X_WB @ [pose[0], 0, pose[1], 1]
+    np.testing.assert_allclose([tip.position.x, tip.position.y, tip.position.z], expected, atol=1e-12)
+    turned = Rotation.from_quat([getattr(tip.orientation, axis) for axis in "xyzw"]).as_matrix()
+    np.testing.assert_allclose(X_WB[:, :3].T @ turned, Rotation.from_rotvec([0, pose[2], 0]).as_matrix(), atol=1e-9)
+    u = bench.read(["left_finger.pressure_command", "right_finger.pressure_command"])
+    *_, last = (each.data for each in found["~/commands"] if any(each.data))  # safe ones follow
+    np.testing.assert_allclose(last, np.concatenate(list(u.values())) / 1e3, rtol=1e-12)
+
+
+def test_the_wrench_is_that_of_the_force_in_its_place(stubbed, tmp_path):
+    """Fingers that stay straight under pressure are pressed, here at the tip."""
+    row = np.array([0, *(0, 0, 0, 0, 60), *(0, 0, 0, 0, 60)], dtype=float)
+    found = published(stubbed, tmp_path, "~/numbers", [Message(data=row.tolist())] * 3)
+    bench = Bench(load_scenario("tip_distance_steps", CHANGES))
+    for _ in range(3):
+        bench.step({name: np.zeros(size) if "strain" in name else [60e3] for name, size in bench.inputs.items()})
+    (estimated,), (s,) = bench.read(
+        [f"left_finger.{name}" for name in ("contact_force", "contact_arc_length")]
+    ).values()
+    assert (abs(estimated) > 0.1, s) == (True, pytest.approx(0.12))
+    tip = found["~/left_finger/shape"][-1].poses[-1]
+    p, xyzw = (np.array([getattr(tip.position, a) for a in "xyz"]), [getattr(tip.orientation, a) for a in "xyzw"])
+    inward = Rotation.from_quat(xyzw).apply([1, 0, 0])
+    wrench = found["~/left_finger/contact"][-1].wrench
+    force, torque = (np.array([getattr(vector, axis) for axis in "xyz"]) for vector in (wrench.force, wrench.torque))
+    np.testing.assert_allclose(force, -estimated * inward, atol=1e-9)
+    np.testing.assert_allclose(torque, np.cross(p, force), atol=1e-4 * abs(estimated))
+    assert found["~/left_finger/contact"][-1].header.frame_id == "world"
+
+
+def test_numbers_without_names_are_taken_in_the_order_of_the_fields(stubbed, tmp_path, run):
+    _, rows = run
+    by_name = published(stubbed, tmp_path, "~/readings", named(rows))["~/joint_states"]
+    messages = [Message(data=row.tolist()) for row in rows]
+    by_order = published(stubbed, tmp_path, "~/numbers", messages)["~/joint_states"]
+    assert [each.position for each in by_order] == [each.position for each in by_name]
+    assert by_order[0].header.stamp == "now"
+
+
+def test_messages_that_do_not_fit_are_passed_over(stubbed, tmp_path, run):
+    _, rows = run
+    cut = [Message(data=rows[0][:5].tolist()), Message(data=[*rows[0][:-1], float("nan")])]
+    found = published(stubbed, tmp_path, "~/numbers", [*cut, Message(data=rows[0].tolist())])
+    assert len(found["~/joint_states"]) == 1
+
+
+@pytest.mark.slow
+def test_without_ros_it_says_what_is_missing(tmp_path):
+    (tmp_path / "bench.yaml").write_text(BENCH)
+    command = [sys.executable, str(NODE), "tip_distance_steps", "--bench", str(tmp_path / "bench.yaml")]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert "rclpy cannot be imported" in ended.stderr

@@ -1,0 +1,71 @@
+"""Readings sent to a live session in real time, over each of its links."""
+
+import os
+import socket
+import threading
+import time
+import tty
+from contextlib import ExitStack, contextmanager
+
+import pytest
+
+from soft_gripper.hardware.live.endpoints import Endpoints
+from soft_gripper.hardware.live.messages import encoded
+
+BUSY = 30.0  # s that a busy machine may take
+
+
+@contextmanager
+def udp():
+    """Yields a source, and what sends it a message, by name."""
+    with Endpoints("test") as endpoints, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        source = endpoints.source("udp://:0")
+        yield source, lambda message: sender.sendto(encoded(message, "json"), ("127.0.0.1", source.port))
+
+
+@contextmanager
+def pseudo_terminal():
+    """As hardware on a serial port."""
+    pytest.importorskip("serial")
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    with ExitStack() as stack:
+        for descriptor in (ours, theirs):
+            stack.callback(os.close, descriptor)
+        endpoints = stack.enter_context(Endpoints("test"))
+        source = endpoints.source(f"serial://{os.ttyname(theirs)}")
+        yield source, lambda message: os.write(ours, encoded(message, "json"))
+
+
+@contextmanager
+def lcm():
+    """Where several messages arrive at once, it keeps the newest. Skips the test where there is no multicast."""
+    with Endpoints("test") as endpoints:
+        try:
+            source, sink = endpoints.source("lcm://READINGS"), endpoints.sink("lcm://READINGS")
+        except Exception as error:
+            pytest.skip(f"LCM is not possible here: {error}")
+        sink(b"", {"count": -1.0})
+        if not source.receive(0.5):
+            pytest.skip("no LCM message arrives on this machine")
+        yield source, lambda message: sink(b"", message)
+
+
+def feed(session, send, messages, period):
+    """Runs a session that another thread feeds in real time; it ends a little after the last has been taken."""
+    counts, began, lasts = session.counts, time.monotonic(), period * len(messages) + 0.3
+
+    def send_all():
+        for i, message in enumerate(messages):
+            time.sleep(max(0.0, began + period * i - time.monotonic()))
+            send(message)
+
+    def is_over():
+        waited = time.monotonic() - began
+        is_done = counts.used + counts.lost + counts.late >= len(messages)
+        return waited > lasts + (0 if is_done else BUSY)
+
+    thread = threading.Thread(target=send_all)
+    thread.start()
+    session.run(is_over)
+    thread.join()

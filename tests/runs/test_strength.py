@@ -1,0 +1,193 @@
+"""The shake test against closed forms: the friction cone of two opposed pads, and the capstan of a wrapped cylinder."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from here_executor import HereExecutor
+from refusals import refused
+
+from soft_gripper.errors import InputError
+from soft_gripper.runs import strength as module
+from soft_gripper.runs.strength import (
+    LOADS,
+    SMOOTH,
+    Load,
+    Settled,
+    Shake,
+    StrengthRow,
+    held_object,
+    smoothed,
+    strength_figure,
+    until_held,
+)
+from soft_gripper.scenario.scenario_file import load_scenario, parse_scenario
+
+BAR = 0.05  # of the closed forms
+GUARD = '<frame name="fingers: load with soft_gripper.add_fingers, or soft-gripper expand"/>'
+INERTIAL = '<inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+PAD_FRICTION, PRESSURE, RADIUS = 0.5, 100e3, 0.0346  # m; the pad fills the space between the fingers
+PAD_HEIGHT, BASE_HEIGHT = 0.04, 0.147  # m
+PADS = """
+models:
+- name: gripper
+  file: package://soft_gripper/grippers/two_finger.urdf
+  X_PC: {{ translation: [0, 0, 0.177], rotation: !Rpy {{ deg: [180, 0, 0] }} }}
+  segments: 1
+  fingers: {{ all: {{ friction: {friction} }} }}
+- name: pad
+  file: {folder}/pad.obj
+  free: true
+  X_PC: {{ translation: [0, 0, {height}] }}
+  mesh: {{ mass: 0.02, friction: {friction} }}
+gravity: [0, 0, 0]
+sensor: {{ sections: 1 }}
+pressure: {{ steps: {{ all: [{pressure}] }}, settle: 1.0, time_constant: 0.3 }}
+plant_config: {{ time_step: 0.005, stiction_tolerance: 1.0e-5 }}
+"""
+
+
+@pytest.fixture(scope="module")
+def pads(tmp_path_factory: pytest.TempPathFactory) -> Settled:
+    """Two fingers with one hinge each hold a cylinder that lies across them, and that weighs nothing."""
+    folder = tmp_path_factory.mktemp("pads")
+    mesh = trimesh.creation.cylinder(RADIUS, 0.03, sections=64)
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    mesh.export(folder / "pad.obj")
+    text = PADS.format(folder=folder, friction=PAD_FRICTION, pressure=PRESSURE, height=PAD_HEIGHT)
+    return Settled.of(parse_scenario(folder / "pads.yaml", text), "pad")
+
+
+def pad_force(settled: Settled) -> float:
+    """Normal force of a finger, N: the torque of the pressure, less that of its spring, over the lever of the pad."""
+    plant, finger = settled.station.plant, settled.station.fingers[0]
+    context = plant.GetMyContextFromRoot(settled.context)
+    angle = float(finger.joints[0].get_angle(context))
+    lever = BASE_HEIGHT - PAD_HEIGHT - float(finger.finger.joint_arc_lengths[0])
+    return float(finger.finger.pressure_gain[0] * PRESSURE - finger.finger.stiffness[0] * angle) / lever
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [load for load in LOADS if not load.is_torque and load.axis > 0], ids=str)
+def test_two_opposed_pads_hold_what_the_friction_cone_allows(pads, load):
+    found = pads.loaded(load, Shake())
+    assert found.ended == "slid"
+    assert found.strength == pytest.approx(2 * PAD_FRICTION * pad_force(pads), rel=BAR)
+
+
+@pytest.mark.slow
+def test_the_strength_does_not_depend_on_how_fast_the_load_grows(pads):
+    fast, slow = (pads.loaded(Load(False, 1, 1), Shake(seconds=seconds)).strength for seconds in (1.0, 4.0))
+    assert fast == pytest.approx(slow, rel=0.01)
+
+
+@pytest.mark.slow
+def test_every_start_is_the_same(pads):
+    one, again = (pads.loaded(Load(True, 0, 1), Shake()) for _ in range(2))
+    assert one == again
+
+
+@pytest.mark.slow
+def test_fingers_that_hold_nothing_have_no_strength(pads):
+    open_hand = pads.station.scenario
+    open_hand.pressure.steps = {"all": [0.0]}
+    open_hand.pressure.settle = 0.1
+    found = Settled.of(open_hand, "pad").loaded(LOADS[0], Shake())
+    assert (found.strength, found.ended) == (0, "not held")
+
+
+BELT_FRICTION, DRUM, HALF, TIP = 0.3, 0.03, 0.002, 0.1  # m, radius and half of the thickness; kg
+BELT = f"""<robot name="belt"><link name="mount">{INERTIAL}</link>{GUARD}
+<finger name="belt"><parent link="mount"/><body length="0.1" segments="20" relaxation_time="3"/>
+<base width="0.02" thickness="{2 * HALF}" youngs_modulus="2e4" density="100"/>
+<tip width="0.02" thickness="{2 * HALF}" youngs_modulus="2e4" density="100"/>
+<sensors spacing="0.003"/><tip_load mass="{TIP}" xyz="0 0 0"/><contact friction="{BELT_FRICTION}"/></finger></robot>"""
+AXLE = f"""<robot name="drum" xmlns:drake="http://drake.mit.edu"><link name="drum">{INERTIAL}
+<collision><origin rpy="1.570796326794897 0 0"/><geometry><cylinder radius="{DRUM}" length="0.04"/></geometry>
+<drake:proximity_properties><drake:rigid_hydroelastic/><drake:mesh_resolution_hint value="0.002"/>
+<drake:hunt_crossley_dissipation value="2"/><drake:mu_static value="{BELT_FRICTION}"/>
+<drake:mu_dynamic value="{BELT_FRICTION}"/></drake:proximity_properties></collision></link>
+<link name="axle">{INERTIAL}</link>
+<joint name="axis" type="continuous"><parent link="axle"/><child link="drum"/><axis xyz="0 1 0"/></joint></robot>"""
+OVER_DRUM = """
+models:
+- name: belt
+  file: {folder}/belt.urdf
+  X_PC: {{ translation: [-0.01, 0, {height}], rotation: !Rpy {{ deg: [0, 90, 0] }} }}
+- name: drum
+  file: {folder}/drum.urdf
+  child: axle
+sensor: {{ sections: 1 }}
+pressure: {{ settle: 1.0 }}
+plant_config: {{ time_step: 0.005, stiction_tolerance: 1.0e-5 }}
+"""
+
+
+@pytest.mark.slow
+def test_a_wrapped_cylinder_is_held_as_by_a_capstan(tmp_path: Path):
+    """A thin finger with a weight at its tip hangs over a quarter of a drum, which is turned either way.
+
+    Its axis runs at the radius r + h, friction acts at r, so that the tensions at both ends differ by the factor
+    exp(mu phi r / (r + h)), and the torque is their difference times r + h.
+    """
+    (tmp_path / "belt.urdf").write_text(BELT)
+    (tmp_path / "drum.urdf").write_text(AXLE)
+    text = OVER_DRUM.format(folder=tmp_path, height=DRUM + HALF)
+    settled = Settled.of(parse_scenario(tmp_path / "over_drum.yaml", text), "drum")
+    grown = np.exp(BELT_FRICTION * np.pi / 2 * DRUM / (DRUM + HALF))
+    weight = 1e3 * 9.81 * TIP * (DRUM + HALF)  # mN m
+    shake = Shake(slid=0.01, turned=3.0)
+    for sign, expected in ((1, weight * (grown - 1)), (-1, weight * (1 - 1 / grown))):
+        found = settled.loaded(Load(True, 1, sign), shake)
+        assert (found.ended, found.unit) == ("slid", "mN m")
+        assert found.strength == pytest.approx(expected, rel=BAR)
+
+
+def test_means_over_the_last_values():
+    values = np.arange(10.0)
+    np.testing.assert_allclose(smoothed(values)[:3], [0, 0.5, 1.0])
+    np.testing.assert_allclose(smoothed(values)[SMOOTH:], values[SMOOTH:] - (SMOOTH - 1) / 2)
+
+
+def test_a_task_is_run_until_it_holds_its_object():
+    task = until_held(load_scenario("pick_and_place_box")).task
+    assert [phase.name for phase in task.phases] == ["approach", "descend", "close", "lift"]
+    assert len(until_held(load_scenario("bottle_grasp")).task.phases) == 2
+
+
+def test_the_object_is_that_of_the_task_or_the_first_free_one():
+    assert held_object(load_scenario("pick_and_place_box"), None) == "box"
+    assert held_object(load_scenario("bottle_grasp"), None) == "bottle"
+    assert held_object(load_scenario("bottle_grasp"), "table") == "table"
+    with refused("--object", "cup"):
+        held_object(load_scenario("bottle_grasp"), "cup")
+    with refused("models"):
+        held_object(load_scenario("free_bending"), None)
+
+
+@pytest.mark.parametrize("wrong", [{"slid": 0.0}, {"turned": -1.0}, {"seconds": float("nan")}])
+def test_limits_that_mean_nothing(wrong):
+    with pytest.raises(InputError) as caught:
+        Shake(**wrong)
+    assert caught.value.field == next(iter(wrong))
+
+
+def made_up(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
+    load = LOADS[number]
+    kind, unit = ("torque", "mN m") if load.is_torque else ("force", "N")
+    return StrengthRow(kind, load.name, 1.0 + number, unit, "slid" if number else "not lost", 1.0, 1.0, 1.0)
+
+
+def test_twelve_loads_in_order_and_their_figure(monkeypatch):
+    monkeypatch.setattr(module, "_strength", made_up)
+    reported: list[int] = []
+    rows = module.grasp_strength(load_scenario("bottle_grasp"), HereExecutor(), report=lambda: reported.append(1))
+    assert [row.direction for row in rows] == ["+x", "-x", "+y", "-y", "+z", "-z"] * 2
+    assert [row.strength for row in rows] == list(range(1, 13))
+    assert len(reported) == 12
+    forces, torques = strength_figure(rows, "title").axes
+    assert (forces.get_xlabel(), torques.get_xlabel()) == ("force [N]", "torque [mN m]")
+    assert [bar.get_width() for bar in forces.patches] == [1, -2, 3, -4, 5, -6]
+    assert [text.get_text() for text in forces.texts] == ["> 1", "2", "3", "4", "5", "6"]
