@@ -161,6 +161,8 @@ def add_plant(
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     fingers: list[PlantFinger] = []
+    if config.time_step == 0 and any(model.mesh.youngs_modulus is not None for model in models):
+        raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
     for i, model in enumerate(models):
         where = f"models[{i}]"
         _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals, points)
@@ -190,8 +192,6 @@ def _check_soft(config: MultibodyPlantConfig, models: Sequence[ModelConfig], poi
     Raises:
         InputError: for a part of the scenario that does not go with them.
     """
-    if config.time_step == 0:
-        raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
     if points is not None:
         raise InputError("scenario", "contact", "points", "must be surface: soft objects touch surfaces only")
     for i, model in enumerate(models):

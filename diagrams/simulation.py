@@ -244,7 +244,7 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
 def _check_elements(station: Station, plant_context: Context, time: float) -> None:
     """Raises a SimulationDivergedError if an element of a soft object is inside out: Drake goes on without an error."""
     for name, soft in station.parts.soft.items():
-        if element_volumes(soft.rest, soft.vertices(plant_context)).min() <= 0:
+        if not element_volumes(soft.rest, soft.vertices(plant_context)).min() > 0:  # or NaN
             raise SimulationDivergedError(
                 f"the soft object '{name}' was crushed before t = {time:.4g} s: an element is inside out; likely cause:"
                 " a force that its modulus does not bear, or friction below 0.2"

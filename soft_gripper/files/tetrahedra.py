@@ -65,8 +65,9 @@ def read_tetrahedra(path: Path) -> Tetrahedra:
     except (ValueError, IndexError):
         raise InputError(path, "mesh", path.name, f"cannot be read: give {_FORMAT}") from None
     require(0 < len(mesh.cells) <= MOST, path, "cells", len(mesh.cells), f"give 1 to {MOST} tetrahedra")
-    inside = bool(mesh.cells.min() >= 0 and mesh.cells.max() < len(mesh.vertices))
-    require(inside, path, "cells", int(mesh.cells.max()), f"there are {len(mesh.vertices)} points, numbered from 0")
+    outside = mesh.cells[(mesh.cells < 0) | (mesh.cells >= len(mesh.vertices))]
+    known = f"there are {len(mesh.vertices)} points, numbered from 0"
+    require(not len(outside), path, "cells", int(outside[0]) if len(outside) else None, known)
     require(bool(np.isfinite(mesh.vertices).all()), path, "points", "nan", "must be finite numbers")
     volumes = np.abs(mesh.volumes)
     require(
@@ -88,7 +89,7 @@ def _parsed(words: list[str]) -> Tetrahedra:
     points, cells, types = at["POINTS"], at["CELLS"], at["CELL_TYPES"]
     vertices, count = int(words[points + 1]), int(words[cells + 1])
     rows = np.array(words[cells + 3 : cells + 3 + 5 * count], dtype=int).reshape(count, 5)
-    if (rows[:, 0] != 4).any() or set(words[types + 2 : types + 2 + count]) != {_TETRAHEDRON}:
+    if (rows[:, 0] != 4).any() or words[types + 2 : types + 2 + count] != count * [_TETRAHEDRON]:
         raise ValueError
     numbers = np.array(words[points + 3 : points + 3 + 3 * vertices], dtype=float)
     return Tetrahedra(numbers.reshape(vertices, 3), rows[:, 1:])

@@ -190,7 +190,9 @@ class Settled:
         """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
         station = kept_station(scenario)
         if held in station.parts.soft:
-            raise InputError("grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole")
+            raise InputError(
+                "grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole"
+            )
         body = first_body(station.plant, held)
         context = run_to_end(station).get_context().Clone()
         _take_supports_away(station, body, context)

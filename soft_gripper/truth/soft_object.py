@@ -76,18 +76,25 @@ def element_volumes(rest: Tetrahedra, vertices: Array) -> Array:
 def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:
     """The pose of the undeformed body that fits the deformed one best, (..., V, 3) m -> (..., 7).
 
-    By least squares, each vertex weighted with the volume around it (Kabsch, Acta Crystallographica A32, 1976). A
-    quaternion w x y z, and the position of the frame of the file, in the world.
+    By least squares over the volume, in which points move linearly between the vertices of an element (Kabsch, Acta
+    Crystallographica A32, 1976). A quaternion w x y z, and the position of the frame of the file, in the world.
     """
-    weight = np.bincount(rest.cells.ravel(), np.repeat(rest.volumes, 4), len(rest.vertices))
-    weight /= weight.sum()
+    weight = np.bincount(rest.cells.ravel(), np.repeat(rest.volumes / 4, 4)) / rest.volumes.sum()
     home, center = weight @ rest.vertices, weight @ vertices
-    spread = np.swapaxes(vertices - center[..., None, :], -1, -2) @ (weight[:, None] * (rest.vertices - home))
+    spread = np.swapaxes(vertices - center[..., None, :], -1, -2) @ _moments(rest, rest.vertices - home)
     u, _, v = np.linalg.svd(spread)
     u[..., 2] *= np.linalg.det(u @ v)[..., None]  # a rotation, not a reflection
     turn = u @ v
     quaternion = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_quat(canonical=True, scalar_first=True)
     return np.concatenate([quaternion.reshape(*turn.shape[:-2], 4), center - turn @ home], axis=-1)
+
+
+def _moments(rest: Tetrahedra, points: Array) -> Array:
+    """The integral over the volume of the points, (V, 3), times the shape function of each vertex, (V, 3)."""
+    of_cells = rest.volumes[:, None, None] / 20 * (points[rest.cells] + points[rest.cells].sum(axis=1, keepdims=True))
+    moments = np.zeros_like(points)
+    np.add.at(moments, rest.cells, of_cells)
+    return moments
 
 
 def squeeze(rest: Tetrahedra, vertices: Array) -> Array:
