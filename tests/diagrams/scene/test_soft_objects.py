@@ -112,3 +112,28 @@ def test_a_lifted_sponge_is_squeezed_and_rises_with_the_gripper(lifted):
 def test_the_shake_test_refuses_a_soft_object():
     with refused("--object", "sponge"):
         grasp_strength(load_scenario(SPONGE), HereExecutor())
+
+
+SDF = """<sdf version="1.7"><model name="jelly"><link name="jelly">
+  <collision name="elements"><geometry><mesh><uri>package://soft_gripper/objects/soft_block.vtk</uri></mesh></geometry>
+    <drake:proximity_properties xmlns:drake="http://drake.mit.edu"><drake:mu_dynamic>0.8</drake:mu_dynamic>
+    </drake:proximity_properties></collision>
+  <drake:deformable_properties xmlns:drake="http://drake.mit.edu"><drake:youngs_modulus>2e4</drake:youngs_modulus>
+    <drake:poissons_ratio>0.3</drake:poissons_ratio><drake:mass_density>150</drake:mass_density>
+  </drake:deformable_properties></link>{}</model></sdf>"""
+RIGID_LINK = "<link name='other'/>"
+
+
+def test_an_sdf_file_of_finite_elements_is_a_soft_object(tmp_path):
+    (tmp_path / "jelly.sdf").write_text(SDF.format(""))
+    station = make_station(load_scenario("box_grasp", [f"models.2.file={tmp_path / 'jelly.sdf'}"]))
+    soft = station.parts.soft["box"]
+    assert soft.mass == pytest.approx(150 * 0.044 * 0.04 * 0.06)
+    recorded = {f"box.{signal}" for signal in ("pose", "vertices", "squeeze", "largest_strain", "contact_wrench")}
+    assert recorded <= set(station.logs.signals)
+
+
+def test_an_sdf_file_with_a_rigid_link_too_is_refused(tmp_path):
+    (tmp_path / "jelly.sdf").write_text(SDF.format(RIGID_LINK))
+    with refused("file"):
+        make_station(load_scenario("box_grasp", [f"models.2.file={tmp_path / 'jelly.sdf'}"]))
