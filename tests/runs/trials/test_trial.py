@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pick_and_place import FINGERS, box_station, recording, state
+from pick_and_place import FINGERS, box_recording, box_station, state
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.control.task import Outcome
@@ -45,7 +45,7 @@ def good_signals(station: Station) -> dict[str, np.ndarray]:
 
 
 def row(station: Station, signals: dict[str, np.ndarray]) -> TrialRow:
-    return trial_row("pick_and_place_box", 3, station, recording(station, signals))
+    return trial_row("pick_and_place_box", 3, station, box_recording(station, signals))
 
 
 def begin(name: str) -> int:
