@@ -124,6 +124,14 @@ def expand_urdf(
     return ExpandedUrdf(_expanded(source, elements, meshes, manner), tuple(element.finger for element in elements))
 
 
+def read_fingers(
+    file: Path | str, segments: int | None = None, only_name: str | None = None, without: Sequence[str] = ()
+) -> tuple[FingerElement, ...]:
+    """The fingers of a URDF, and where they are mounted; args and raises as `expand_urdf`."""
+    path = Path(file)
+    return _read(_Source(path, read_text(path), segments, only_name, tuple(without), None)).elements
+
+
 def changed_urdf(
     file: Path | str,
     segments: int | None = None,

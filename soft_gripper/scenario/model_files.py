@@ -24,7 +24,7 @@ from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.finger_parts import ContactMaterial
 from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
-from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.fingers.urdf import expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_file import arm_urdf
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
@@ -61,6 +61,19 @@ def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Fin
     is_tilted = any(config.tilt is not None for config in configs.values())
     rpy = tuple(map(float, RollPitchYaw(turn).vector())) if is_tilted else mounted.rpy
     return replace(mounted, finger=configured_finger(mounted.finger, where, configs), rpy=rpy)
+
+
+def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...]:
+    """The fingers of a model as they are simulated, and their places; none of what is not a URDF.
+
+    Raises:
+        InputError: if the file is missing or wrong, or the changes do not fit.
+    """
+    path = model_path(config.file)
+    if path.suffix.lower() != ".urdf":
+        return ()
+    read = read_fingers(path, config.segments, config.name, config.without)
+    return tuple(mounted_finger(mounted, where, config.fingers) for mounted in read)
 
 
 def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerConfig]) -> Finger:
