@@ -33,9 +33,7 @@ class DesignSearch:
             raise InputError("design", "search", "optuna", "pip install 'soft-gripper[design]'") from None
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         starts = min(max(10, STARTS * len(axes)), max(designs // 3, 1))
-        sampler = optuna.samplers.TPESampler(
-            n_startup_trials=starts, multivariate=True, seed=seed, warn_independent_sampling=False
-        )
+        sampler = optuna.samplers.TPESampler(n_startup_trials=starts, multivariate=True, seed=seed)
         directions = ["minimize" if end.towards == LEAST else "maximize" for end in ends]
         self._study = optuna.create_study(directions=directions, sampler=sampler)
         self._axes, self._count, self._asked = axes, len(ends), list[Any]()
