@@ -23,8 +23,8 @@ SEARCH, TEST = "search", "test"
 def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed: int) -> list[Case]:
     """The draws with every object; one only, if nothing is random.
 
-    Those of the search are spread by a Latin hypercube, so that few cover the ranges; those of the test are independent,
-    so that a proportion has a confidence interval. Neither depends on the other objects.
+    Those of the search are spread by a Latin hypercube, so that few cover the ranges; those of the test are
+    independent, so that a proportion has a confidence interval. Neither depends on the other objects.
     """
     found = []
     for name, changes in objects.items():

@@ -16,7 +16,7 @@ from soft_gripper.scenario.sensor_presets import sensor_layout
 
 
 def force_error_n(station: Station, recording: Recording) -> float:
-    """Error of the estimated contact force, N: the mean size over all fingers and the window in which a grasp is judged.
+    """Mean size of the error of the estimated contact force, N, over all fingers and the last half second.
 
     Raises:
         InputError: if the estimator reports no contact force.

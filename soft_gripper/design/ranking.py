@@ -92,7 +92,7 @@ def costs(scores: Sequence[Score], ends: Sequence[EndConfig]) -> Array:
 
 
 def pareto_front(cost: Array) -> list[int]:
-    """The rows of (K, E) costs than which no other is as good in every column and better in one; NaN rows are left out."""
+    """The rows of (K, E) costs that no other row dominates: as good in every column, and better in one. NaN: left out."""
     known = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
     return [i for i in known if not any(_dominates(cost[j], cost[i]) for j in known)]
 

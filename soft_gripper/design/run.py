@@ -187,7 +187,7 @@ class _Runs:
     ) -> dict[tuple[int, tuple[str, int]], dict[str, str]]:
         """The rows of designs in some cases: those that the table has, and those of new runs."""
         fixed = self._study.fixed
-        wanted = {
+        wanted: dict[tuple[str, ...], dict[str, Any]] = {
             (stage, str(number), case.object, str(case.draw)): {**fixed, **case.changes, **values}
             for number, values in designs.items()
             for case in in_cases
