@@ -94,7 +94,8 @@ def _draw_sensitivities(axes: Axes, found: Designed, rows: Sequence[Sensitivity]
         bars = axes.barh(places, shares, 0.9 * thickness, color=ESTIMATOR_COLORS[i % 8], label=label)
         signs = ["" if math.isnan(of_end[key].slope) else "+" if of_end[key].slope > 0 else "−" for key in keys]
         axes.bar_label(bars, signs, padding=2, fontsize=8)
-    axes.set(xlim=(0, 1), xlabel="explained variance of ranks; + grows with it, − falls", yticks=range(len(keys)))
+    axes.set(xlim=(0, 1), ylim=(-0.6, len(keys) - 0.4), yticks=range(len(keys)))
+    axes.set_xlabel("explained variance of ranks; + grows with it, − falls")
     axes.set_yticklabels([short_name(key) for key in keys])
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)

@@ -4,8 +4,8 @@ Both stand on the base of the finger, in the frame of the middle of its section:
 finger. The chamber of the model runs to the tip; the core ends one wall before it, so that the tip is closed.
 """
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -42,10 +42,15 @@ class Ring(NamedTuple):
 
 def outer_rings(finger: Finger) -> list[Ring]:
     """The outside of a finger, at the cross-sections that are given."""
-    return [
+    return _distinct(
         Ring(_MM * place * finger.length, 0.0, 0.0, _MM * float(section.thickness), _MM * float(section.width))
         for place, section in zip(finger.places, finger.cross_sections, strict=True)
-    ]
+    )
+
+
+def _distinct(rings: Iterable[Ring]) -> list[Ring]:
+    """Rings without those that repeat the one before, as at a step of something else."""
+    return [ring for ring, _ in groupby(rings)]
 
 
 def core_rings(finger: Finger) -> list[list[Ring]]:
@@ -54,7 +59,7 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
     if wall == INFINITE:
         return []
     chambers = _listed(finger) if finger.chambers else list(_of_sections(finger))
-    return [_closed(rings, _MM * (finger.length - wall)) for rings in chambers]
+    return [_closed(_distinct(rings), _MM * (finger.length - wall)) for rings in chambers]
 
 
 def _of_sections(finger: Finger) -> Iterator[list[Ring]]:

@@ -61,7 +61,7 @@ def _beyond(name: str, limit: LimitConfig, values: Sequence[float]) -> dict[str,
         if bound is not None:
             worst = max((sign * (value - bound) for value in values), default=NAN)
             known = bool(values) and not any(map(math.isnan, values))
-            found[f"{name} at {kind}"] = worst / (abs(bound) or 1.0) if known else 1.0
+            found[f"{name} at {kind} {bound:g}"] = worst / (abs(bound) or 1.0) if known else 1.0
     return found
 
 
@@ -92,7 +92,7 @@ def costs(scores: Sequence[Score], ends: Sequence[EndConfig]) -> Array:
 
 
 def pareto_front(cost: Array) -> list[int]:
-    """The rows of (K, E) costs that no other row dominates: as good in every column, and better in one. NaN: left out."""
+    """The rows of (K, E) costs that no other dominates, as good in every column and better in one; NaN is none."""
     known = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
     return [i for i in known if not any(_dominates(cost[j], cost[i]) for j in known)]
 

@@ -63,8 +63,9 @@ def reason(found: Designed, index: int) -> str:
     score = found.designs[index].score
     if score.refused:
         return score.refused
-    beyond = [name for name, excess in score.excess.items() if excess > 0]
-    return f"beyond: {', '.join(beyond)}" if beyond else ""
+    if score.held < score.runs:
+        return f"holds in {score.held} of {score.runs} runs"
+    return "; ".join(f"not: {name}" for name, excess in score.excess.items() if excess > 0)
 
 
 def sensitivity_rows(found: Designed) -> list[Sensitivity]:
