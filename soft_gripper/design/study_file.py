@@ -29,6 +29,7 @@ LEAST, MOST = TOWARDS = ("least", "most")
 MEAN, WORST = ("mean", "worst")
 _FILES = ("file", "calibration", "bench")  # last names of keys whose value is a file
 _IS_RANGE = re.compile(r"\s*[-+0-9.eE]+\s*\.\.\s*[-+0-9.eE]+\s*%?\s*")
+_RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9"
 _IN_SCENARIO = "as_in_the_scenario"
 
 
@@ -122,15 +123,11 @@ def load_design_study(file: Path) -> DesignStudy:
     )
     for key, value in resolved["draw"].items():
         if not is_range(value):
-            raise InputError(file, f"draw.{key}", value, "write a range, such as 0.5..0.9")
-    for place, changes in {
-        "draw": resolved["draw"],
-        **_places("objects", objects),
-        **_places("unseen", unseen),
-    }.items():
-        for key in changes:
-            if key in resolved["vary"]:
-                raise InputError(file, f"{place}.{key}", changes[key], "leave it out: it is searched (vary)")
+            raise InputError(file, f"draw.{key}", value, _RANGE_EXPECTED)
+    of_objects = {f"objects.{name}": changes for name, changes in objects.items()}
+    of_unseen = {f"unseen.{name}": changes for name, changes in unseen.items()}
+    for place, changes in {"draw": resolved["draw"], **of_objects, **of_unseen}.items():
+        _check_changes(file, place, changes, resolved["vary"])
     axes = [_axis(file, f"vary.{key}", key, value) for key, value in resolved["vary"].items()]
     scenario = config.scenario
     if scenario.endswith((".yaml", ".yml")):
@@ -149,8 +146,15 @@ def load_design_study(file: Path) -> DesignStudy:
     return study
 
 
-def _places(part: str, objects: Mapping[str, Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
-    return {f"{part}.{name}": changes for name, changes in objects.items()}
+def _check_changes(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> None:
+    """Checks that ranges are ranges, and that nothing is searched already."""
+    for key, value in changes.items():
+        if key in searched:
+            raise InputError(file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
+        try:
+            random_axes({key: value})
+        except InputError:
+            raise InputError(file, f"{place}.{key}", value, _RANGE_EXPECTED) from None
 
 
 def is_range(value: object) -> bool:

@@ -59,7 +59,8 @@ def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Fin
         if (config := configs.get(name)) and config.tilt is not None:
             turn = turn @ RotationMatrix.MakeYRotation(_value(f"{where}.fingers.{name}", "tilt", config.tilt, 0.0))
     is_tilted = any(config.tilt is not None for config in configs.values())
-    rpy = tuple(map(float, RollPitchYaw(turn).vector())) if is_tilted else mounted.rpy
+    angles = RollPitchYaw(turn)
+    rpy = tuple(map(float, angles.vector())) if is_tilted else mounted.rpy
     return replace(mounted, finger=configured_finger(mounted.finger, where, configs), rpy=rpy)
 
 

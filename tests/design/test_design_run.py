@@ -1,7 +1,6 @@
 """A study over an analytic stand-in: its known optimum and front; the same table after an interruption; refusals."""
 
 import csv
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
 from soft_gripper.design.run import TABLE, run_design
 from soft_gripper.design.study_file import load_design_study
 from soft_gripper.files.output import release_folders
+from soft_gripper.models import DIRECTORY
 
 STUDY = {
     "scenario": "bottle_grasp",
@@ -147,9 +147,9 @@ def test_nothing_holds(tmp_path):
 
 
 def test_objects_of_the_users(tmp_path):
-    mesh = "package://soft_gripper/objects/cylinder.obj"
-    (tmp_path / "mine.stl").symlink_to(Path("models/objects/bottle.obj").resolve())
-    objects = {"bottle": {}, "can": {"models.bottle.file": mesh, FRICTION: "0.3..0.4"}}
+    (tmp_path / "can.obj").write_text((DIRECTORY / "objects/cylinder.obj").read_text())
+    can = {"models.bottle.file": "can.obj", "models.bottle.X_PC.translation.2": 0.02, FRICTION: "0.3..0.4"}
+    objects = {"bottle": {}, "can": can}
     found = designed(tmp_path, objects=objects, unseen={"sticky": {FRICTION: 0.95}}, designs=6)
     table = rows(tmp_path)
     assert all(0.3 <= float(row[FRICTION]) <= 0.4 for row in table if row["object"] == "can")
@@ -169,6 +169,8 @@ def test_objects_of_the_users(tmp_path):
         ({"ends": []}, "ends", []),
         ({"ends": [{"measure": "force", "towards": "small"}]}, "ends[0].towards", "small"),
         ({"draw": {FRICTION: 0.5}}, f"draw.{FRICTION}", 0.5),
+        ({"draw": {FRICTION: "0.9..0.5"}}, f"draw.{FRICTION}", "0.9..0.5"),
+        ({"objects": {"can": {FRICTION: "0.5..0.5"}}}, f"objects.can.{FRICTION}", "0.5..0.5"),
         ({"draw": {PRESSURE: "1.0..2.0"}}, f"draw.{PRESSURE}", "1.0..2.0"),
         ({"limits": {"slip_ratio": {}}}, "limits.slip_ratio.least", None),
         ({"wall": -1.0}, "wall", -1.0),

@@ -47,7 +47,7 @@ def test_a_tilt_turns_the_tips_toward_the_object(tmp_path):
         return seen[-1]
 
     expand_urdf(TWO_FINGER, change=tilted)
-    directions = [RollPitchYaw(mounted.rpy).ToRotationMatrix().col(2) for mounted in seen]
+    directions = [RollPitchYaw(mounted.rpy).ToRotationMatrix().matrix()[:, 2].copy() for mounted in seen]
     for mounted, z in zip(seen, directions, strict=True):
         assert z[0] * mounted.xyz[0] < 0  # toward the middle
         np.testing.assert_allclose(z[2], np.cos(0.1), rtol=1e-12)
