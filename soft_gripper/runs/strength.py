@@ -130,7 +130,7 @@ def grasp_strength(
     text = dump_scenario(until_held(scenario))
     rows: dict[int, StrengthRow] = {}
     jobs = {number: (text, held, number, shake or Shake()) for number in range(len(LOADS))}
-    run_study(executor, _strength, jobs, rows.__setitem__, ended=lambda _: report())
+    run_study(executor, strength_in, jobs, rows.__setitem__, ended=lambda _: report())
     return [rows[number] for number in sorted(rows)]
 
 
@@ -158,7 +158,7 @@ def until_held(scenario: Scenario) -> Scenario:
     return replace(scenario, task=replace(scenario.task, phases=phases))
 
 
-def _strength(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
+def strength_in(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
     """The strength in one direction; runs in a worker, which keeps the state from which all directions start."""
     settled = kept(_kept, (text, held), lambda: Settled.of(parse_scenario(_TEXT, text), held), 1)
     return settled.loaded(LOADS[number], shake)

@@ -72,6 +72,8 @@ class FingerChanges:
 class FingerConfig(FingerChanges):
     """Changes of a simulated finger relative to its file."""
 
+    # About its bending axis at the base, on top of that of its file; positive: toward the object
+    tilt: str | None = quantity(None, "rad")
     shear_factor: str | None = None
     yields: str | None = None  # the ways in which it is not rigid, such as "bending sideways twist"
     tendon_stiffness: str | None = quantity(None, "N/m")  # of every tendon, as the next two
