@@ -82,8 +82,8 @@ def soft_figure(grasps: dict[str, SoftGrasp]) -> Figure:
     """Each object while it is carried, its squeeze over time, and force against squeeze as the fingers close."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.6, 6.2), layout="constrained")
-        rows = [["sponge"] * 2 + ["tomato"] * 2 + ["silicone"] * 2, ["time"] * 3 + ["force"] * 3]
-        panels = figure.subplot_mosaic(rows, height_ratios=[1.25, 1])
+        above, below = (np.repeat(names, 6 // len(names)).tolist() for names in (OBJECTS, ("time", "force")))
+        panels = figure.subplot_mosaic([above, below], height_ratios=[1.25, 1])
         for letter, (name, grasp) in zip("abc", grasps.items(), strict=True):
             panels[name].imshow(grasp.picture)
             panels[name].axis("off")
