@@ -44,6 +44,7 @@ from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
 from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
 from soft_gripper.export.tree import (
+    SOFT,
     axis_of,
     exports_creep,
     inertia_of,
@@ -83,9 +84,15 @@ def to_mjcf(scenario: Scenario) -> Mjcf:
     """A scenario as MJCF.
 
     Raises:
-        InputError: if a part of the scenario cannot be built, or has a joint or a shape without a counterpart.
+        InputError: if a part of the scenario cannot be built, is soft, or has a joint or a shape without a counterpart.
     """
-    return _Writer(make_station(replace(scenario, contact="points"))).write()
+    for model in scenario.models:
+        if model.mesh.youngs_modulus is not None:
+            raise InputError("export", "models", model.name, SOFT)
+    models = [replace(model, self_contact=False) for model in scenario.models]
+    found = _Writer(make_station(replace(scenario, models=models, contact="points"))).write()
+    idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
+    return found._replace(left_out=[*found.left_out, *idle])
 
 
 class _Writer:

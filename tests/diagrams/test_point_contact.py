@@ -117,7 +117,7 @@ def test_parts_of_a_cone_on_a_cone_fill_it(tmp_path):
 
 
 def test_slices_that_are_convex_together_are_one_part(tmp_path):
-    """A wide cylinder with a thin one on top, however many slices; the one at the step narrows from one to the other."""
+    """A wide cylinder with a thin one on top; the slice at the step narrows from one to the other."""
     wide, thin = trimesh.creation.cylinder(1.0, 7.0), trimesh.creation.cylinder(0.3, 7.0)
     thin.apply_translation([0, 0, 7.0])
     lower, upper = parts_of(trimesh.util.concatenate([wide, thin]), tmp_path)
