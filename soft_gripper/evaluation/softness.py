@@ -84,7 +84,7 @@ def gaps_and_forces(gripper: Gripper, fingers: Sequence[Finger], angles: Array, 
         torques: external ones, N m, (L, 2, N).
 
     Returns:
-        gaps, (L,) m, and forces, (L,) N, the means of both fingers, by least squares over the joints.
+        gaps, (L,) m, and forces, (L,) N, the means of both fingers, by least squares over the joints; NaN at the base.
     """
     surfaces = [InnerSurface(finger) for finger in fingers]
     gaps, forces = np.empty(len(angles)), np.empty(len(angles))
@@ -98,7 +98,8 @@ def gaps_and_forces(gripper: Gripper, fingers: Sequence[Finger], angles: Array, 
         for finger, place in enumerate(touching):
             joints = forward_kinematics(q[finger], fingers[finger].segment_length).joints
             lever = np.maximum(points[finger][place].real - joints.real, 0)  # of a force across the base
-            pressing.append(-float(torque[finger] @ lever) / float(lever @ lever))
+            square = float(lever @ lever)
+            pressing.append(-float(torque[finger] @ lever) / square if square > 0 else np.nan)
         forces[level] = np.mean(pressing)
     return gaps, forces
 
