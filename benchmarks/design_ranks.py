@@ -1,8 +1,8 @@
 """Whether MuJoCo ranks designs as Drake does: `python design_ranks.py STUDY.yaml RESULTS [--designs 20]`.
 
 Of the designs of a study that hold their object, some are exported, evenly spread over the rank of their force. In
-MuJoCo the fingers close on the object as it is in the scenario, at the pressure of the design, with the arm at rest; the
-normal force of the finger that presses most is compared with `normal_force_n` of the search, the mean over its draws.
+MuJoCo the fingers close on the object of the scenario, at the pressure of the design, with the arm at rest. The normal
+force of the finger that presses most is compared with `normal_force_n` of the search, the mean over its draws.
 """
 
 import argparse
@@ -20,7 +20,6 @@ from soft_gripper.design.run import DESIGN
 from soft_gripper.design.study_file import DesignStudy, load_design_study
 from soft_gripper.design.tables import DESIGNS
 from soft_gripper.export.folder import export_mjcf
-from soft_gripper.export.run_mjcf import simulate
 from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.scenario.scenario_file import changed_scenario
 

@@ -11,6 +11,7 @@ from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
 
 from soft_gripper.design.run import TABLE, run_design
 from soft_gripper.design.study_file import load_design_study
+from soft_gripper.errors import InputError
 from soft_gripper.files.output import release_folders
 from soft_gripper.models import DIRECTORY
 
@@ -203,3 +204,47 @@ def test_an_object_that_cannot_be_built_is_refused_before_any_run(tmp_path):
     with refused("file") as caught:
         designed(tmp_path, objects={"can": {"models.bottle.file": "missing.stl"}})
     assert "objects.can" in str(caught.value)
+
+
+HOSTILE = [
+    None,
+    True,
+    -1,
+    1e300,
+    float("nan"),
+    "x",
+    "1..",
+    "..",
+    "1..2 %",
+    "-1e9..1e9",
+    [],
+    [1],
+    {},
+    {"a": 1},
+    [[], {}],
+    "é",
+]
+
+
+@pytest.mark.parametrize("key", [*STUDY, "set", "objects", "unseen", "wall", "limits", "batch", "seed"])
+def test_hostile_values_are_taken_or_refused(tmp_path, key):
+    """Nothing but an InputError, whatever stands in place of a field or of what lies in it."""
+    for value in HOSTILE:
+        for hostile in (value, [value], {"sensor.sections": value}, {"bottle": {"models.bottle.mesh.mass": value}}):
+            assert "study.yaml" in complaint(tmp_path, **{key: hostile})
+
+
+def complaint(folder, **changes):
+    """Why a study is refused; its file if it is not."""
+    try:
+        return str(study(folder, **changes).file)
+    except InputError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("text", ["", "3", "[1]", "a: [1", "\x00"])
+def test_a_file_that_is_no_study(tmp_path, text):
+    file = tmp_path / "study.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"study\.yaml"):
+        load_design_study(file)
