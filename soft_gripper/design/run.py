@@ -45,7 +45,7 @@ class Design:
     score: Score
 
 
-class Tested(NamedTuple):
+class DesignTest(NamedTuple):
     """A design in the test: the measures of its runs with each object."""
 
     number: int
@@ -66,7 +66,7 @@ class Designed:
     designs: Sequence[Design]
     front: Sequence[int]
     best: int | None
-    tested: Sequence[Tested]
+    tested: Sequence[DesignTest]
 
 
 def run_design(
@@ -169,13 +169,13 @@ class _Runs:
     def _searched_keys(self) -> list[tuple[str, int]]:
         return [(case.object, case.draw) for case in self._searched]
 
-    def tests(self, designs: Mapping[int, Mapping[str, Any]]) -> list[Tested]:
+    def tests(self, designs: Mapping[int, Mapping[str, Any]]) -> list[DesignTest]:
         """The test of designs."""
         rows, found = self._rows(TEST, designs, self._tested), []
         for number in designs:
             names = dict.fromkeys(case.object for case in self._tested)
             of = {n: [rows[number, (c.object, c.draw)] for c in self._tested if c.object == n] for n in names}
-            found.append(Tested(number, of))
+            found.append(DesignTest(number, of))
         return found
 
     def finish(self) -> None:
