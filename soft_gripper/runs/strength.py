@@ -189,6 +189,10 @@ class Settled:
     def of(cls, scenario: Scenario, held: str) -> "Settled":
         """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
         station = kept_station(scenario)
+        if held in station.parts.soft:
+            raise InputError(
+                "grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole"
+            )
         body = first_body(station.plant, held)
         context = run_to_end(station).get_context().Clone()
         _take_supports_away(station, body, context)
@@ -247,8 +251,9 @@ class _HeldBody:
         self._wrench, centers = self._contact()
         self._normal = sum(force for _, force in centers.values())
         p_WC = [center for center, _ in centers.values()]
+        X_WO = body.EvalPoseInWorld(self._context)
         self.grips: list[Grip] = [
-            grip_at(self._context, finger, body, center) for finger, (center, _) in centers.items()
+            grip_at(self._context, finger, X_WO, center) for finger, (center, _) in centers.items()
         ]
         self._poses = [self._pose_in(grip.link) for grip in self.grips]
         self._begin = self._pose_in(self._base)
@@ -286,7 +291,8 @@ class _HeldBody:
     def _lost(self, centers: dict[Any, tuple[Array, float]]) -> str:
         if sum(force for _, force in centers.values()) < TOUCH:
             return LET_GO
-        if np.mean([slid(self._context, grip, self._body) for grip in self.grips]) > self._shake.slid:
+        X_WO = self._body.EvalPoseInWorld(self._context)
+        if np.mean([slid(self._context, grip, X_WO) for grip in self.grips]) > self._shake.slid:
             return SLID
         turns = [_angle(X, self._pose_in(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
         return TURNED if min(turns) > self._shake.turned else ""

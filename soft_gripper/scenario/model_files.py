@@ -30,6 +30,7 @@ from soft_gripper.scenario.arm_file import arm_urdf
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.scenario.schema import FingerChanges, FingerConfig, ModelConfig
+from soft_gripper.truth.soft_object import soft_body
 
 _LOGGER = logging.getLogger(__name__)
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
@@ -226,8 +227,15 @@ def load_model(
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
-    if not plant.GetBodyIndices(models[0]):
+    soft = soft_body(plant, models[0])
+    if soft is None and not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
+    if soft is not None and plant.GetBodyIndices(models[0]):
+        raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
+    if soft is not None and not config.free:
+        raise InputError(
+            where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
+        )
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
 
