@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from soft_gripper.design.figure import BEST, design_figure, short_name
+from soft_gripper.design.figure import BEST, design_figure
 from soft_gripper.design.ranking import Score
 from soft_gripper.design.run import Design, Designed, DesignTest
 from soft_gripper.design.study_file import DesignConfig, DesignStudy, EndConfig
-from soft_gripper.design.tables import DESIGNS, SENSITIVITY, TESTS, write_tables
+from soft_gripper.design.tables import DESIGNS, SENSITIVITY, TESTS, short_names, write_tables
 from soft_gripper.runs.sweep.run import Range, Values
 
 FORCE, ENERGY = EndConfig("force"), EndConfig("energy")
@@ -68,6 +68,11 @@ def test_lost_objects_are_a_reason(tmp_path):
 
 
 def test_short_names():
-    assert short_name("models.gripper.fingers.all.youngs_modulus") == "youngs modulus"
-    assert short_name("pressure.steps.all.0") == "pressure steps"
-    assert short_name("sensor.type") == "sensor type"
+    modulus = "models.gripper.fingers.all.youngs_modulus"
+    assert short_names([modulus, "pressure.steps.all.0", "sensor.type"]) == [
+        "youngs modulus",
+        "pressure steps",
+        "sensor type",
+    ]
+    one_by_one = ["models.gripper.fingers.left_finger.length", "models.gripper.fingers.right_finger.length"]
+    assert short_names(one_by_one) == one_by_one
