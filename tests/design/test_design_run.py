@@ -200,6 +200,17 @@ def test_unknown_measures_are_refused_before_any_run(tmp_path):
     assert not (tmp_path / "out" / TABLE).exists()
 
 
+def test_a_measure_that_always_fails_ends_the_study_before_the_search(tmp_path):
+    def failing(scenario, changes, own):
+        raise InputError("design", "estimator.type", "arcs", "reports no contact force")
+
+    executor = HereExecutor()
+    with refused("scenario", "bottle_grasp") as caught:
+        run_design(study(tmp_path), tmp_path / "out", executor, work=failing)
+    assert "every run of it fails: design: estimator.type = 'arcs': reports no contact force" in str(caught.value)
+    assert len(executor.calls) == 3
+
+
 def test_an_object_that_cannot_be_built_is_refused_before_any_run(tmp_path):
     with refused("file") as caught:
         designed(tmp_path, objects={"can": {"models.bottle.file": "missing.stl"}})
