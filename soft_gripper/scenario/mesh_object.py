@@ -136,7 +136,8 @@ def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
 
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", SUFFIX)
-_DIGITS = 12  # of coordinates in metres: Drake wants the drawn surface of a soft object inside its elements
+_DIGITS = 12  # of coordinates in metres
+_INWARD = 1e-6  # share of the way to the middle of an element
 MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
 
 
@@ -178,9 +179,10 @@ def _add_soft(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: MeshC
             f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
         )
         raise InputError(path, "mesh.youngs_modulus", config.youngs_modulus, expected)
-    _add_visual(link, f"file://{keep_by_content(_obj(mesh.smooth_shaded, normals=True))}", config)
-    elements = read_tetrahedra(path).scaled(config.scale).as_vtk()
-    body = _add_geometry(link, "collision", f"file://{keep_by_content(elements, SUFFIX)}")
+    elements = read_tetrahedra(path).scaled(config.scale)
+    drawn = _obj(_surface(_inside(elements)).smooth_shaded, normals=True)
+    _add_visual(link, f"file://{keep_by_content(drawn)}", config)
+    body = _add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
     _add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": config.friction})
     material = {
         "youngs_modulus": config.youngs_modulus,
@@ -189,6 +191,16 @@ def _add_soft(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: MeshC
         "mass_density": config.mass / mesh.volume,
     }
     _add_values(ET.SubElement(link, DRAKE + "deformable_properties"), material)
+
+
+def _inside(mesh: Tetrahedra) -> Tetrahedra:
+    """The mesh with each vertex a little further inside one of its elements.
+
+    Drake draws a point by the element in which it finds it, and may find none for a point on a face.
+    """
+    middles, owner = mesh.vertices[mesh.cells].mean(axis=1), np.empty(len(mesh.vertices), dtype=int)
+    owner[mesh.cells] = np.arange(len(mesh.cells))[:, None]
+    return Tetrahedra(mesh.vertices + _INWARD * (middles[owner] - mesh.vertices), mesh.cells)
 
 
 def _add_visual(link: ET.Element, uri: str, config: MeshConfig) -> None:

@@ -62,3 +62,11 @@ def test_a_surface_with_a_modulus_is_refused(tmp_path):
 def test_a_mesh_in_millimetres_is_refused():
     with refused("mesh.scale", 100):
         mesh_to_sdf(BLOCK, MeshConfig(scale=100, youngs_modulus=3e4), "thing")
+
+
+@pytest.mark.parametrize("scale", [0.976463, 1.039179, 0.9104042602128819, 0.9643738782151885])
+def test_a_mesh_of_any_scale_is_drawn(scale):
+    """Rounding put drawn vertices of the tomato outside its elements, which Drake refuses."""
+    text = mesh_to_sdf(DIRECTORY / "objects" / "tomato.vtk", MeshConfig(scale=scale, youngs_modulus=1e5), "thing")
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
+    assert len(Parser(plant).AddModelsFromString(text, "sdf")) == 1
