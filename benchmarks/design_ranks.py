@@ -36,7 +36,7 @@ def main() -> None:
     options = parser.parse_args()
     study = load_design_study(options.study)
     with (options.results / DESIGNS).open(newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["held"] == row["runs"] and row[DESIGN] != "0"]
+        rows = [row for row in csv.DictReader(file) if "0" != row["held"] == row["runs"] and row[DESIGN] != "0"]
     rows.sort(key=lambda row: float(row[MEASURE]))
     chosen = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, options.designs).round().astype(int))]
     here, there = [], []
