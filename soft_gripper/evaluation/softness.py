@@ -5,7 +5,7 @@
 Two fingers close on a block, and press harder. The narrowest gap between their estimated inner surfaces becomes smaller
 as the estimated force grows; the ratio is the compliance of the grasp. Some grasps show which compliances a material
 has; the others are recognized by it. The shape is estimated by `gaussian` with an exact nominal model, from realistic
-sensors, whose readings are averaged for a second at each pressure.
+sensors, whose readings are averaged for two seconds at each pressure.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,11 +40,11 @@ SENSORS = 1  # separates the random numbers of the sensors from those of the obj
 _LEAST_SHARE = 0.5  # %, of those that are listed
 SECTIONS = (2, 4)
 BLOCK = "package://soft_gripper/objects/soft_block.vtk"
-PRESSURES = [50e3, 150e3]  # Pa
+PRESSURES = [50e3, 200e3]  # Pa
 _SCENARIO = "probing_grasp"
 _CHANGES = (
     f"pressure.steps.all={PRESSURES}",
-    "pressure.hold_samples=100",
+    "pressure.hold_samples=200",
     "plant_config.discrete_contact_approximation=sap",
 )
 OFFSET, YAW, SIZE = 3.0, 3.0, 10  # mm and degrees, as poses are reported in grasp trials; percent
@@ -218,7 +218,7 @@ def print_softness(rows: Sequence[SoftnessRow]) -> None:
         print(f"{row.sections:8}  {row.material:<8} {found:>18} {ideal:>14} {row.right_percent:8.0f}  {row.taken_for}")
     for sections in SECTIONS:
         right = np.mean([row.right_percent for row in rows if row.sections == sections])
-        print(f"{sections} sections: {right:.0f} % right")
+        print(f"{sections} sections: {right:.1f} % right")
 
 
 def main(train: int = 25, test: int = 25, seed: int = 1, jobs: int = 2, out: str = "results/softness") -> None:
