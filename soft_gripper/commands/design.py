@@ -12,7 +12,7 @@ from soft_gripper.design.files import write_design
 from soft_gripper.design.run import TABLE, Designed, most_runs, run_design
 from soft_gripper.design.sensitivity import Sensitivity
 from soft_gripper.design.study_file import load_design_study
-from soft_gripper.design.tables import TestRow, reason, sensitivity_rows, test_rows, write_tables
+from soft_gripper.design.tables import TestRow, reason, sensitivity_rows, short_names, test_rows, write_tables
 from soft_gripper.files.output import keep_inputs
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
@@ -53,14 +53,19 @@ def _print(found: Designed, minutes: float, jobs: int) -> None:
         return
     _print_front(found)
     _print_tests(found, test_rows(found))
-    _print_sensitivities(sensitivity_rows(found))
+    _print_sensitivities(found, sensitivity_rows(found))
 
 
 def _print_front(found: Designed) -> None:
     """The best designs of the front by the first end, after the scenario as it is."""
     config, keys = found.study.config, [axis.key for axis in found.study.axes]
     front = sorted(found.front, key=lambda i: found.designs[i].number != found.designs[found.best or 0].number)
-    columns = {"design": ""} | dict.fromkeys(keys, ">") | {"held": ">"} | {end.measure: ">" for end in config.ends}
+    columns = (
+        {"design": ""}
+        | dict.fromkeys(short_names(keys), ">")
+        | {"held": ">"}
+        | {end.measure: ">" for end in config.ends}
+    )
     cells = []
     for i in [0, *front[:_SHOWN]]:
         design, score = found.designs[i], found.designs[i].score
@@ -92,8 +97,10 @@ def _print_tests(found: Designed, rows: Sequence[TestRow]) -> None:
         print(f"{ends[0]} of the best design with {name}: {ratio:.2f} times that of the scenario as it is")
 
 
-def _print_sensitivities(rows: Sequence[Sensitivity]) -> None:
+def _print_sensitivities(found: Designed, rows: Sequence[Sensitivity]) -> None:
+    keys = [axis.key for axis in found.study.axes]
+    names = dict(zip(keys, short_names(keys), strict=True))
     if rows:
         columns = {"end": "", "variable": "", "slope of ranks": "+.2f", "explained": ".2f", "of": ".2f", "designs": "d"}
-        cells = ((row.end, row.variable, row.slope, row.explained, row.together, row.designs) for row in rows)
+        cells = ((row.end, names[row.variable], row.slope, row.explained, row.together, row.designs) for row in rows)
         print_table(columns, cells, "What matters, among the designs that were tried")

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.design.run import Design, Designed
 from soft_gripper.design.sensitivity import Sensitivity
-from soft_gripper.design.tables import SHARE_HELD, sensitivity_rows
+from soft_gripper.design.tables import SHARE_HELD, sensitivity_rows, short_names
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.runs.sweep.run import Range
 
@@ -35,8 +35,10 @@ def design_figure(found: Designed) -> Figure:
         _draw_front(left, found)
         _draw_sensitivities(right, found, sensitivity_rows(found))
         panels = rows[1].subplots(lines, columns, squeeze=False, sharey=True).ravel()
-        for number, (axes, axis) in enumerate(zip(panels, found.study.axes, strict=False)):
+        names = short_names([axis.key for axis in found.study.axes])
+        for number, (axes, axis, name) in enumerate(zip(panels, found.study.axes, names, strict=False)):
             _draw_variable(axes, found, axis.key, is_number=isinstance(axis, Range))
+            axes.set_xlabel(name)
             if number % columns == 0:
                 axes.set_ylabel(found.study.config.ends[0].measure)
         for axes in panels[axes_count:]:
@@ -44,12 +46,6 @@ def design_figure(found: Designed) -> Figure:
         handles, labels = left.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
     return figure
-
-
-def short_name(key: str) -> str:
-    """The last words of a dotted key, which tell it from others."""
-    words = [word for word in key.split(".") if not word.isdecimal() and word != "all"]
-    return words[-1].replace("_", " ") if len(words[-1]) > 5 or len(words) < 2 else " ".join(words[-2:])
 
 
 def _values(designs: Sequence[Design], end: int) -> Array:
@@ -96,7 +92,7 @@ def _draw_sensitivities(axes: Axes, found: Designed, rows: Sequence[Sensitivity]
         axes.bar_label(bars, signs, padding=2, fontsize=8)
     axes.set(xlim=(0, 1), ylim=(-0.6, len(keys) - 0.4), yticks=range(len(keys)))
     axes.set_xlabel("explained variance of ranks; + grows with it, − falls")
-    axes.set_yticklabels([short_name(key) for key in keys])
+    axes.set_yticklabels(short_names(keys))
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
     if shown:
@@ -123,4 +119,3 @@ def _draw_variable(axes: Axes, found: Designed, key: str, is_number: bool) -> No
         axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
     else:
         axes.set_xticks(range(len(choices)), choices)
-    axes.set_xlabel(short_name(key))

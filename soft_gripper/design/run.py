@@ -45,7 +45,7 @@ class Design:
     score: Score
 
 
-class Tested(NamedTuple):
+class DesignTest(NamedTuple):
     """A design in the test: the measures of its runs with each object."""
 
     number: int
@@ -66,7 +66,7 @@ class Designed:
     designs: Sequence[Design]
     front: Sequence[int]
     best: int | None
-    tested: Sequence[Tested]
+    tested: Sequence[DesignTest]
 
 
 def run_design(
@@ -88,13 +88,13 @@ def run_design(
         work: makes a run: the measures of a scenario with changes, and of own measures; see `run_and_measure`.
 
     Raises:
-        InputError: if a measure does not exist, the scenario or an object cannot be built, `out` cannot be written to,
-            or the study to resume is a different one.
+        InputError: if a measure does not exist, the scenario or an object cannot be built, every run of the scenario as
+            it is fails, `out` cannot be written to, or the study to resume is a different one.
     """
     config = study.config
     search = DesignSearch(study.axes, config.ends, config.designs, config.seed)
     runs = _Runs(study, out, executor, resume, report, work)
-    designs = [Design(SHIPPED, {}, runs.scores({SHIPPED: {}})[0]), *_searched(config, search, runs)]
+    designs = [runs.shipped(), *_searched(config, search, runs)]
     cost = costs([design.score for design in designs[1:]], config.ends)
     chosen = best(cost)
     best_index = None if chosen is None else chosen + 1
@@ -153,6 +153,18 @@ class _Runs:
         self._table.begin(_about(study, dump_scenario(scenario)), resume)
         self._order: list[tuple[str, ...]] = []
 
+    def shipped(self) -> Design:
+        """The scenario as it is.
+
+        Raises:
+            InputError: if every run of it fails.
+        """
+        (score,) = self.scores({SHIPPED: {}})
+        errors = [self._row(key)[ERROR] for key in self._order]
+        if errors and all(errors):
+            raise InputError(self._study.file, "scenario", self._study.scenario, f"every run of it fails: {errors[0]}")
+        return Design(SHIPPED, {}, score)
+
     def scores(self, designs: Mapping[int, Mapping[str, Any]]) -> list[Score]:
         """The scores of designs in the search; those that cannot be moulded are not run."""
         config = self._study.config
@@ -169,13 +181,13 @@ class _Runs:
     def _searched_keys(self) -> list[tuple[str, int]]:
         return [(case.object, case.draw) for case in self._searched]
 
-    def tests(self, designs: Mapping[int, Mapping[str, Any]]) -> list[Tested]:
+    def tests(self, designs: Mapping[int, Mapping[str, Any]]) -> list[DesignTest]:
         """The test of designs."""
         rows, found = self._rows(TEST, designs, self._tested), []
         for number in designs:
             names = dict.fromkeys(case.object for case in self._tested)
             of = {n: [rows[number, (c.object, c.draw)] for c in self._tested if c.object == n] for n in names}
-            found.append(Tested(number, of))
+            found.append(DesignTest(number, of))
         return found
 
     def finish(self) -> None:

@@ -49,9 +49,11 @@ def sensitivities(end: str, values: Array, variables: Mapping[str, Sequence[Any]
     Returns:
         a row for each variable; empty if there are fewer designs than it takes, or the end is the same for all.
     """
+    if len(values) < 2 or np.ptp(values) == 0:
+        return []
     columns = {name: _columns(given) for name, given in variables.items()}
     needed = sum(column.shape[1] for column in columns.values()) + 2
-    if len(values) <= needed or np.ptp(values) == 0:
+    if len(values) <= needed:
         return []
     y = _standard(rankdata(values))
     slopes, together = _fit(y, list(columns.values()))

@@ -17,6 +17,7 @@ from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.run import cell
 
 DESIGNS, SENSITIVITY, TESTS = "designs.csv", "sensitivity.csv", "tests.csv"
+_SHORT = 5  # letters of a word that says too little by itself
 SHARE_HELD = "held"  # the share of runs that hold, as if it were an end
 
 
@@ -30,6 +31,17 @@ class TestRow:
     held: int
     runs: int
     ends: tuple[float, ...]
+
+
+def short_names(keys: Sequence[str]) -> list[str]:
+    """The last words of dotted keys; the keys themselves, if that does not tell them apart."""
+    names = [_short_name(key) for key in keys]
+    return names if len(set(names)) == len(names) else list(keys)
+
+
+def _short_name(key: str) -> str:
+    words = [word for word in key.split(".") if not word.isdecimal() and word != "all"]
+    return words[-1].replace("_", " ") if len(words[-1]) > _SHORT or len(words) < 2 else " ".join(words[-2:])
 
 
 def design_cells(found: Designed) -> tuple[list[str], list[list[str]]]:

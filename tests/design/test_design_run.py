@@ -11,6 +11,7 @@ from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
 
 from soft_gripper.design.run import TABLE, run_design
 from soft_gripper.design.study_file import load_design_study
+from soft_gripper.errors import InputError
 from soft_gripper.files.output import release_folders
 from soft_gripper.models import DIRECTORY
 
@@ -199,7 +200,62 @@ def test_unknown_measures_are_refused_before_any_run(tmp_path):
     assert not (tmp_path / "out" / TABLE).exists()
 
 
+def test_a_measure_that_always_fails_ends_the_study_before_the_search(tmp_path):
+    def failing(scenario, changes, own):
+        raise InputError("design", "estimator.type", "arcs", "reports no contact force")
+
+    executor = HereExecutor()
+    with refused("scenario", "bottle_grasp") as caught:
+        run_design(study(tmp_path), tmp_path / "out", executor, work=failing)
+    assert "every run of it fails: design: estimator.type = 'arcs': reports no contact force" in str(caught.value)
+    assert len(executor.calls) == 3
+
+
 def test_an_object_that_cannot_be_built_is_refused_before_any_run(tmp_path):
     with refused("file") as caught:
         designed(tmp_path, objects={"can": {"models.bottle.file": "missing.stl"}})
     assert "objects.can" in str(caught.value)
+
+
+HOSTILE = [
+    None,
+    True,
+    -1,
+    1e300,
+    float("nan"),
+    "x",
+    "1..",
+    "..",
+    "1..2 %",
+    "-1e9..1e9",
+    [],
+    [1],
+    {},
+    {"a": 1},
+    [[], {}],
+    "é",
+]
+
+
+@pytest.mark.parametrize("key", [*STUDY, "set", "objects", "unseen", "wall", "limits", "batch", "seed"])
+def test_hostile_values_are_taken_or_refused(tmp_path, key):
+    """Nothing but an InputError, whatever stands in place of a field or of what lies in it."""
+    for value in HOSTILE:
+        for hostile in (value, [value], {"sensor.sections": value}, {"bottle": {"models.bottle.mesh.mass": value}}):
+            assert "study.yaml" in complaint(tmp_path, **{key: hostile})
+
+
+def complaint(folder, **changes):
+    """Why a study is refused; its file if it is not."""
+    try:
+        return str(study(folder, **changes).file)
+    except InputError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("text", ["", "3", "[1]", "a: [1", "\x00"])
+def test_a_file_that_is_no_study(tmp_path, text):
+    file = tmp_path / "study.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"study\.yaml"):
+        load_design_study(file)

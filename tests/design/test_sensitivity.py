@@ -52,5 +52,6 @@ def test_choices_without_order():
 
 def test_too_few_designs_tell_nothing():
     assert sensitivities("y", np.arange(3.0), {"a": [1.0, 2.0, 3.0]}) == []
+    assert sensitivities("y", np.zeros(0), {"a": []}) == []
     assert sensitivities("y", np.ones(9), {"a": list(range(9))}) == []
     assert len(sensitivities("y", np.arange(9.0), {"a": [1.0] * 9, "b": list(range(9))})) == 2
