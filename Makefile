@@ -11,7 +11,7 @@ MINOR = $(shell $(BIN)/python -c 'import sys; print(sys.version_info[1])')
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: evaluate fuzz kills soak test test-slow test-older older check lint format types wheel contact-points bench bench-against bench-peers scaling work-precision verification release-check clean
+.PHONY: evaluate fuzz kills soak test test-slow test-older older check lint format types wheel contact-points bench bench-against bench-export bench-peers scaling work-precision verification verification-soft release-check clean
 
 evaluate: $(READY)
 	$(BIN)/soft-gripper evaluate --out results/evaluation
@@ -92,6 +92,12 @@ bench-peers: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt -e .[peers]
 	$(BIN)/python benchmarks/bench_peers.py
 
+# The same scenarios in Drake and, exported, in MuJoCo: fingertips, and 100 random grasps.
+bench-export: $(READY)
+	$(BIN)/python -m pip install -q -c constraints.txt -e .[mujoco]
+	$(BIN)/python benchmarks/export_tips.py
+	$(BIN)/python benchmarks/export_trials.py
+
 scaling: $(READY)
 	$(BIN)/python benchmarks/scaling.py
 	$(BIN)/python benchmarks/many_runs.py
@@ -103,6 +109,10 @@ work-precision: $(READY)
 verification: $(READY)
 	$(BIN)/python -m pip install -q -c constraints.txt pyelastica
 	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify.py
+
+# Soft bodies between plates: the tables of docs/soft_objects.md, in a minute.
+verification-soft: $(READY)
+	PYTHONPATH=tests/helpers $(BIN)/python benchmarks/verify_soft.py
 
 # The site, in build/docs/html: pages and notebooks of the repository, and pages generated from the code.
 # NOTEBOOKS=off shows notebooks without running them, in a third of the time.

@@ -1,5 +1,6 @@
 """The plant: models added at their poses, and the fingers found in them."""
 
+import logging
 from collections.abc import Sequence
 from math import dist
 from typing import NamedTuple
@@ -30,6 +31,9 @@ from soft_gripper.library_messages import without_messages
 from soft_gripper.scenario.drake_parsing import drake_reads
 from soft_gripper.scenario.model_files import load_model
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
+from soft_gripper.truth.soft_object import SoftBody, soft_bodies, soft_body
+
+_LOGGER = logging.getLogger(__name__)
 
 
 def set_home_posture(plant: MultibodyPlant, arm: ArmConfig) -> None:
@@ -79,7 +83,10 @@ def add_model(
     """
     model, fingers = load_model(plant, config, where, is_arm, visuals, points)
     X_PC = config.X_PC.GetDeterministicValue()
-    if config.free:
+    soft = soft_body(plant, model)
+    if soft is not None:
+        soft.set_default_pose(X_PC)
+    elif config.free:
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
     else:
         plant.WeldFrames(find_frame(plant, config.parent, where, "parent"), own_frame(plant, config, where), X_PC)
@@ -125,6 +132,7 @@ class Scene(NamedTuple):
     plant: MultibodyPlant
     scene_graph: SceneGraph
     fingers: list[PlantFinger]
+    soft: dict[str, SoftBody]  # the soft objects, by the names of their models
 
 
 def add_plant(
@@ -153,6 +161,8 @@ def add_plant(
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     fingers: list[PlantFinger] = []
+    if config.time_step == 0 and any(model.mesh.youngs_modulus is not None for model in models):
+        raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
     for i, model in enumerate(models):
         where = f"models[{i}]"
         _, found = add_model(plant, model, where, arm is not None and model.name == arm.model, visuals, points)
@@ -161,6 +171,8 @@ def add_plant(
         if model.free and found:
             raise InputError(where, "free", True, "fingers need a welded base")
         fingers += found
+    if plant.deformable_model().num_bodies():
+        _check_soft(config, models, points)
     with drake_reads("models", "file", [model.file for model in models]):
         if points is not None:
             skins = (plant.GetCollisionGeometriesForBody(link) for finger in fingers for link in finger.links)
@@ -168,9 +180,26 @@ def add_plant(
         plant.Finalize()
     if arm is not None:
         set_home_posture(plant, arm)
-    scene = Scene(plant, scene_graph, fingers)
+    soft = soft_bodies(plant, scene_graph.model_inspector(), [model.name for model in models])
+    scene = Scene(plant, scene_graph, fingers, soft)
     remove_idle_skins(scene)
     return scene
+
+
+def _check_soft(config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
+    """Checks what Drake simulates beside soft objects; some of it would fall through them without an error.
+
+    Raises:
+        InputError: for a part of the scenario that does not go with them.
+    """
+    if points is not None:
+        raise InputError("scenario", "contact", "points", "must be surface: soft objects touch surfaces only")
+    for i, model in enumerate(models):
+        if model.half_space:
+            raise InputError(f"models[{i}]", "half_space", True, "leave it out: soft objects fall through half spaces")
+    if config.discrete_contact_approximation != "sap":
+        expected = "plant_config.discrete_contact_approximation: %s lets soft objects jitter at rest; sap does not"
+        _LOGGER.warning(expected, config.discrete_contact_approximation)
 
 
 def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: ModelConfig, where: str) -> None:
@@ -219,10 +248,10 @@ def remove_idle_skins(scene: Scene) -> None:
     That is known only where nothing moves but the joints of fingers, and these only turn: then a link cannot leave a
     ball about the base of its finger, whose radius is the length of the finger up to the end of the link.
     """
-    plant, scene_graph, fingers = scene
+    plant, scene_graph, fingers, soft = scene
     turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
     other_joints = plant.num_positions() > turning
-    if other_joints or not all(finger.is_anchored for finger in fingers):
+    if other_joints or soft or not all(finger.is_anchored for finger in fingers):
         return
     reaches = _reaches(scene)
     pairs = scene_graph.model_inspector().GetCollisionCandidates()

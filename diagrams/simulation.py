@@ -35,6 +35,7 @@ from soft_gripper.scenario.drake_values import plain_values
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import Scenario, default_simulator_config
+from soft_gripper.truth.soft_object import element_volumes
 
 MOST = 4  # cached stations, 8 to 20 MB each
 _NAMES_OTHERS = (
@@ -223,6 +224,7 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
     state = station.plant.GetPositionsAndVelocities(plant_context)
     bad = np.flatnonzero(~np.isfinite(state))
     if failure is None and not len(bad):
+        _check_elements(station, plant_context, context.get_time())
         return
     _blame(station, context, failure, has_diverged=len(bad) > 0)
     if failure is not None and not isinstance(failure, RuntimeError):
@@ -237,6 +239,16 @@ def advance(simulator: Simulator, station: Station, time: float) -> None:
         f"the simulation diverged before t = {context.get_time():.4g} s in state {worst}; likely cause:"
         f" a time step too long, or a contact or spring too stiff for the solver{drake}"
     ) from failure
+
+
+def _check_elements(station: Station, plant_context: Context, time: float) -> None:
+    """Raises a SimulationDivergedError if an element of a soft object is inside out: Drake goes on without an error."""
+    for name, soft in station.parts.soft.items():
+        if not element_volumes(soft.rest, soft.vertices(plant_context)).min() > 0:  # or NaN
+            raise SimulationDivergedError(
+                f"the soft object '{name}' was crushed before t = {time:.4g} s: an element is inside out; likely cause:"
+                " a force that its modulus does not bear, or friction below 0.2"
+            )
 
 
 def _blame(station: Station, context: Context, failure: BaseException | None, has_diverged: bool) -> None:

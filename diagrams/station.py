@@ -88,7 +88,7 @@ def add_station(
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals, points)
     made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
     check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
-    station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), *made_by)
+    station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), scene.soft, *made_by)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure, scenario.tendons)
     station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
     sensing = SensingConfig(scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator, scenario.record)
@@ -99,7 +99,7 @@ def add_station(
     free = [model.name for model in scenario.models if model.free]
     arm = None if scenario.arm is None else scenario.arm.model
     wrenches = scenario.record.truth != "none"
-    station.signals |= add_plant_signals(builder, scene.plant, free, arm, wrenches)
+    station.signals |= add_plant_signals(builder, scene, free, arm, wrenches)
     if meshcat is not None:
         add_meshcat_view(
             builder,

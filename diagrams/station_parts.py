@@ -1,5 +1,6 @@
 """The parts of a station, in its own diagram or in the user's."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pydrake.geometry import SceneGraph
@@ -12,8 +13,10 @@ from soft_gripper.diagrams.recording import Recording, SignalLogs, provenance, r
 from soft_gripper.diagrams.scene import check_starts_apart
 from soft_gripper.diagrams.task import check_paths
 from soft_gripper.diagrams.wiring.external import External
+from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
+from soft_gripper.truth.soft_object import SoftBody
 
 
 @dataclass
@@ -28,6 +31,7 @@ class StationParts:
     plant: MultibodyPlant
     scene_graph: SceneGraph
     fingers: tuple[PlantFinger, ...]
+    soft: Mapping[str, SoftBody]  # soft objects, by the names of their models
     sensor: str  # name of the block in tables and recordings
     estimator: str
     inputs: dict[str, InputPort] = field(default_factory=dict)
@@ -49,10 +53,14 @@ class StationParts:
         """Checks, in the built diagram, the initial state and the paths of a task for collisions.
 
         Raises:
-            InputError: if bodies initially penetrate each other, or a motion of a task collides.
+            InputError: if bodies initially penetrate each other, a motion of a task collides, or a rigid object has a
+                limit of its squeeze.
         """
         check_starts_apart(diagram, self.scene_graph)
         task, models = self.scenario.task, self.scenario.models
+        if task is not None and task.squeeze_limit is not None and task.object not in self.soft:
+            expected = f"leave it out: '{task.object}' is not soft, see mesh.youngs_modulus"
+            raise InputError("task", "squeeze_limit", task.squeeze_limit, expected)
         if task is not None and self.task is not None and self.arm is not None:
             check_paths(diagram, self.plant, self.scene_graph, models, self.arm, task, self.task.phases)
 

@@ -15,7 +15,7 @@ import numpy as np
 from pydrake.geometry import PenetrationAsPointPair, SceneGraph, SceneGraphInspector
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, Frame
+from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.trajectories import Trajectory
 
@@ -39,6 +39,7 @@ from soft_gripper.diagrams.scene import first_body, own_frame
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.truth.soft_object import soft_body
 
 TOUCH_DEPTH = 1e-3  # m, penetration that counts as a touch
 
@@ -128,7 +129,7 @@ def check_paths(
     """Checks the arm, the gripper and, while it is held, the object for collisions along all motions of a task.
 
     The fingers are straight. The object is at its reported pose until it is grasped, then at its planned pose in the
-    fingers; during a rescue its pose is unknown.
+    fingers; during a rescue its pose is unknown. A soft object, which gives way, is not checked.
 
     Raises:
         InputError: naming the phase, the colliding bodies, and the place.
@@ -139,13 +140,20 @@ def check_paths(
     for i, phase in enumerate(phases):
         postures = _postures(phase)
         positions = _positions(plant, arm, task, tool, postures, _place(models, task, i))
-        held = {first_body(plant, task.object).index()} if phase.holds and task.object is not None else set()
+        held = {body.index() for body in _object_bodies(plant, task)} if phase.holds else set()
         collision = first_collision(root, plant, scene_graph, robot | held, positions)
         if collision is not None:
             failed = next((k for k, other in enumerate(phases) if other.rescue in range(i - 2, i + 1)), i)
             where = f"task.phases[{failed if i >= len(task.phases) else i}]"
             part = collision.index / (len(postures) - 1)
             raise InputError(where, "name", phase.name, f"collides: {part:.0%} along its path, {collision}")
+
+
+def _object_bodies(plant: MultibodyPlant, task: TaskConfig) -> list[RigidBody]:
+    """The first link of the object; none if there is no object, or a soft one."""
+    if task.object is None or soft_body(plant, plant.GetModelInstanceByName(task.object)):
+        return []
+    return [first_body(plant, task.object)]
 
 
 def _postures(phase: Phase) -> Array:
@@ -183,9 +191,8 @@ def _positions(
     positions = []
     for posture in postures:
         plant.SetPositions(context, arm.model, posture)
-        if task.object is not None:
-            pose = tool.CalcPoseInWorld(context) @ X_GO if X_WO is None else X_WO
-            plant.SetFreeBodyPose(context, first_body(plant, task.object), pose)
+        for body in _object_bodies(plant, task):
+            plant.SetFreeBodyPose(context, body, tool.CalcPoseInWorld(context) @ X_GO if X_WO is None else X_WO)
         positions.append(plant.GetPositions(context))
     return np.array(positions)
 

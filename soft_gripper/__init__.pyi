@@ -1,6 +1,7 @@
 """Soft, sensing grippers on Drake's systems framework: the public names, each loaded when it is first used."""
 
 from . import control as control
+from . import design as design
 from . import diagrams as diagrams
 from . import estimators as estimators
 from . import evaluation as evaluation

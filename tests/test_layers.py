@@ -21,6 +21,7 @@ PARTS = (
     "diagrams",
     "pictures",
     "runs",
+    "design",
     "export",
     "hardware",
     "play",

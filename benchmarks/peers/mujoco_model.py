@@ -7,8 +7,6 @@ from peers.task import Setting, Task
 from soft_gripper.export.mjcf import to_mjcf
 from soft_gripper.fingers.finger_links import joint_name
 
-_SOLREF = [0.02, 1.0]  # MuJoCo's own; the export has contacts that are stiffer, for shorter steps
-
 
 def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
     """The model under the options of a setting."""
@@ -16,13 +14,6 @@ def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
     meshes = {name: source.read_bytes() for name, source in exported.meshes.items()}
     spec = mujoco.MjSpec.from_string(exported.text, assets=meshes)
     _set_options(spec, task, setting)
-    for mesh in spec.meshes:
-        mesh.octree_maxdepth = setting.get("octree_maxdepth", mesh.octree_maxdepth)
-    for pair in spec.pairs:
-        _set_contact(pair, setting)
-    for geom in list(spec.geoms):
-        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-            _touch_surface(spec, geom)
     return spec.compile()
 
 
@@ -47,25 +38,5 @@ def _set_options(spec: mujoco.MjSpec, task: Task, setting: Setting) -> None:
     option.cone = getattr(mujoco.mjtCone, f"mjCONE_{setting.get('cone', 'elliptic').upper()}")
     option.impratio = setting.get("impratio", 1)
     option.noslip_iterations = setting.get("noslip_iterations", 0)
-    if "sdf_initpoints" in setting:
-        option.sdf_initpoints, option.sdf_iterations = setting["sdf_initpoints"], setting["sdf_iterations"]
     if not task.bodies:
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-
-
-def _set_contact(pair: mujoco.MjsPair, setting: Setting) -> None:
-    pair.condim = setting.get("condim", 3)
-    pair.solref = setting.get("solref", _SOLREF)
-    if "solimp" in setting:
-        pair.solimp = setting["solimp"]
-
-
-def _touch_surface(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> None:
-    """Lets fingers touch the true surface of a mesh. A flat table touches it where it touches its convex hull."""
-    foot = geom.parent.add_geom(type=geom.type, meshname=geom.meshname, pos=geom.pos, quat=geom.quat, name="foot")
-    foot.contype = foot.conaffinity = 0
-    geom.type = mujoco.mjtGeom.mjGEOM_SDF
-    flat = {other.name for other in spec.geoms if other.type == mujoco.mjtGeom.mjGEOM_BOX and other.name[:5] == "table"}
-    for pair in spec.pairs:
-        if geom.name in (pair.geomname1, pair.geomname2) and flat & {pair.geomname1, pair.geomname2}:
-            pair.geomname1, pair.geomname2 = foot.name, next(iter(flat))

@@ -28,7 +28,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     signals = {}
     if task.free is not None:
         pose = f"{task.free.name}.pose"
-        signals[pose] = add_plant_signals(builder, scene.plant, [task.free.name])[pose]
+        signals[pose] = add_plant_signals(builder, scene, [task.free.name])[pose]
     for finger in scene.fingers:
         signals |= _sense(builder, task, finger, drive.pressures[finger.name])
     logs = add_logs(builder, signals, task.period)

@@ -30,6 +30,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import Scene
 from soft_gripper.diagrams.view.estimate_visualizer import CONTACT_SIGNALS, PLACES, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.soft_visualizer import SoftVisualizer, drawn_bodies
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError, first_line
@@ -189,6 +190,8 @@ def add_meshcat_view(
         models, arm, task: parts of the scenario; their whole workspace is kept in view.
     """
     add_estimates(builder, scene, signals, meshcat, pressure, sensor)
+    if scene.soft:
+        _add_soft_objects(builder, scene, signals, meshcat)
     ContactVisualizer.AddToBuilder(builder, scene.plant, meshcat, _contact_arrows())
     set_up_view(scene, meshcat, pressure, models, arm, task)
 
@@ -206,7 +209,7 @@ def add_estimates(
     `signals` must contain `{finger}.arcs` and `{finger}.external_torque`; contact, `position_std` and the places of an
     estimate in space are drawn if present, see EstimateVisualizer. For the other arguments see `add_meshcat_view`.
     """
-    plant, scene_graph, fingers = scene
+    plant, scene_graph, fingers, _ = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
     drawn = [_drawn(scene_graph, finger, signals, sensor) for finger in fingers]
     limit = torque_limit(pressure, fingers)
@@ -218,6 +221,15 @@ def add_estimates(
             builder.Connect(signals[name], port)
 
 
+def _add_soft_objects(
+    builder: DiagramBuilder, scene: Scene, signals: Mapping[str, OutputPort], meshcat: Meshcat
+) -> None:
+    bodies = drawn_bodies(scene.plant, scene.scene_graph, scene.soft)
+    drawing = builder.AddNamedSystem("soft_visualizer", SoftVisualizer(meshcat, bodies, PERIOD))
+    for name, port in inputs(drawing).items():
+        builder.Connect(signals[name], port)
+
+
 def set_up_view(
     scene: Scene,
     meshcat: Meshcat,
@@ -227,7 +239,7 @@ def set_up_view(
     task: TaskConfig | None = None,
 ) -> None:
     """Sets up camera, light and legend for a scene. For the arguments see `add_meshcat_view`."""
-    plant, _, fingers = scene
+    plant, _, fingers, _ = scene
     direction = viewing_direction(arm, plant, fingers, _DIRECTION)
     _set_scene(meshcat)
     if arm is not None:
@@ -297,7 +309,7 @@ def _set_scene(meshcat: Meshcat) -> None:
 
 def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | None, task: TaskConfig | None) -> Array:
     """Points to keep in view, (M, 3) m: the reach of the fingers, the arm, the object handled, and its goal."""
-    plant, scene_graph, fingers = scene
+    plant, scene_graph, fingers, soft = scene
     points = [finger.X_WB @ (finger.finger.length * corner) for finger in fingers for corner in _REACH]
     if arm is not None:
         model, context = plant.GetModelInstanceByName(arm.model), plant.CreateDefaultContext()
@@ -306,7 +318,9 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
             plant.SetPositions(context, model, posture)
             points += [*box_corners(plant, scene_graph, context, moved, Role.kIllustration)]
     free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
-    points += [*box_corners(plant, scene_graph, plant.CreateDefaultContext(), free, Role.kIllustration)]
+    context = plant.CreateDefaultContext()
+    points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration)]
+    points += [vertex for each in soft.values() for vertex in each.vertices(context)]
     if task is not None and task.object is not None:
         points.append(task.X_WGoal.GetDeterministicValue().translation())
     return np.array(points)

@@ -94,7 +94,7 @@ def add_pressure_drive(
 
 def _check_leaks(fingers: Sequence[PlantFinger], config: PressureConfig) -> None:
     """Raises an InputError if a finger that leaks is not known, or its chambers turn with it."""
-    known = [finger.name for finger in fingers if finger.finger.pressures and not _chambers_turn(finger)]
+    known = [finger.name for finger in fingers if finger.finger.pressures and not chambers_turn(finger)]
     for name, share in config.leaks.items():
         if name not in (*known, COMMON):
             raise InputError("pressure.leaks", name, share, f"no such finger that can leak; known: {', '.join(known)}")
@@ -119,11 +119,11 @@ def _add_chambers(
         drive.commands[finger.name] = block.GetInputPort(f"{finger.name}.pressure_command")
         pressure = drive.pressures[finger.name] = block.GetOutputPort(f"{finger.name}.pressure")
         describe(pressure, "Pa", **finger.finger.chamber_axis)
-    bent = [_add_bent_chambers(builder, finger, drive) for finger in driven if _chambers_turn(finger)]
+    bent = [_add_bent_chambers(builder, finger, drive) for finger in driven if chambers_turn(finger)]
     return [block.GetOutputPort("actuation"), *bent]
 
 
-def _chambers_turn(finger: PlantFinger) -> bool:
+def chambers_turn(finger: PlantFinger) -> bool:
     """Whether the torque of its chambers depends on the shape of a finger."""
     is_slanted = not finger.finger.chamber_paths.are_parallel
     return bool(finger.finger.chambers) and (is_slanted or "twist" in finger.finger.yields)

@@ -8,45 +8,55 @@ from pydrake.multibody.tree import Joint, ModelInstanceIndex, PrismaticJoint, Qu
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import MatrixGain
 
-from soft_gripper.diagrams.scene import arm_joints
+from soft_gripper.diagrams.scene import Scene, arm_joints
+from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.signals import describe
-
-_POSE = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")
-_POSE_UNITS = ("1", "1", "1", "1", "m", "m", "m")
-_WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
-_WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
+from soft_gripper.truth.soft_object import POSE, POSE_UNITS, WRENCH, WRENCH_UNITS, SoftObject
 
 
 def add_plant_signals(
     builder: DiagramBuilder,
-    plant: MultibodyPlant,
+    scene: Scene,
     free: Iterable[str],
     arm: str | None = None,
     wrenches: bool = True,
 ) -> dict[str, OutputPort]:
     """Adds blocks that select signals from the plant's state; returns the signals.
 
-    They are `plant.state`; for each free model `{object}.pose` and `{object}.contact_wrench`; and for the arm
-    `{arm}.joint_positions`, `{arm}.joint_velocities` and `{arm}.joint_torques`.
+    They are `plant.state`; for each free model `{object}.pose` and `{object}.contact_wrench`, or, if it is soft, what
+    `SoftObject` puts out; and for the arm `{arm}.joint_positions`, `{arm}.joint_velocities` and `{arm}.joint_torques`.
 
     Args:
         builder: builder of a diagram with the plant.
-        plant: the finalized plant.
+        scene: with the finalized plant.
         free: names of the free models.
         arm: name of the arm.
         wrenches: with the contact wrenches.
     """
+    plant = scene.plant
     names, units = plant.GetStateNames(), state_units(plant)
     signals = {"plant.state": describe(plant.get_state_output_port(), units, state=names)}
     for name in free:
         model = plant.GetModelInstanceByName(name)
+        if name in scene.soft:
+            found = _add_soft_object(builder, scene, name)
+            signals |= {s: port for s, port in found.items() if wrenches or s != f"{name}.contact_wrench"}
+            continue
         first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_positions_start()
         pose = _pick(builder, plant, f"{name}.pose", range(first, first + 7))
-        signals[f"{name}.pose"] = describe(pose, _POSE_UNITS, pose_entry=_POSE)
+        signals[f"{name}.pose"] = describe(pose, POSE_UNITS, pose_entry=POSE)
         forces = plant.get_generalized_contact_forces_output_port(model)
-        if wrenches and forces.size() == len(_WRENCH):
-            signals[f"{name}.contact_wrench"] = describe(forces, _WRENCH_UNITS, wrench=_WRENCH)
+        if wrenches and forces.size() == len(WRENCH):
+            signals[f"{name}.contact_wrench"] = describe(forces, WRENCH_UNITS, wrench=WRENCH)
     return signals | (_arm_signals(builder, plant, arm) if arm is not None else {})
+
+
+def _add_soft_object(builder: DiagramBuilder, scene: Scene, name: str) -> dict[str, OutputPort]:
+    block = builder.AddNamedSystem(f"{name}.shape", SoftObject(scene.soft[name]))
+    configurations = scene.plant.get_deformable_body_configuration_output_port()
+    builder.Connect(configurations, block.GetInputPort("configurations"))
+    builder.Connect(scene.plant.get_contact_results_output_port(), block.GetInputPort("contact_results"))
+    return {f"{name}.{signal}": port for signal, port in vector_outputs(block).items()}
 
 
 def _arm_signals(builder: DiagramBuilder, plant: MultibodyPlant, arm: str) -> dict[str, OutputPort]:
@@ -104,7 +114,7 @@ def state_units(plant: MultibodyPlant) -> list[str]:
 
 def _joint_units(joint: Joint) -> tuple[list[str], list[str]]:
     if isinstance(joint, QuaternionFloatingJoint):
-        return list(_POSE_UNITS), ["rad/s"] * 3 + ["m/s"] * 3
+        return list(POSE_UNITS), ["rad/s"] * 3 + ["m/s"] * 3
     if isinstance(joint, RevoluteJoint):
         return ["rad"], ["rad/s"]
     return (["m"], ["m/s"]) if isinstance(joint, PrismaticJoint) else ([], [])

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain
 
@@ -22,6 +23,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
 from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses, ways_out_of_plane
+from soft_gripper.truth.soft_object import soft_body
 
 _DELAYED = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
@@ -127,6 +129,9 @@ def _objects(plant: MultibodyPlant, fingers: Sequence[PlantFinger]) -> dict[str,
         bodies = map(plant.get_body, plant.GetBodyIndices(model))
         geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
         found[str(plant.GetModelInstanceName(model))] = [geometry.get_value() for geometry in geometries]
+    for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
+        if soft := soft_body(plant, model):
+            found[str(plant.GetModelInstanceName(model))] = [soft.geometry_id().get_value()]
     return found
 
 

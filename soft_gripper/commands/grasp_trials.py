@@ -89,10 +89,13 @@ def _print_summary(file: str, seed: int, rows: Sequence[TrialRow]) -> None:
     for label, column, unit in (
         ("slip", "slip_mm", "mm"),
         ("peak force", "peak_force_n", "N"),
+        ("squeeze", "squeeze_mm", "mm"),
         ("detection delay", "detection_delay_ms", "ms"),
         ("size error", "size_error_mm", "mm"),
     ):
-        print(f"  {label:<16} at most {_over(np.max, [getattr(row, column) for row in rows]):.2f} {unit}")
+        most = _over(np.max, [getattr(row, column) for row in rows])
+        if np.isfinite(most):
+            print(f"  {label:<16} at most {most:.2f} {unit}")
     for row in rows:
         if not row.success:
             print(f"  trial {row.trial}: {row.cause}")

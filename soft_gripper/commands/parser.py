@@ -369,6 +369,23 @@ COMMANDS = (
         _check_sweep,
     ),
     Command(
+        "design",
+        "search the best design of a gripper for a set of objects, and test it",
+        (
+            "examples/design/bottle.yaml --out results/bottle    tables, Pareto front, gripper, drawings, mould",
+            "my_study.yaml --out results/mine --resume           go on after an interruption",
+        ),
+        (
+            *CONSOLE,
+            option(
+                "study", "YAML file: what varies, what must be held, and to which ends; see docs/design.md", read=path
+            ),
+            RESUME,
+            *EXECUTOR,
+            out("results/design"),
+        ),
+    ),
+    Command(
         "grasp-strength",
         "load a held object in twelve directions until it is lost",
         (

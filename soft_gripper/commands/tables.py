@@ -80,9 +80,10 @@ def print_steps(rows: Sequence[StepRow]) -> None:
 
 def print_truth(row: Judged) -> None:
     """Prints the ground truth of a task: where the object ended up."""
+    squeezed = "" if np.isnan(row.squeeze_mm) else f", squeezed by up to {row.squeeze_mm:.2f} mm"
     print(
         f"Ground truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
-        f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N"
+        f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N{squeezed}"
     )
 
 

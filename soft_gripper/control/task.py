@@ -1,5 +1,6 @@
 """TaskMachine: leads arm and fingers through the phases of a task."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
@@ -212,6 +213,20 @@ class TaskMachine(LeafSystem):
     def is_over(self, context: Context) -> bool:
         """Whether the task is finished, from the context of this block."""
         return self.progress(context).phase == len(self.phases)
+
+    def unobserved(self, end: float) -> Iterator[tuple[float, Array]]:
+        """Times, s, and the desired states from then on, (2 n), where no phase waits for the gripper.
+
+        The last one is where the task is over, or `end`.
+        """
+        progress = Progress()
+        for time in self._period * np.arange(int(end / self._period) + 1):
+            progress = self._rules.step(progress, GripObservation(float(time), np.nan, np.nan))
+            if progress.phase < len(self.phases):
+                desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
+            yield float(time), desired
+            if progress.phase == len(self.phases):
+                break
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         time = context.get_time()

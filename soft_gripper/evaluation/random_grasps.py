@@ -125,13 +125,18 @@ def with_object(scenario: Scenario, shape: str, drawn: RandomObject) -> Scenario
     Raises:
         InputError: unless exactly one model is free.
     """
+    return with_mesh(scenario, SHAPES[shape], SCALES.get(shape, 1.0), drawn)
+
+
+def with_mesh(scenario: Scenario, file: str, scale: float, drawn: RandomObject) -> Scenario:
+    """The scenario with the mesh of a file as its object; raises as `with_object`."""
     found = deepcopy(scenario)
     model = free_model(found)
     X_WO = model.X_PC.GetDeterministicValue()
     height = X_WO.translation()[2] + model.mesh.scale * lowest(model.file, X_WO.rotation())
     turn = RotationMatrix.MakeZRotation(np.radians(drawn.yaw_deg))
     x, y, _ = X_WO.translation() + 1e-3 * np.array([drawn.x_mm, drawn.y_mm, 0.0])
-    model.file, model.mesh.scale = SHAPES[shape], drawn.size * SCALES.get(shape, 1.0)
+    model.file, model.mesh.scale = file, drawn.size * scale
     model.mesh.mass, model.mesh.friction = 1e-3 * drawn.mass_g, drawn.friction
     model.X_PC = Transform(RigidTransform(turn, [x, y, height - model.mesh.scale * lowest(model.file, turn)]))
     return found

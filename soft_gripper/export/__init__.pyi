@@ -6,3 +6,5 @@ from .mjcf import Mjcf as Mjcf
 from .mjcf import to_mjcf as to_mjcf
 from .sdf import Sdf as Sdf
 from .sdf import to_sdf as to_sdf
+from .sensed import SensedFinger as SensedFinger
+from .sensed import sensed_fingers as sensed_fingers

@@ -2,11 +2,22 @@
 
 All numbers are written in full precision. Every pair of shapes that may touch is listed, with the friction of the pair
 as Drake combines it: MuJoCo by itself would take the larger of two coefficients. A chamber is a fixed tendon along the
-joints of its finger, weighted by the pressure gain of each, that an actuator with the lag of the supply pulls at.
+joints of its finger, weighted by the pressure gain of each, that an actuator with the lag of the supply pulls at. A
+branch of creep is an actuator at every joint, whose activation is the internal angle: it follows the angle of the
+joint, which is its command.
+
+MuJoCo knows contact at points only, so that a finger has the points under its skin of `contact: points`, of the same
+stiffness. MuJoCo takes the stiffness K of a contact of impedance d as an acceleration per penetration,
+
+    k = (1 - d) K (sum of the mobilities of both bodies),
+
+where the mobility is its body_invweight0 (the documentation of MuJoCo, "Solver parameters": at rest R f = -a_ref, with
+the regularisation R = (1 - d) / d times that sum); the damping is critical.
 """
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,12 +36,26 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import Joint, JointActuator, RevoluteJoint, RigidBody, WeldJoint
+from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody, WeldJoint
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.drive import chambers_turn
 from soft_gripper.errors import InputError
-from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, springs, text
+from soft_gripper.export.commands import ArmActuator, Commands, arm_actuators, chamber_names, make_commands
+from soft_gripper.export.tree import (
+    SOFT,
+    axis_of,
+    exports_creep,
+    inertia_of,
+    joints_below,
+    left_out,
+    mobilities,
+    pose_at_zero,
+    scoped_name,
+    springs,
+    text,
+)
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.contact import combined_friction
@@ -38,6 +63,10 @@ from soft_gripper.truth.contact import combined_friction
 LONGEST_STEP = 0.002  # s
 # Time constant, s, and damping ratio of contacts. With MuJoCo's 0.02 s light links sink in; see docs/export.md.
 _SOLREF = "0.004 1"
+_IMPEDANCE = 0.95  # d of a contact with a skin
+# m, radius of the patch over which a link touches, shared by its points; 35 to 90 mm^2 in the shipped grasps.
+_PATCH = 4e-3
+_RIGID = 1e9  # N/m, from which on a contact is not that of a skin
 _HALF_SPACE = "1 1 0.1"  # m, of a plane as it is drawn; it has no end
 
 
@@ -46,8 +75,8 @@ class Mjcf(NamedTuple):
 
     text: str
     meshes: Mapping[str, Path]  # files that the text names, by their names in it
-    actuators: Sequence[str]  # pressures of chambers, Pa, and then positions of joints of an arm
-    arm: Sequence[float]  # commands that hold the arm where a run begins, of the last actuators
+    actuators: Sequence[str]  # that are commanded: effective pressures of chambers, Pa; positions of joints of an arm
+    commands: Commands  # of the actuators, over time
     left_out: Sequence[str]  # what MuJoCo simulates otherwise, or not at all
 
 
@@ -55,9 +84,15 @@ def to_mjcf(scenario: Scenario) -> Mjcf:
     """A scenario as MJCF.
 
     Raises:
-        InputError: if a part of the scenario cannot be built, or has a joint or a shape without a counterpart.
+        InputError: if a part of the scenario cannot be built, is soft, or has a joint or a shape without a counterpart.
     """
-    return _Writer(make_station(scenario)).write()
+    for model in scenario.models:
+        if model.mesh.youngs_modulus is not None:
+            raise InputError("export", "models", model.name, SOFT)
+    models = [replace(model, self_contact=False) for model in scenario.models]
+    found = _Writer(make_station(replace(scenario, models=models, contact="points"))).write()
+    idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
+    return found._replace(left_out=[*found.left_out, *idle])
 
 
 class _Writer:
@@ -70,7 +105,6 @@ class _Writer:
         self._positions = self._plant.GetPositions(self._context)
         self._qpos: list[float] = []  # in the order of the joints in the file
         self._names: list[str] = []  # of the actuators
-        self._arm_joints: list[tuple[Joint, float]] = []  # and the stiffnesses of their controllers
         self._tips = {finger.links[-1].index(): finger for finger in station.fingers}
         self._root = ET.Element("mujoco", model="scenario")
         self._assets = ET.Element("asset")
@@ -78,7 +112,20 @@ class _Writer:
         self._geoms: dict[GeometryId, str] = {}
         self._children = joints_below(self._plant)
         self._springs = dict(springs(station.fingers))
-        self._left_out = list(left_out(station))
+        self._left_out = [*left_out(station), *self._approximations()]
+        self._mobilities = mobilities(self._plant)
+
+    def _approximations(self) -> Iterator[str]:
+        for finger in self._station.fingers:
+            points = self._scenario.contact_points
+            own = finger.finger
+            yield f"{finger.name}: contact over surfaces; it touches at {points} points on either side of every link"
+            if own.creep and not exports_creep(finger):
+                yield f"{finger.name}: creep, which its pressure_law multiplies"
+            if any(own.laws):
+                yield f"{finger.name}: that its pressure_law follows the lag; commands are effective pressures"
+            if chambers_turn(finger):
+                yield f"{finger.name}: chambers that turn as it twists; their torques are those of the straight finger"
 
     def write(self) -> Mjcf:
         step = min(self._scenario.plant_config.time_step or LONGEST_STEP, LONGEST_STEP)
@@ -94,11 +141,16 @@ class _Writer:
         tendons, actuators = ET.SubElement(self._root, "tendon"), ET.SubElement(self._root, "actuator")
         for finger in self._station.fingers:
             self._add_chambers(tendons, actuators, finger)
-        self._add_positions(actuators)
-        arm = [self._held_at(*each) for each in self._arm_joints]
-        self._add_home(arm)
+        for actuator in arm_actuators(self._station):
+            self._add_position(actuators, actuator)
+        for finger in self._station.fingers:
+            self._add_creep(actuators, finger)
+        commands = make_commands(self._station)
+        commanded = [*np.zeros(commands.pressures.shape[1]), *commands.arm[0]]
+        self._add_home([*commanded, *np.zeros(len(actuators) - len(commanded))])
         ET.indent(self._root)
-        return Mjcf(ET.tostring(self._root, encoding="unicode") + "\n", self._meshes, self._names, arm, self._left_out)
+        found = ET.tostring(self._root, encoding="unicode") + "\n"
+        return Mjcf(found, self._meshes, self._names, commands, self._left_out)
 
     def _add_children(self, element: ET.Element, parent: RigidBody) -> None:
         for joint in self._children.get(parent.index(), []):
@@ -118,14 +170,14 @@ class _Writer:
         if isinstance(joint, WeldJoint):
             return
         if joint.child_body().is_floating_base_body():
-            ET.SubElement(body, "freejoint", name=_joint_name(joint))
+            ET.SubElement(body, "freejoint", name=scoped_name(joint))
             X_WB = self._plant.GetDefaultFloatingBaseBodyPose(joint.child_body())
             self._qpos += [*X_WB.translation(), *X_WB.rotation().ToQuaternion().wxyz()]
             return
         axis, kind = axis_of(joint), "hinge" if isinstance(joint, RevoluteJoint) else "slide"
         X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
         stiffness, damping = self._springs.get(joint.index(), (0.0, joint.default_damping()))
-        settings = {"name": _joint_name(joint), "type": kind}
+        settings = {"name": scoped_name(joint), "type": kind}
         settings |= {"pos": text(X_CM.translation()), "axis": text(X_CM.rotation() @ axis)}
         settings |= {"stiffness": repr(float(stiffness)), "damping": repr(float(damping))}
         low, high = joint.position_lower_limit(), joint.position_upper_limit()
@@ -154,7 +206,8 @@ class _Writer:
 
     def _shape(self, shape: Shape, name: str) -> dict[str, str]:
         if isinstance(shape, Mesh | Convex):
-            return {"type": "mesh", "mesh": self._add_mesh(shape, name)}
+            self._add_mesh(shape, name)
+            return {"type": "mesh", "mesh": name}
         kinds: dict[type[Shape], tuple[str, Any]] = {
             Box: ("box", lambda box: box.size() / 2),
             Sphere: ("sphere", lambda ball: [ball.radius()]),
@@ -169,74 +222,98 @@ class _Writer:
         kind, size = kinds[type(shape)]
         return {"type": kind, "size": text(size(shape))}
 
-    def _add_mesh(self, shape: Mesh | Convex, name: str) -> str:
+    def _add_mesh(self, shape: Mesh | Convex, name: str) -> None:
+        """Adds a mesh by its file, or a convex part of one by its corners."""
+        if isinstance(shape, Convex):
+            hull = shape.GetConvexHull()
+            corners = np.array([hull.vertex(i) for i in range(hull.num_vertices())])
+            ET.SubElement(self._assets, "mesh", name=name, vertex=text(corners.ravel()))
+            return
         source = Path(shape.source().path())
         file = f"mesh_{len(self._meshes)}{source.suffix}"
         self._meshes[file] = source
-        if isinstance(shape, Mesh):
-            self._left_out.append(f"{name}: MuJoCo lets others touch the convex hull of a mesh, not its surface")
         ET.SubElement(self._assets, "mesh", name=name, file=file, scale=text(shape.scale3()))
-        return name
 
     def _add_pairs(self, contact: ET.Element) -> None:
         for one, other in sorted(self._inspector.GetCollisionCandidates(), key=_values):
             if one in self._geoms and other in self._geoms:
-                friction = combined_friction(self._friction(one), self._friction(other))
-                settings = {"geom1": self._geoms[one], "geom2": self._geoms[other], "condim": "3", "solref": _SOLREF}
-                ET.SubElement(contact, "pair", settings, friction=text([friction, friction, 0.005, 1e-4, 1e-4]))
+                settings = self._compliance(one, other) | self._friction(one, other)
+                ET.SubElement(contact, "pair", settings, geom1=self._geoms[one], geom2=self._geoms[other])
 
-    def _friction(self, geometry: GeometryId) -> float:
+    def _is_skin(self, *pair: GeometryId) -> bool:
+        """Whether one of two shapes gives way."""
+        return min(map(self._stiffness, pair)) < _RIGID
+
+    def _compliance(self, *pair: GeometryId) -> dict[str, str]:
+        """How a pair gives way."""
+        if not self._is_skin(*pair):
+            return {"solref": _SOLREF}
+        mobility = sum(self._mobilities[self._body_of(each).index()] for each in pair)
+        k = (1 - _IMPEDANCE) / sum(1 / self._stiffness(each) for each in pair) * mobility
+        return {"solref": text([-k, -2 * np.sqrt(k)]), "solimp": text([_IMPEDANCE, _IMPEDANCE, 1e-3, 0.5, 2])}
+
+    def _friction(self, *pair: GeometryId) -> dict[str, str]:
+        """Of a pair; that of a skin also resists turning, as pressure that is even over a patch does."""
+        friction = combined_friction(*map(self._coefficient, pair))
+        torsion = 2 / 3 * _PATCH / np.sqrt(self._scenario.contact_points) * friction
+        settings = {"friction": text([friction, friction, torsion, 1e-4, 1e-4])}
+        return settings | {"condim": "4" if self._is_skin(*pair) else "3"}
+
+    def _body_of(self, geometry: GeometryId) -> RigidBody:
+        return self._plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
+
+    def _stiffness(self, geometry: GeometryId) -> float:
+        """Of a point of contact, N/m."""
+        properties = self._inspector.GetProximityProperties(geometry)
+        return float(properties.GetPropertyOrDefault("material", "point_contact_stiffness", np.inf))
+
+    def _coefficient(self, geometry: GeometryId) -> float:
         properties = self._inspector.GetProximityProperties(geometry)
         return float(properties.GetProperty("material", "coulomb_friction").static_friction())
 
     def _add_chambers(self, tendons: ET.Element, actuators: ET.Element, finger: PlantFinger) -> None:
         """Adds the chambers of a finger, and their actuators."""
         gains, supply = finger.finger.pressure_gains, self._scenario.pressure
-        labels = [label for labels in finger.finger.chamber_axis.values() for label in labels]
-        for chamber in range(finger.finger.pressures):
-            name = f"{finger.name}::{labels[chamber]}" if labels else finger.name
+        limits = np.outer([supply.minimum, supply.maximum], np.ones(finger.finger.pressures))
+        ranges = finger.finger.effective_pressure(limits).T
+        for chamber, (name, limit) in enumerate(zip(chamber_names(finger), ranges, strict=True)):
             tendon = ET.SubElement(tendons, "fixed", name=f"{name} chamber")
             for way in finger.finger.driven_ways:
                 for joint, gain in zip(finger.joints_of(way), gains[way][chamber], strict=True):
-                    ET.SubElement(tendon, "joint", joint=_joint_name(joint), coef=repr(float(gain)))
+                    ET.SubElement(tendon, "joint", joint=scoped_name(joint), coef=repr(float(gain)))
             settings = {"name": name, "tendon": f"{name} chamber", "gainprm": "1", "biastype": "none"}
-            settings["ctrlrange"] = text([supply.minimum, supply.maximum])
+            settings["ctrlrange"] = text(limit)
             if supply.time_constant > 0:
                 settings |= {"dyntype": "filterexact", "dynprm": repr(supply.time_constant)}
             ET.SubElement(actuators, "general", settings)
             self._names.append(name)
 
-    def _add_positions(self, actuators: ET.Element) -> None:
-        """Adds the PD controllers of an arm's joints."""
-        for index in self._plant.GetJointActuatorIndices():
-            actuator: JointActuator = self._plant.get_joint_actuator(index)
-            joint = actuator.joint()
-            if joint.index() in self._springs or not actuator.has_controller():
-                continue
-            gains = actuator.get_controller_gains()
-            settings = {"name": _joint_name(joint), "joint": _joint_name(joint), "kp": repr(gains.p)}
-            ET.SubElement(actuators, "position", settings, kv=repr(gains.d))
-            self._names.append(_joint_name(joint))
-            self._arm_joints.append((joint, gains.p))
+    def _add_creep(self, actuators: ET.Element, finger: PlantFinger) -> None:
+        """Adds the branches of creep: each follows the angle of its joint, which it is given as a command."""
+        for number, branch in enumerate(finger.finger.creep if exports_creep(finger) else ()):
+            for joint, k in zip(finger.joints, finger.finger.stiffness, strict=True):
+                name = scoped_name(joint)
+                settings = {"name": f"{name} creep {number}", "joint": name, "biastype": "none"}
+                settings |= {"gainprm": repr(float(branch.share * k)), "dyntype": "filterexact"}
+                ET.SubElement(actuators, "general", settings, dynprm=repr(branch.time))
 
-    def _add_home(self, arm: list[float]) -> None:
-        """Adds the state in which a run begins; commands to an arm also carry its weight there."""
-        ctrl = [0.0] * (len(self._names) - len(arm)) + arm
+    def _add_position(self, actuators: ET.Element, actuator: ArmActuator) -> None:
+        """Adds the PD controller of a joint of an arm."""
+        name = scoped_name(actuator.joint)
+        settings = {"name": name, "joint": name, "kp": repr(actuator.stiffness), "kv": repr(actuator.damping)}
+        if np.isfinite(actuator.effort):
+            settings["forcerange"] = text([-actuator.effort, actuator.effort])
+        ET.SubElement(actuators, "position", settings)
+        self._names.append(name)
+
+    def _add_home(self, ctrl: Sequence[float]) -> None:
+        """Adds the state in which a run begins: empty chambers, and an arm that carries its weight."""
         keyframe = ET.SubElement(self._root, "keyframe")
         ET.SubElement(keyframe, "key", name="home", qpos=text(self._qpos), ctrl=text(ctrl))
-
-    def _held_at(self, joint: Joint, stiffness: float) -> float:
-        """The command at which a PD controller with that stiffness holds a joint of the arm where a run begins."""
-        weight = self._plant.CalcGravityGeneralizedForces(self._context)[joint.velocity_start()]
-        return float(self._positions[joint.position_start()] - weight / stiffness)
 
 
 def _name(body: RigidBody) -> str:
     return str(body.scoped_name())
-
-
-def _joint_name(joint: Joint) -> str:
-    return f"{joint.GetParentPlant().GetModelInstanceName(joint.model_instance())}::{joint.name()}"
 
 
 def _placed(X: RigidTransform) -> dict[str, str]:

@@ -23,6 +23,9 @@ def simulate(folder: Path) -> tuple[list[str], np.ndarray]:
     mujoco.mj_resetDataKeyframe(model, data, 0)
     with (folder / "commands.csv").open(newline="") as file:
         header, *commands = list(csv.reader(file))
+    # Branches of creep follow the angles of their joints.
+    creep = [i for i in range(model.nu) if " creep " in model.actuator(i).name]
+    crept = model.jnt_qposadr[model.actuator_trnid[creep, 0]]
     places = [model.actuator(name).id for name in header[1:]]
     times = np.array([float(row[0]) for row in commands])
     sites = [model.site(i) for i in range(model.nsite)]
@@ -34,6 +37,7 @@ def simulate(folder: Path) -> tuple[list[str], np.ndarray]:
     while data.time < times[-1] - model.opt.timestep / 2:
         now = commands[int(np.searchsorted(times, data.time + 1e-9, side="right")) - 1]
         data.ctrl[places] = list(map(float, now[1:]))
+        data.ctrl[creep] = data.qpos[crept]
         mujoco.mj_step(model, data, substeps)
         mujoco.mj_forward(model, data)
         found: list[Any] = [data.site_xpos[each.id] for each in sites] + [data.xpos[each.id] for each in free]

@@ -16,8 +16,9 @@ from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody, WeldJoint
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.export.tree import axis_of, inertia_of, joints_below, left_out, pose_at_zero, springs, text
+from soft_gripper.export.tree import SOFT, axis_of, inertia_of, joints_below, left_out, pose_at_zero, springs, text
 from soft_gripper.scenario.schema import Scenario
+from soft_gripper.truth.soft_object import soft_body
 
 _NO_MASS = 1e-9  # kg and kg m^2, of links without mass
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -35,9 +36,13 @@ def to_sdf(scenario: Scenario) -> Sdf:
     """A scenario as SDFormat.
 
     Raises:
-        InputError: if a part of the scenario cannot be built, or has a joint or a shape without a counterpart.
+        InputError: if a part of the scenario cannot be built, is soft, or has a joint or a shape without a counterpart.
     """
-    return _Writer(make_station(scenario)).write()
+    station = make_station(scenario)
+    for model in scenario.models:
+        if soft_body(station.plant, station.plant.GetModelInstanceByName(model.name)):
+            raise InputError("export", "models", model.name, SOFT)
+    return _Writer(station).write()
 
 
 class _Writer:
@@ -59,6 +64,9 @@ class _Writer:
         self._add_world_shapes(world)
         ET.indent(root)
         lacks = [f"{finger.name}: pressures, SDFormat has no drive" for finger in self._station.fingers]
+        lacks += [f"{finger.name}: creep" for finger in self._station.fingers if finger.finger.creep]
+        skin = "hydroelastic_modulus of its skin; contacts are those of the other simulator"
+        lacks += [f"{finger.name}: {skin}" for finger in self._station.fingers]
         lacks += ["contacts between links of one model, such as two fingers, in simulators that leave them out"]
         if self._station.scenario.arm is not None:
             lacks += ["arm: its posture where a run begins, and its controllers"]

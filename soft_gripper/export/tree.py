@@ -3,14 +3,26 @@
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Joint, PrismaticJoint, RevoluteJoint, RigidBody, RotationalInertia, WeldJoint
+from pydrake.multibody.tree import (
+    BodyIndex,
+    JacobianWrtVariable,
+    Joint,
+    PrismaticJoint,
+    RevoluteJoint,
+    RigidBody,
+    RotationalInertia,
+    WeldJoint,
+)
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
+
+SOFT = "is soft; rigid objects can be exported"  # what is wrong with an object
 
 
 def joints_below(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
@@ -30,23 +42,22 @@ def springs(fingers: Iterable[PlantFinger]) -> Iterator[tuple[Any, tuple[float, 
                 yield joint.index(), (float(k), float(k) * finger.finger.relaxation_time)
 
 
+def exports_creep(finger: PlantFinger) -> bool:
+    """Whether creep depends on the angles of the joints alone."""
+    return bool(finger.finger.creep) and finger.finger.pressure_law is None
+
+
 def left_out(station: Station) -> Iterator[str]:
     """Properties of fingers and parts of a scenario that the file does not have."""
     scenario = station.scenario
     for finger in station.fingers:
-        own = finger.finger
-        parts = {
-            "creep": own.creep,
-            "elastic_law": own.elastic_law,
-            "tendons": own.tendons,
-            "pressure_law": any(own.laws),
-        }
-        for name, part in parts.items():
-            if part:
+        for name in ("elastic_law", "tendons"):
+            if getattr(finger.finger, name):
                 yield f"{finger.name}: {name}"
-        yield f"{finger.name}: hydroelastic_modulus of its skin; contacts are those of the other simulator"
-    if scenario.task is not None:
-        yield "task: the arm stays where the run begins"
+    if scenario.task is not None and scenario.task.grips:
+        yield "task: it waits for estimates; the arm stays where the run begins"
+    if scenario.external:
+        yield f"external: {', '.join(scenario.external)}; commands are those of the scenario"
     if scenario.control.set_points is not None:
         yield "control.set_points: a closed loop; pressures stay 0"
     if scenario.pressure.leaks:
@@ -84,6 +95,32 @@ def inertia_of(body: RigidBody) -> RotationalInertia:
     """Of a body about its centre of mass, in its frame, kg m^2."""
     about_center: RotationalInertia = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia()
     return about_center
+
+
+def mobilities(plant: MultibodyPlant) -> dict[Any, float]:
+    """How easily the centre of mass of each body moves, 1/kg, by its index: the mean over all directions.
+
+    With all joints at zero, acceleration per force: a third of the trace of J M^-1 J^T.
+    """
+    context = plant.CreateDefaultContext()
+    positions = plant.GetPositions(context)
+    for joint in map(plant.get_joint, plant.GetJointIndices()):
+        if isinstance(joint, RevoluteJoint | PrismaticJoint):
+            positions[joint.position_start()] = 0.0
+    plant.SetPositions(context, positions)
+    mass, world, found = plant.CalcMassMatrix(context), plant.world_frame(), {}
+    for number in range(plant.num_bodies()):
+        body = plant.get_body(BodyIndex(number))
+        J = plant.CalcJacobianTranslationalVelocity(
+            context, JacobianWrtVariable.kV, body.body_frame(), body.default_com(), world, world
+        )
+        found[body.index()] = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
+    return found
+
+
+def scoped_name(joint: Joint) -> str:
+    """`model::joint`."""
+    return f"{joint.GetParentPlant().GetModelInstanceName(joint.model_instance())}::{joint.name()}"
 
 
 def text(values: Iterable[float]) -> str:

@@ -1,7 +1,7 @@
 """Tables of dataclass rows as CSV files."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple, fields
 from io import StringIO
 from pathlib import Path
@@ -16,10 +16,15 @@ Row = TypeVar("Row")
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
     """Writes rows of one dataclass under the names of its fields."""
+    write_rows(path, columns(type(rows[0])), map(cells, rows))
+
+
+def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Writes rows of cells under the names of their columns."""
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns(type(rows[0])))
-        writer.writerows(map(cells, rows))
+        writer.writerow(names)
+        writer.writerows(rows)
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:

@@ -12,7 +12,7 @@ import os
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -23,6 +23,7 @@ from soft_gripper.files.xml_text import parse_xml
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import DRAKE, finger_to_urdf
+from soft_gripper.fingers.finger_writer import finger_element
 
 
 def remove_links(path: Path, robot: ET.Element, names: Sequence[str]) -> None:
@@ -91,7 +92,7 @@ def expand_urdf(
     only_name: str | None = None,
     without: Sequence[str] = (),
     model_name: str | None = None,
-    change: Callable[[Finger], Finger] = lambda finger: finger,
+    change: Callable[[FingerElement], FingerElement] = lambda mounted: mounted,
     springs: str = "linear",
     visuals: bool = True,
     points: int | None = None,
@@ -105,7 +106,7 @@ def expand_urdf(
         only_name: name of the finger if the file holds just one, so that a file can be loaded twice.
         without: links that are left out, see `remove_links`.
         model_name: name of the robot in the result; None: as in the file.
-        change: returns the finger that replaces each finger of the file.
+        change: returns what replaces each finger of the file.
         springs: "linear", "torsion" or "implicit", see `finger_to_urdf`.
         visuals: False leaves out what is seen of the fingers.
         points: spheres on either side of a link, which touch other bodies instead of its surface; None: the surface.
@@ -117,10 +118,40 @@ def expand_urdf(
     path = Path(file)
     source = _Source(path, read_text(path), segments, only_name, tuple(without), model_name)
     robot, read = _read(source)
-    elements = tuple(replace(element, finger=change(element.finger)) for element in read)
-    meshes = tuple(_absolute(path, mesh.get("filename", "")) for mesh in robot.iter("mesh"))  # links may have changed
+    elements = tuple(map(change, read))
+    meshes = _meshes(path, robot)  # links may have changed
     manner = _Manner(springs, visuals, points, touches_itself)
     return ExpandedUrdf(_expanded(source, elements, meshes, manner), tuple(element.finger for element in elements))
+
+
+def read_fingers(
+    file: Path | str, segments: int | None = None, only_name: str | None = None, without: Sequence[str] = ()
+) -> tuple[FingerElement, ...]:
+    """The fingers of a URDF, and where they are mounted; args and raises as `expand_urdf`."""
+    path = Path(file)
+    return _read(_Source(path, read_text(path), segments, only_name, tuple(without), None)).elements
+
+
+def changed_urdf(
+    file: Path | str,
+    segments: int | None = None,
+    only_name: str | None = None,
+    without: Sequence[str] = (),
+    change: Callable[[FingerElement], FingerElement] = lambda mounted: mounted,
+) -> str:
+    """The text of a URDF with other <finger>s; they are not expanded.
+
+    Args and raises as `expand_urdf`.
+    """
+    path = Path(file)
+    read, elements = _read(_Source(path, read_text(path), segments, only_name, tuple(without), None))
+    robot = deepcopy(read)
+    for mesh, filename in zip(robot.iter("mesh"), _meshes(path, robot), strict=True):
+        mesh.set("filename", filename)
+    written, guard = map(finger_element, map(change, elements)), [ET.Element("frame", name=GUARD)] if elements else []
+    robot[:] = [*guard, *(next(written) if child.tag == "finger" else child for child in robot)]
+    ET.indent(robot)
+    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
 class _Source(NamedTuple):
@@ -209,6 +240,11 @@ def _check_links(path: Path, robot: ET.Element, elements: Sequence[FingerElement
             raise InputError(where, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
         if names.count(element.finger.name) > 1:
             raise InputError(path, "finger.name", element.finger.name, "appears more than once")
+
+
+def _meshes(path: Path, robot: ET.Element) -> tuple[str, ...]:
+    """The absolute names of the meshes in a robot."""
+    return tuple(_absolute(path, mesh.get("filename", "")) for mesh in robot.iter("mesh"))
 
 
 def _absolute(path: Path, filename: str) -> str:

@@ -374,6 +374,8 @@ def make_learning_station(
     parts.check(diagram)
     if handled is None:
         return LearningStation(diagram, parts, forces, seen, target=target)
+    if handled.object in parts.soft:
+        raise InputError("environment", "object", handled.object, "is soft; give a rigid object")
     body = first_body(parts.plant, handled.object)
     return LearningStation(diagram, parts, forces, seen, body, _height(parts, body), goal=goal)
 

@@ -191,7 +191,7 @@ def _draw_overview(axes: Axes, scenario: Scenario, renderer: SceneRenderer) -> N
     assert scenario.task is not None
     scene, name = renderer.scene, scenario.task.object
     times = scene.times[np.linspace(0, len(scene.times) - 1, _PATH_POINTS).astype(int)]
-    path = np.array([scene.model_position(name, time) if name else scene.gripper_position(time) for time in times])
+    path = np.array([scene.object_position(name, time) if name else scene.gripper_position(time) for time in times])
     gone = np.cumsum(np.linalg.norm(np.diff(path, axis=0, prepend=path[:1]), axis=1))
     axes.imshow(renderer.render(times[np.searchsorted(gone, gone[-1] / 2)]))
     right, down = renderer.camera.project(path).T

@@ -66,7 +66,7 @@ class RecordedScene:
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
         scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm)
-        self.plant, self.scene_graph, self.fingers = scene
+        self.plant, self.scene_graph, self.fingers, self._soft = scene
         give_normals(self.scene_graph, self.plant.get_source_id())
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
@@ -92,9 +92,10 @@ class RecordedScene:
         self._go_to(time)
         return self.scene_graph.get_query_output_port().Eval(self.scene_graph_context)
 
-    def model_position(self, name: str, time: float) -> Array:
-        """Position of the first link of a model at a time, s; (3) m in the world."""
-        return self._position(self.plant.GetBodyIndices(self.plant.GetModelInstanceByName(name))[0], time)
+    def object_position(self, name: str, time: float) -> Array:
+        """Position of a free model at a time, s; (3) m in the world."""
+        position: Array = self.signals(time)[f"{name}.pose"].values[4:]
+        return position
 
     def gripper_position(self, time: float) -> Array:
         """Mean position of the finger bases at a time, s; (3) m in the world."""
@@ -114,7 +115,8 @@ class RecordedScene:
         moving = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
         fixed = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
         small = [corners for corners in fixed if len(corners) and _extent(corners) < _extent(moving) / 2]
-        return np.concatenate([moving, *small])
+        soft = [each.vertices(self._go_to(time)) for each in self._soft.values()]
+        return np.concatenate([moving, *small, *soft])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
         """The visible geometries of a body."""
@@ -131,7 +133,10 @@ class RecordedScene:
     def _go_to(self, time: float) -> Context:
         """The context of the plant, set to the state at a time."""
         context = self.plant.GetMyMutableContextFromRoot(self._context)
-        self.plant.SetPositionsAndVelocities(context, self.signals(time)["plant.state"].values)
+        signals = self.signals(time)
+        self.plant.SetPositionsAndVelocities(context, signals["plant.state"].values)
+        for name, soft in self._soft.items():
+            soft.body.SetPositions(context, signals[f"{name}.vertices"].values.T)
         return context
 
 

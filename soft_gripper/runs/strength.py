@@ -130,7 +130,7 @@ def grasp_strength(
     text = dump_scenario(until_held(scenario))
     rows: dict[int, StrengthRow] = {}
     jobs = {number: (text, held, number, shake or Shake()) for number in range(len(LOADS))}
-    run_study(executor, _strength, jobs, rows.__setitem__, ended=lambda _: report())
+    run_study(executor, strength_in, jobs, rows.__setitem__, ended=lambda _: report())
     return [rows[number] for number in sorted(rows)]
 
 
@@ -158,7 +158,7 @@ def until_held(scenario: Scenario) -> Scenario:
     return replace(scenario, task=replace(scenario.task, phases=phases))
 
 
-def _strength(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
+def strength_in(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
     """The strength in one direction; runs in a worker, which keeps the state from which all directions start."""
     settled = kept(_kept, (text, held), lambda: Settled.of(parse_scenario(_TEXT, text), held), 1)
     return settled.loaded(LOADS[number], shake)
@@ -189,6 +189,10 @@ class Settled:
     def of(cls, scenario: Scenario, held: str) -> "Settled":
         """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
         station = kept_station(scenario)
+        if held in station.parts.soft:
+            raise InputError(
+                "grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole"
+            )
         body = first_body(station.plant, held)
         context = run_to_end(station).get_context().Clone()
         _take_supports_away(station, body, context)
@@ -247,8 +251,9 @@ class _HeldBody:
         self._wrench, centers = self._contact()
         self._normal = sum(force for _, force in centers.values())
         p_WC = [center for center, _ in centers.values()]
+        X_WO = body.EvalPoseInWorld(self._context)
         self.grips: list[Grip] = [
-            grip_at(self._context, finger, body, center) for finger, (center, _) in centers.items()
+            grip_at(self._context, finger, X_WO, center) for finger, (center, _) in centers.items()
         ]
         self._poses = [self._pose_in(grip.link) for grip in self.grips]
         self._begin = self._pose_in(self._base)
@@ -286,7 +291,8 @@ class _HeldBody:
     def _lost(self, centers: dict[Any, tuple[Array, float]]) -> str:
         if sum(force for _, force in centers.values()) < TOUCH:
             return LET_GO
-        if np.mean([slid(self._context, grip, self._body) for grip in self.grips]) > self._shake.slid:
+        X_WO = self._body.EvalPoseInWorld(self._context)
+        if np.mean([slid(self._context, grip, X_WO) for grip in self.grips]) > self._shake.slid:
             return SLID
         turns = [_angle(X, self._pose_in(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
         return TURNED if min(turns) > self._shake.turned else ""

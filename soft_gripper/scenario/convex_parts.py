@@ -1,9 +1,11 @@
 """Convex parts of a mesh: slabs of it, each with its convex hull.
 
 Point contact takes a mesh for its convex hull. Slices across the axis along which the hulls of all slices together
-exceed the mesh least follow its shape.
+exceed the mesh least follow its shape. Slices that are convex together are one part: a point that has sunk in by the
+side of a seam would meet the face between two parts, as if it were a ledge.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -14,8 +16,9 @@ import trimesh
 from soft_gripper.arrays import Array
 from soft_gripper.scenario.mesh_object import read_scene
 
-PARTS = 14
+_SLABS = 14
 _FLAT = 1e-6  # thickness over extent of points, below which they lie in a plane
+_JOINED = 0.999  # slabs that fill this share of their common hull are one part
 _CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
 
 
@@ -32,13 +35,25 @@ def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
     if mesh.is_volume and mesh.volume >= _CONVEX * hull.volume:
         return (np.array(hull.vertices),)
     candidates = [_slabs(mesh, axis) for axis in range(3)]
-    return tuple(np.array(slab.vertices) for slab in min(candidates, key=lambda slabs: sum(s.volume for s in slabs)))
+    slabs = min(candidates, key=lambda slabs: sum(slab.volume for slab in slabs))
+    return tuple(np.array(part.vertices) for part in _joined(slabs))
+
+
+def _joined(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
+    """Slabs, those that follow each other joined as long as they fill their common hull."""
+    parts, filled = [slabs[0]], slabs[0].volume
+    for slab in slabs[1:]:
+        hull = trimesh.convex.convex_hull(np.concatenate([parts[-1].vertices, slab.vertices]))
+        is_convex = filled + slab.volume >= _JOINED * hull.volume
+        parts = [*parts[:-1], hull] if is_convex else [*parts, slab]
+        filled = filled + slab.volume if is_convex else slab.volume
+    return parts
 
 
 def _slabs(mesh: trimesh.Trimesh, axis: int) -> list[trimesh.Trimesh]:
     """Hulls of slices of equal height along an axis."""
     low, high = mesh.bounds[:, axis]
-    slices = (_between(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, PARTS + 1)))
+    slices = (_between(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, _SLABS + 1)))
     return [trimesh.convex.convex_hull(points) for points in slices if _is_solid(points)]
 
 

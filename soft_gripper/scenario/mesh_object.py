@@ -3,6 +3,7 @@
 import hashlib
 import os
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from trimesh.visual.material import SimpleMaterial
 
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import atomic_file, writable_folder
+from soft_gripper.files.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
 from soft_gripper.fingers.finger_links import DRAKE
 from soft_gripper.scenario.schema import MeshConfig
 
@@ -40,6 +42,8 @@ def read_scene(path: Path) -> trimesh.Scene:
         InputError: if the file is missing, too large, cannot be read, or has no faces.
     """
     check_mesh_file(path)
+    if path.suffix.lower() == SUFFIX:
+        return trimesh.Scene([_surface(read_tetrahedra(path))])
     try:
         scene = trimesh.load_scene(path)
     except Exception as error:  # trimesh's readers raise errors of many types
@@ -49,6 +53,13 @@ def read_scene(path: Path) -> trimesh.Scene:
     if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
         raise InputError(path, "mesh", path.name, "is empty; give a mesh with faces")
     return scene
+
+
+def _surface(tetrahedra: Tetrahedra) -> trimesh.Trimesh:
+    """The surface of a mesh of tetrahedra."""
+    mesh = trimesh.Trimesh(tetrahedra.vertices, tetrahedra.boundary, process=False)
+    mesh.remove_unreferenced_vertices()
+    return mesh
 
 
 def converted(path: Path) -> Path:
@@ -79,9 +90,9 @@ def keep(name: str, text: str) -> Path:
     return path
 
 
-def keep_by_content(text: str) -> Path:
-    """Keeps an OBJ file under a name made from its contents."""
-    return keep(f"{_digest(text.encode())}.obj", text)
+def keep_by_content(text: str, suffix: str = ".obj") -> Path:
+    """Keeps a mesh file under a name made from its contents."""
+    return keep(f"{_digest(text.encode())}{suffix}", text)
 
 
 def cache_folder() -> Path:
@@ -124,38 +135,82 @@ def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
     return part.visual.material.main_color if part.visual.kind == "texture" else part.visual.main_color
 
 
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", SUFFIX)
+_DIGITS = 12  # of coordinates in metres
+_INWARD = 1e-6  # share of the way to the middle of an element
 MAX_SIZE = 1.0  # m; a gripper of this size grasps nothing larger
 
 
 def mesh_to_sdf(path: Path, config: MeshConfig, name: str) -> str:
-    """SDFormat text of a rigid object whose true surface, not its hull, touches compliant fingers.
+    """SDFormat text of an object: rigid, or soft if the config has a modulus.
 
-    The mesh is kept as a scaled OBJ file in the user's cache folder, whatever its format was.
+    A rigid object touches compliant fingers with its true surface, not with its hull. Meshes are kept as scaled files
+    in the user's cache folder, whatever their format was.
 
     Raises:
-        InputError: if the mesh is missing, empty, not watertight, or of an implausible size.
+        InputError: if the mesh is missing, empty, not watertight, or of an implausible size, or that of a soft object
+            is not of tetrahedra.
     """
     mesh = read_scene(path).to_mesh()
     mesh.apply_scale(config.scale)
     _check(path, mesh, config)
-    mesh.density = config.mass / mesh.volume
     root = ET.Element("sdf", version="1.7")
     link = ET.SubElement(ET.SubElement(root, "model", name=name), "link", name=name)
+    add = _add_rigid if config.youngs_modulus is None else _add_soft
+    add(link, path, mesh, config)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _add_rigid(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
+    mesh.density = config.mass / mesh.volume
     _add_inertia(link, mesh)
     uri = f"file://{keep_by_content(_obj(mesh))}"
-    visual = _add_geometry(link, "visual", uri)
-    ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
+    _add_visual(link, uri, config)
     contact = ET.SubElement(_add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
     ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
-    properties = {
-        "mu_static": config.friction,
-        "mu_dynamic": config.friction,
-        "hunt_crossley_dissipation": 2.0,
+    friction = {"mu_static": config.friction, "mu_dynamic": config.friction}
+    _add_values(contact, {**friction, "hunt_crossley_dissipation": 2.0})
+
+
+def _add_soft(link: ET.Element, path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
+    """A link of finite elements, drawn as their surface."""
+    if path.suffix.lower() != SUFFIX:
+        expected = (
+            f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
+        )
+        raise InputError(path, "mesh.youngs_modulus", config.youngs_modulus, expected)
+    elements = read_tetrahedra(path).scaled(config.scale)
+    drawn = _obj(_surface(_inside(elements)).smooth_shaded, normals=True)
+    _add_visual(link, f"file://{keep_by_content(drawn)}", config)
+    body = _add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
+    _add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": config.friction})
+    material = {
+        "youngs_modulus": config.youngs_modulus,
+        "poissons_ratio": config.poissons_ratio,
+        "stiffness_damping": config.relaxation_time,
+        "mass_density": config.mass / mesh.volume,
     }
-    for key, value in properties.items():
-        ET.SubElement(contact, DRAKE + key).text = str(value)
-    return ET.tostring(root, encoding="unicode")
+    _add_values(ET.SubElement(link, DRAKE + "deformable_properties"), material)
+
+
+def _inside(mesh: Tetrahedra) -> Tetrahedra:
+    """The mesh with each vertex a little further inside one of its elements.
+
+    Drake draws a point by the element in which it finds it, and may find none for a point on a face.
+    """
+    middles, owner = mesh.vertices[mesh.cells].mean(axis=1), np.empty(len(mesh.vertices), dtype=int)
+    owner[mesh.cells] = np.arange(len(mesh.cells))[:, None]
+    return Tetrahedra(mesh.vertices + _INWARD * (middles[owner] - mesh.vertices), mesh.cells)
+
+
+def _add_visual(link: ET.Element, uri: str, config: MeshConfig) -> None:
+    visual = _add_geometry(link, "visual", uri)
+    ET.SubElement(ET.SubElement(visual, "material"), "diffuse").text = _text(config.color)
+
+
+def _add_values(element: ET.Element, values: Mapping[str, object]) -> None:
+    for key, value in values.items():
+        ET.SubElement(element, DRAKE + key).text = str(value)
 
 
 def _check(path: Path, mesh: trimesh.Trimesh, config: MeshConfig) -> None:
@@ -186,8 +241,10 @@ def _add_geometry(link: ET.Element, kind: str, uri: str) -> ET.Element:
     return element
 
 
-def _obj(mesh: trimesh.Trimesh) -> str:
-    text: str = trimesh.exchange.obj.export_obj(mesh, include_texture=False, include_normals=False, header=None)
+def _obj(mesh: trimesh.Trimesh, normals: bool = False) -> str:
+    text: str = trimesh.exchange.obj.export_obj(
+        mesh, include_texture=False, include_normals=normals, header=None, digits=_DIGITS
+    )
     return text
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+from pydrake.math import RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
@@ -18,16 +19,18 @@ from soft_gripper.files.document import require
 from soft_gripper.files.text import name_of
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.finger_parts import ContactMaterial
 from soft_gripper.fingers.paths import Chamber, Tendon
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
-from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.fingers.urdf import expand_urdf, read_fingers
 from soft_gripper.models import DIRECTORY, PACKAGE, package_map
 from soft_gripper.scenario.arm_file import arm_urdf
 from soft_gripper.scenario.drake_parsing import add_file, add_text, check_inside, drake_reads
 from soft_gripper.scenario.mesh_object import MESH_SUFFIXES, mesh_to_sdf
 from soft_gripper.scenario.schema import FingerChanges, FingerConfig, ModelConfig
+from soft_gripper.truth.soft_object import soft_body
 
 _LOGGER = logging.getLogger(__name__)
 OF_SECTION = tuple(field.name for field in fields(CrossSection))
@@ -48,6 +51,31 @@ def check_names(where: str, configs: Mapping[str, FingerConfig], names: Sequence
     for name in configs:
         if name not in known:
             raise InputError(where, "fingers", name, f"no such finger; known: {', '.join(known) or 'none'}")
+
+
+def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, FingerConfig]) -> FingerElement:
+    """A finger and its place with the changes for all and, on top of them, its own; see `configured_finger`."""
+    turn = RollPitchYaw(mounted.rpy).ToRotationMatrix()
+    for name in (_ALL, mounted.finger.name):
+        if (config := configs.get(name)) and config.tilt is not None:
+            turn = turn @ RotationMatrix.MakeYRotation(_value(f"{where}.fingers.{name}", "tilt", config.tilt, 0.0))
+    is_tilted = any(config.tilt is not None for config in configs.values())
+    angles = RollPitchYaw(turn)
+    rpy = tuple(map(float, angles.vector())) if is_tilted else mounted.rpy
+    return replace(mounted, finger=configured_finger(mounted.finger, where, configs), rpy=rpy)
+
+
+def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...]:
+    """The fingers of a model as they are simulated, and their places; none of what is not a URDF.
+
+    Raises:
+        InputError: if the file is missing or wrong, or the changes do not fit.
+    """
+    path = model_path(config.file)
+    if path.suffix.lower() != ".urdf":
+        return ()
+    read = read_fingers(path, config.segments, config.name, config.without)
+    return tuple(mounted_finger(mounted, where, config.fingers) for mounted in read)
 
 
 def configured_finger(finger: Finger, where: str, configs: Mapping[str, FingerConfig]) -> Finger:
@@ -177,7 +205,7 @@ def load_model(
                 config.segments,
                 config.name,
                 config.without,
-                change=partial(configured_finger, where=where, configs=config.fingers),
+                change=partial(mounted_finger, where=where, configs=config.fingers),
                 visuals=visuals,
                 points=points,
                 touches_itself=config.self_contact,
@@ -199,8 +227,15 @@ def load_model(
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(models[0]) != config.name:
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
-    if not plant.GetBodyIndices(models[0]):
+    soft = soft_body(plant, models[0])
+    if soft is None and not plant.GetBodyIndices(models[0]):
         raise InputError(where, "file", config.file, "holds a model without links")
+    if soft is not None and plant.GetBodyIndices(models[0]):
+        raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
+    if soft is not None and not config.free:
+        raise InputError(
+            where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
+        )
     put = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return models[0], [put(finger=finger, plant=plant, model=models[0]) for finger in fingers]
 

@@ -37,6 +37,10 @@ class MeshConfig:
     mass: float = quantity(0.05, "kg", above=0)  # uniform density over the volume
     friction: float = quantity(0.8, least=0)  # Coulomb, equal static and dynamic
     color: list[float] = quantity([0.45, 0.62, 0.36, 1.0], least=0, most=1, length=4)  # red, green, blue, opacity
+    # Of a soft object, whose file is a mesh of tetrahedra (.vtk); None: it is rigid.
+    youngs_modulus: float | None = quantity(None, "Pa", above=0)
+    poissons_ratio: float = quantity(0.3, least=0, below=0.5)  # of a soft object
+    relaxation_time: float = quantity(0.02, "s", least=0)  # of a soft object: damping over stiffness
 
 
 @dataclass
@@ -68,6 +72,8 @@ class FingerChanges:
 class FingerConfig(FingerChanges):
     """Changes of a simulated finger relative to its file."""
 
+    # About its bending axis at the base, on top of that of its file; positive: toward the object
+    tilt: str | None = quantity(None, "rad")
     shear_factor: str | None = None
     yields: str | None = None  # the ways in which it is not rigid, such as "bending sideways twist"
     tendon_stiffness: str | None = quantity(None, "N/m")  # of every tendon, as the next two
@@ -255,6 +261,8 @@ class TaskConfig(ByValue):
     time_limit: float = quantity(60.0, "s", above=0)  # for the whole task
     # Normal force of a finger that the object withstands; used to judge trials.
     force_limit: float | None = quantity(None, "N", above=0)
+    # Squeeze that a soft object withstands; used to judge trials.
+    squeeze_limit: float | None = quantity(None, "m", above=0)
     pose_error: PoseErrorConfig = field(default_factory=PoseErrorConfig)  # of the pose that motions are planned for
     trials: TrialsConfig = field(default_factory=TrialsConfig)  # of `soft-gripper grasp-trials`
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue, Value
-from pydrake.geometry import ContactSurface
+from pydrake.geometry import ContactSurface, PolygonSurfaceMesh
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import ContactResults
 from pydrake.multibody.tree import BodyIndex
@@ -41,7 +41,7 @@ class Patch(NamedTuple):
     force: Array  # (3,) N in the world, including friction, on the first geometry; the second receives the opposite
     torque: Array  # (3,) N m in the world, about the place
     area: float = np.nan  # m^2; NaN where points touch
-    pressure: float = np.nan  # Pa, the largest; NaN where points touch
+    pressure: float = np.nan  # Pa, the largest; NaN where points or soft objects touch
 
 
 def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Patch]:
@@ -58,6 +58,13 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
             force, torque = wrench.translational(), wrench.rotational()
             area, pressure = surface.total_area(), _largest_pressure(surface)
             yield Patch(pair, surface.centroid(), _area(surface), force, torque, area, pressure)
+    for i in range(results.num_deformable_contacts()):
+        soft = results.deformable_contact_info(i)
+        mesh, pair = soft.contact_mesh(), (soft.id_A().get_value(), soft.id_B().get_value())
+        if pair[0] in geometries or pair[1] in geometries:
+            wrench = soft.F_Ac_W()
+            force, torque = wrench.translational(), wrench.rotational()
+            yield Patch(pair, mesh.centroid(), _area(mesh), force, torque, mesh.total_area())
     for i in range(results.num_point_pair_contacts()):
         point = results.point_pair_contact_info(i)
         touching = point.point_pair()
@@ -66,7 +73,7 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
             yield Patch(pair, point.contact_point(), touching.nhat_BA_W, point.contact_force(), np.zeros(3))
 
 
-def _area(surface: ContactSurface) -> Array:
+def _area(surface: ContactSurface | PolygonSurfaceMesh) -> Array:
     """Area-weighted sum of the face normals of a surface."""
     faces = range(surface.num_faces())
     normals = np.concatenate([*map(surface.face_normal, faces)]).reshape(-1, 3)

@@ -61,6 +61,7 @@ def recorded(tmp_path_factory):
         return scored(tmp_path_factory.mktemp("benchmark"), *arguments)
 
 
+@pytest.mark.slow
 def test_contacts_and_grasps_that_ship_are_scored_without_data(shipped):
     assert {task for task, _, _ in shipped} == SHIPPED
     assert {name for task, _, name in shipped if task == "contact_tip"} == {
@@ -104,6 +105,7 @@ def assert_as_the_reference(scores, rel):
             assert score[of] == (None if expected[of] is None else pytest.approx(expected[of], abs=50 * rel)), key
 
 
+@pytest.mark.slow
 def test_shipped_data_give_the_reference_results(shipped):
     assert shipped.keys() == {key for key in reference() if key[0] in SHIPPED}
     assert_as_the_reference(shipped, rel=0.02)
@@ -116,12 +118,14 @@ def test_recordings_give_the_reference_results(recorded):
     assert_as_the_reference(ours, rel=0.05)
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_where_it_is(tmp_path, capsys):
     scored(tmp_path, "--data", str(tmp_path))
     said = capsys.readouterr().err
     assert all(task.source in said for task in TASKS if task.name not in SHIPPED)
 
 
+@pytest.mark.slow
 def test_results_are_compared(shipped_file, capsys):
     file = str(shipped_file)
     assert main(["benchmark", "--compare", file, file]) == 0
@@ -158,6 +162,7 @@ def test_an_estimator_that_does_not_exist_is_named(tmp_path, capsys):
     assert "--estimator" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["linear", "with_memory"])
 def test_the_example_is_scored_beside_the_baselines(tmp_path, monkeypatch, name):
     monkeypatch.syspath_prepend(EXAMPLES)
@@ -178,6 +183,7 @@ def test_mistakes_of_a_users_estimator_are_named_before_others_run(tmp_path, mon
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_published_numbers_are_quoted_with_their_source(shipped_file):
     found = json.loads(shipped_file.read_text())["published"]
     assert found

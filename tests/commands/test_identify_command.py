@@ -69,6 +69,7 @@ def test_same_files_from_one_process_and_from_two(files):
     assert "out/fitted.urdf" in outcome.out
 
 
+@pytest.mark.slow
 def test_a_fitted_finger_is_tested_without_a_fit(files):
     """With the set-up beside it, and the held pose that this asks for; and the finger is not written again."""
     (files / "true.urdf").write_text(BEAM)

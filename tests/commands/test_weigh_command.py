@@ -36,6 +36,7 @@ def disks_under(load: float, angles, finger: Finger):
     return np.stack([p[..., 0] + 0.1, -p[..., 2], p[..., 1] + 0.105], axis=-1).reshape(rows, 9)
 
 
+@pytest.mark.slow
 def test_files_and_table(tmp_path):
     """A load that the file's name gives wrongly is estimated from the disks."""
     every, time = 60, np.arange(0, 6000, 60)

@@ -10,7 +10,7 @@ from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.convex_parts import PARTS, convex_parts
+from soft_gripper.scenario.convex_parts import convex_parts
 from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow
@@ -68,14 +68,14 @@ def test_a_wrong_choice_is_named(override):
 
 def test_a_mesh_is_touched_at_its_convex_parts():
     scenario = load_scenario("irregular_grasp", ["contact=points"])
-    plant, scene_graph, fingers = add_plant(
+    plant, scene_graph, fingers, _ = add_plant(
         DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, points=2
     )
     inspector = scene_graph.model_inspector()
     skins = {each for finger in fingers for link in finger.links for each in plant.GetCollisionGeometriesForBody(link)}
     names = {each: inspector.GetName(each) for each in inspector.GetAllGeometryIds(Role.kProximity)}
     parts = {each for each, name in names.items() if "_part_" in name}
-    assert len(parts) == PARTS
+    assert len(parts) == 4  # below its widest place; the rest is convex
     for pair in inspector.GetCollisionCandidates():
         if parts & {*pair}:
             assert len(skins & {*pair}) == 1, "fingers alone touch the parts"
@@ -114,6 +114,15 @@ def test_parts_of_a_cone_on_a_cone_fill_it(tmp_path):
     hulls = [trimesh.convex.convex_hull(corners) for corners in parts_of(both, tmp_path)]
     assert sum(hull.volume for hull in hulls) == pytest.approx(2 * cone.volume, rel=1e-6)
     assert all(hull.bounds[0, 2] >= -1e-9 and hull.bounds[1, 2] <= 2 + 1e-9 for hull in hulls)
+
+
+def test_slices_that_are_convex_together_are_one_part(tmp_path):
+    """A wide cylinder with a thin one on top; the slice at the step narrows from one to the other."""
+    wide, thin = trimesh.creation.cylinder(1.0, 7.0), trimesh.creation.cylinder(0.3, 7.0)
+    thin.apply_translation([0, 0, 7.0])
+    lower, upper = parts_of(trimesh.util.concatenate([wide, thin]), tmp_path)
+    assert [lower[:, 2].min(), lower[:, 2].max()] == pytest.approx([-3.5, 4.5])
+    assert [upper[:, 2].min(), upper[:, 2].max()] == pytest.approx([4.5, 10.5])
 
 
 def test_the_shipped_irregular_object_is_followed_closely():

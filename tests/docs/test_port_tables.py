@@ -40,6 +40,7 @@ def test_every_block_is_listed():
     assert all(f"## {name}\n" in page or f"## [{name}](" in page for name in shown)
 
 
+@pytest.mark.slow
 def test_every_port_is_listed():
     for of, placed in example_blocks().items():
         system, table = placed.system, ports_table(placed)

@@ -98,6 +98,7 @@ def test_an_offset_of_the_pressure_and_a_curvature_are_found_if_the_tip_is_measu
     assert np.all(np.sqrt(np.mean(np.square(errors), axis=0))[:2] < SPREAD / 3)
 
 
+@pytest.mark.slow
 def test_without_a_tip_the_offset_of_the_pressure_is_not_told_apart(shipped_finger):
     layout = SensorLayout(shipped_finger, 2)
     samples, *_ = free_bending(layout, 1.1, BENCH)

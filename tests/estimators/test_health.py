@@ -62,6 +62,7 @@ def read(layout, pressure, errors, seed):
     return layout.response.reading(disturb(errors, ratios, PERIOD, np.random.default_rng(seed)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "errors", [StrainErrors(), StrainErrors(noise=1e-3), REALISTIC, StrainErrors(quantization=1e-3)]
 )

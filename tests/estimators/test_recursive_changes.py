@@ -81,6 +81,7 @@ def _rms(errors):
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
+@pytest.mark.slow
 def test_a_run_records_them():
     """Free bending with a nominal finger that is 5 % too stiff."""
     changes = ["estimator.type=recursive", "sensor.sections=2", "pressure.steps.all=[0, 60e3, 100e3]"]

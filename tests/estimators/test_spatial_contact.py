@@ -90,6 +90,7 @@ def test_prior_and_places_of_the_cells(bent):
     assert surface.arc_length.max() == finger_in_space().length
 
 
+@pytest.mark.slow
 def test_smooth_forces_on_all_faces_are_found():
     """Medians: 3 % of the magnitude, 5 degrees of the direction, 2 % of the length, beyond a third of it."""
     contacts, found = contacts_in_space(130, 0.0, 11), estimator()
@@ -107,6 +108,7 @@ def test_smooth_forces_on_all_faces_are_found():
     assert (contacts.normal_force <= known.force_bounds[:, 0]).mean() > 0.92
 
 
+@pytest.mark.slow
 def test_stated_deviations_cover_the_vector():
     contacts, found = contacts_in_space(120, 0.3, 12), estimator(4, reading=1e-3)
     contact = found(*read(found, contacts, 1e-3)).contact
@@ -137,6 +139,7 @@ def test_nothing_touches_a_finger_that_is_free():
     assert (known.answer == NOTHING).all()
 
 
+@pytest.mark.slow
 def test_a_strong_contact_is_here_and_on_its_side():
     contacts, found = contacts_in_space(200, 0.0, 13), estimator(4)
     strong = (contacts.arc_length > 0.6 * finger_in_space().length) & (contacts.normal_force > 0.5)
@@ -164,6 +167,7 @@ def test_without_readings_the_force_is_unknown():
     assert np.isfinite(found(readings, torque, gravity).contact.force).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [21, 23, 28, 30, 31])
 def test_the_posterior_is_that_of_dense_conditioning(seed):
     """Every cell with every force, and with what is uncertain in it at that force, instead of at the likeliest one.

@@ -132,6 +132,7 @@ def pushed(finger, pressures, forces):
     return q[..., np.argsort(chain.places(WAYS))]
 
 
+@pytest.mark.slow
 def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_a_sideways_force(spatial):
     """By 5 %, with noise, gains and offsets: its tip is nearer than by one sample alone, by a third or so."""
     rng, count = np.random.default_rng(3), 700

@@ -1,63 +1,106 @@
 """Scenarios in MuJoCo compared with Drake, and what the exported files say."""
 
 import csv
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import soft_gripper
+from creeping_fingers import FINGER, write_creeping
+from export_tips import differences, in_drake
+from export_trials import run_trial
 
-from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.errors import InputError
 from soft_gripper.export.folder import export_mjcf
 from soft_gripper.export.mjcf import to_mjcf
+from soft_gripper.export.sdf import to_sdf
+from soft_gripper.export.tree import mobilities
+from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 
-STEPS = ["pressure.steps.all=[60e3, 150e3]"]
-
-
-def tips_in_drake(scenario):
-    """At the end of each step, (steps, F, 3) m in the world."""
-    station = make_station(scenario)
-    recording = run_station(station)
-    plant, context = station.plant, station.plant.CreateDefaultContext()
-    ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
-    found = []
-    for row in np.searchsorted(recording["time"].values, ends - 1e-6):
-        plant.SetPositionsAndVelocities(context, recording["plant.state"].values[row])
-        found.append([finger.frames[-1].CalcPoseInWorld(context).translation() for finger in station.fingers])
-    return np.array(found)
-
-
-def tips_in_mujoco(scenario, folder):
-    """The same, by the loader that is exported, in a process without this package."""
-    pytest.importorskip("mujoco")
-    export_mjcf(scenario, folder)
-    subprocess.run([sys.executable, "-I", folder / "run_mjcf.py"], check=True, cwd=folder, capture_output=True)
-    with (folder / "tips.csv").open(newline="") as file:
-        rows = np.array(list(csv.reader(file))[1:], dtype=float)
-    ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
-    at_ends = rows[np.searchsorted(rows[:, 0], ends - 1e-6)]
-    fingers = len(make_station(scenario).fingers)
-    return at_ends[:, 1 : 1 + 3 * fingers].reshape(-1, fingers, 3)
+SHORT_PHASES = ("task.phases.close.rest=0.1", "task.phases.lift.rest=0.0")
+TRIALS = (0, 4)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "overrides", "bar"),
     [
-        ("free_bending", STEPS, 5e-6),  # 0.005 mm; the bar is 0.5 mm
+        ("free_bending", ["pressure.steps.all=[60e3, 150e3]"], 5e-6),  # 0.005 mm; the bar is 0.5 mm
         ("three_chambers", ["pressure.steps={all: [60e3], finger::left: [20e3]}"], 5e-6),
-        ("box_grasp", ["pressure.steps.all=[50e3, 100e3, 150e3]"], 1.5e-3),
+        ("box_grasp", ["pressure.steps.all=[50e3, 150e3]"], 1.5e-3),
+        ("turned_box_grasp", ["pressure.steps.all=[50e3, 100e3]"], 1.5e-3),  # fingers that twist
+        ("irregular_grasp", ["pressure.steps.all=[100e3]"], 1.5e-3),  # a mesh that is not convex
     ],
 )
-def test_tips_at_rest_are_those_of_drake(tmp_path, name, overrides, bar):
-    scenario = load_scenario(name, overrides)
-    difference = np.linalg.norm(tips_in_mujoco(scenario, tmp_path) - tips_in_drake(scenario), axis=-1)
-    assert difference.max() < bar
+def test_tips_at_rest_are_those_of_drake(name, overrides, bar):
+    pytest.importorskip("mujoco")
+    assert differences(load_scenario(name, [*overrides, "record.truth=none"])).max() < bar
+
+
+@pytest.mark.slow
+def test_creep_and_laws_of_the_pressure_are_those_of_drake(tmp_path):
+    """Tips at 3 and 6 s of a finger that creeps, and of one with a law; without either they are elsewhere."""
+    pytest.importorskip("mujoco")
+    creeping = write_creeping(FINGER, tmp_path, 0.3, 2.0)
+    plain = Path(model_path(FINGER)).read_text(encoding="utf-8")
+    with_law = tmp_path / "law.urdf"
+    law = '<pressure_law pressure="-5e4 0 1e5 2e5" effective="-5e4 0 1.2e5 2.6e5"/></finger>'
+    with_law.write_text(plain.replace("</finger>", law), encoding="utf-8")
+    steps = [
+        "pressure.steps.all=[100e3, 100e3]",
+        "pressure.settle=2.9",
+        "pressure.hold_samples=10",
+        "record.truth=none",
+    ]
+    files = [f"models.left_finger.file={creeping}", f"models.right_finger.file={with_law}"]
+    scenario = load_scenario("free_bending", [*steps, *files])
+    assert differences(scenario).max() < 5e-5  # creep follows angles that are held for 10 ms
+    tips, bare = in_drake(scenario), in_drake(load_scenario("free_bending", steps))
+    assert np.linalg.norm(tips - bare, axis=-1).min() > 5e-3
+
+
+@pytest.mark.slow
+def test_random_grasps_are_held_or_dropped_alike():
+    pytest.importorskip("mujoco")
+    held = [run_trial(seed=0, number=number).held for number in TRIALS]
+    assert all(drake == mujoco for drake, mujoco in held)
+    assert {drake for drake, _ in held} == {True, False}
+
+
+def test_a_skin_is_as_stiff_in_mujoco_as_in_drake():
+    """Force over penetration of every point that carries something, N/m."""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(to_mjcf(load_scenario("box_grasp")).text)
+    data, force = mujoco.MjData(model), np.zeros(6)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.ctrl[:] = 100e3
+    mujoco.mj_step(model, data, 1000)
+    found = []
+    for number, contact in enumerate(data.contact):
+        mujoco.mj_contactForce(model, data, number, force)
+        if "finger" in model.geom(contact.geom1).name and force[0] > 0.05:
+            found.append(-force[0] / contact.dist)
+    half_stiffness = 0.5 * 2e5 * 0.02 * 0.01 / 0.005  # E A / H of the last link, which has half of it
+    assert found == pytest.approx([half_stiffness / 4] * 8, rel=0.05)  # on four points each
+
+
+def test_mobilities_are_those_by_which_mujoco_scales_contacts():
+    mujoco = pytest.importorskip("mujoco")
+    scenario = load_scenario("bottle_grasp")
+    model, plant = mujoco.MjModel.from_xml_string(*text_and_meshes(scenario)), make_station(scenario).plant
+    for index, mobility in mobilities(plant).items():
+        name = plant.get_body(index).scoped_name().get_full()
+        if name != "WorldModelInstance::WorldBody" and plant.get_body(index).default_mass() > 0:
+            assert model.body(name).invweight0[0] == pytest.approx(mobility, rel=1e-6, abs=1e-9), name
+
+
+def text_and_meshes(scenario):
+    found = to_mjcf(scenario)
+    return found.text, {name: source.read_bytes() for name, source in found.meshes.items()}
 
 
 def test_springs_friction_and_pressures_are_in_the_file():
@@ -84,29 +127,53 @@ def test_a_free_body_begins_where_it_does_here():
 def test_an_arm_has_its_controllers_and_carries_its_weight():
     found = to_mjcf(load_scenario("bottle_grasp"))
     assert found.actuators[2:] == ["gantry::x", "gantry::z"]
-    assert found.arm[0] == 0
-    assert 0 < found.arm[1] < 0.005  # m, above where the ram hangs
+    x, z = found.commands.arm[0]
+    assert x == 0
+    assert 0 < z < 0.005  # m, above where the ram hangs
 
 
 @pytest.mark.parametrize(
     ("name", "overrides", "part"),
     [
         ("tendon_grasp", [], "left_finger: tendons"),
-        ("bottle_grasp", [], "task: the arm stays where the run begins"),
+        ("pick_and_place_box", [], "task: it waits for estimates; the arm stays where the run begins"),
         ("tip_distance_steps", [], "control.set_points: a closed loop; pressures stay 0"),
         ("box_grasp", ["pressure.leaks={all: 0.1}"], "pressure.leaks"),
+        ("box_grasp", ["external=[pressure]"], "external: pressure; commands are those of the scenario"),
+        ("free_bending", ["models.left_finger.self_contact=true"], "left_finger: self_contact of its fingers"),
     ],
 )
 def test_what_cannot_be_exported_is_named(name, overrides, part):
     assert part in to_mjcf(load_scenario(name, overrides)).left_out
 
 
+@pytest.mark.parametrize("export", [to_mjcf, to_sdf])
+def test_a_soft_object_is_refused(export):
+    with pytest.raises(InputError, match="export: models = 'sponge': is soft; rigid objects can be exported"):
+        export(load_scenario("pick_and_place_sponge"))
+
+
 def test_meshes_are_beside_the_file(tmp_path):
     found = export_mjcf(load_scenario("bottle_grasp"), tmp_path)
     (name,) = found.meshes
     assert (tmp_path / "meshes" / name).read_bytes() == found.meshes[name].read_bytes()
-    (mesh,) = ET.parse(tmp_path / "scenario.xml").iter("mesh")
-    assert mesh.get("file") == name
+    assets = ET.parse(tmp_path / "scenario.xml").find("asset")
+    assert [mesh.get("file") for mesh in assets if "file" in mesh.attrib] == [name]
+    assert len([mesh for mesh in assets if "vertex" in mesh.attrib]) == 4  # the convex parts that fingers touch
+
+
+def test_the_arm_moves_as_it_is_commanded_in_drake():
+    """Its desired positions, with the velocity and the weight folded in."""
+    scenario = load_scenario("bottle_grasp", ["record.truth=none", *SHORT_PHASES])
+    found = to_mjcf(scenario).commands
+    weight = found.arm[0, 1]
+    assert found.arm[found.times < 0.1, 1] == pytest.approx(weight)
+    assert found.arm[-1, 1] - weight == pytest.approx(0.08)
+    desired = simulate(scenario)["task.desired_state"].values[1:]
+    count = min(len(desired), len(found.arm))
+    damping_over_stiffness = 2 * scenario.arm.damping_ratio / (2 * np.pi * scenario.arm.frequency)
+    folded = desired[:count, 1] + damping_over_stiffness * desired[:count, 3]
+    np.testing.assert_allclose(found.arm[:count, 1] - weight, folded, rtol=0, atol=1e-9)
 
 
 def test_commands_are_those_of_the_steps(tmp_path):

@@ -50,6 +50,7 @@ def test_springs_friction_and_free_bodies(tmp_path):
     assert friction.text == "0.8"
 
 
+@pytest.mark.slow
 def test_a_body_without_mass_does_not_become_heavy(tmp_path):
     """SDFormat assumes 1 kg for a link without an inertia, such as the frame at the end of an arm."""
     scenario = load_scenario("pick_and_place_box")

@@ -186,7 +186,7 @@ def test_a_changed_file_is_seen(edited):
 
 def test_a_changed_finger_is_seen():
     before = expand_urdf(FINGER)
-    after = expand_urdf(FINGER, change=lambda finger: replace(finger, length=0.13))
+    after = expand_urdf(FINGER, change=lambda mounted: replace(mounted, finger=replace(mounted.finger, length=0.13)))
     assert after.fingers[0].length == 0.13
     assert after.text != before.text
     assert expand_urdf(FINGER).text is before.text

@@ -25,7 +25,7 @@ def samples(recording, bench):
         yield row, {name: np.ravel(recording[signal].values[row]) for name, signal in signals.items()}
 
 
-@pytest.mark.parametrize("estimator", ["arcs", "gaussian", "recursive"])
+@pytest.mark.parametrize("estimator", ["arcs", "gaussian", pytest.param("recursive", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("errors", [(), ("sensor.errors.preset=realistic",)], ids=["ideal", "realistic"])
 def test_it_computes_what_the_station_computed(estimator, errors):
     """To rounding, as a station computes two fingers at once. Errors are drawn twice at time 0, as a PID remembers."""
@@ -53,6 +53,7 @@ def test_its_recording_has_every_sample():
     assert own["grip.opening"].attrs["units"] == "m"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("estimator", "trace"), [("gaussian", 0.0), ("recursive", 1e-3)])
 def test_missing_samples_leave_little_trace(estimator, trace):
     """A tenth of a second without readings: what has no memory is as ever afterwards, what learns has learnt less."""

@@ -71,7 +71,8 @@ def live(link, bench, send, take=lambda found: None):
     return Session(bench, config, link, lambda _, found: take(found), True, lambda: link.now)
 
 
-@pytest.mark.parametrize("estimator", ["gaussian", pytest.param("recursive", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("estimator", ["gaussian", "recursive"])
 def test_shape_error_over_a_bad_link(estimator):
     """Realistic sensors, exact model: the mean tip error of all results that came with a reading."""
     changes = [f"estimator.type={estimator}", "control.set_points=[0.06, 0.04, 0.05]", "control.hold=1.5"]
@@ -151,6 +152,7 @@ def held_box(seconds, is_bad, seed, silence=(np.inf, np.inf)):
     return session
 
 
+@pytest.mark.slow
 def test_hostile_datagrams_do_nothing_but_count():
     """Malformed, huge, NaN and a flood of them, while a device sends: its estimates are those without them."""
     scenario = load_scenario("tip_distance_steps", ["estimator.type=gaussian", "control.set_points=[0.06, 0.04]"])

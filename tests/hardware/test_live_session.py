@@ -80,6 +80,7 @@ def test_links_that_lose_nothing(link, messages, offline):
     assert live.session.counts.lost == 0
 
 
+@pytest.mark.slow
 def test_lcm(messages, offline):
     with lcm() as (source, send):
         live = made(source, is_live=True)

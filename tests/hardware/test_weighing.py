@@ -73,6 +73,7 @@ def fitted():
     return fit_states(free, recordings, [of.families == "block 1" for of in recordings], free.start).model.finger
 
 
+@pytest.mark.slow
 def test_what_made_the_states_is_found_with_one_known_mass(fitted):
     """The modulus by the mass; without it there is only its ratio to the weight."""
     assert fitted.base.youngs_modulus == pytest.approx(6e5, rel=0.05)
@@ -82,6 +83,7 @@ def test_what_made_the_states_is_found_with_one_known_mass(fitted):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [0.0, 0.06, 0.2])
 def test_other_loads_are_weighed_within_their_bands(fitted, load):
     """Each window within 1.5 bands of 95 %, and the bands are neither empty nor as wide as the load."""
@@ -94,6 +96,7 @@ def test_other_loads_are_weighed_within_their_bands(fitted, load):
     assert whole.band_g < max(row.band_g for row in windows)
 
 
+@pytest.mark.slow
 def test_bands_cover_what_they_say(fitted):
     """Over noise that lasts 10 rows: a band for independent rows would be three times as narrow, and cover half."""
     rows = [row for seed in range(10, 30) for row in weigh(TRUE, states_of(0.08, seed), WINDOW)[:-1]]
@@ -103,6 +106,7 @@ def test_bands_cover_what_they_say(fitted):
     assert 1.2 * spread < np.mean([row.band_g for row in rows]) < 3 * spread
 
 
+@pytest.mark.slow
 def test_a_load_named_by_the_file_is_not_looked_at(fitted):
     states = states_of(0.06, 4)
     renamed = replace(states, load=0.5)
@@ -111,6 +115,7 @@ def test_a_load_named_by_the_file_is_not_looked_at(fitted):
     ]
 
 
+@pytest.mark.slow
 def test_a_tare_cancels_what_is_wrong_in_the_model():
     """Slack that the model does not know, without a load as with it; root mean square of windows."""
     wrong, errors, bands = trunk(slacks=(0.0,) * 4), [], []
@@ -140,6 +145,7 @@ def test_another_motion_is_no_tare():
         weigh(TRUE, states_of(0.08, 5), WINDOW, other)
 
 
+@pytest.mark.slow
 def test_what_is_refused(fitted):
     states = states_of(0.06, 4, rows=40)
     with refused("time"):
@@ -152,6 +158,7 @@ def test_what_is_refused(fitted):
         weigh(replace(fitted, tip_load=TipLoad(0.1, 0.0, 0.0)), states, WINDOW)
 
 
+@pytest.mark.slow
 def test_the_figure(fitted):
     rows = weigh(fitted, states_of(0.06, 4), WINDOW)
     (panel,) = weighing_figure(rows).axes

@@ -39,3 +39,9 @@ def recording(signals: Mapping[str, Array]) -> Recording:
         name: (["time", *(f"{name}_{i}" for i in range(values.ndim - 1))], values) for name, values in signals.items()
     }
     return Recording(xr.Dataset(variables, {"time": 0.01 * np.arange(length)}))
+
+
+def box_recording(station: Station, signals: Mapping[str, Array]) -> Recording:
+    """Signals every 10 ms, and the pose of the box, as the plant's state has it."""
+    first = station.plant.GetBodyByName("box").floating_positions_start()
+    return recording({**signals, "box.pose": signals["plant.state"][:, first : first + 7]})

@@ -21,6 +21,7 @@ WAYS = "yields=bending sideways twist"
 IN_SPACE = [f"models.{finger}.fingers.all.{WAYS}" for finger in ("left_finger", "right_finger")]
 
 
+@pytest.mark.slow
 def test_a_finger_in_space_bends_in_its_plane_as_one_that_bends_alone():
     planar, spatial = (simulate(free_bending([60e3], 0.2, *more)) for more in ((), IN_SPACE))
     assert {name for name in spatial.data if name not in planar.data} == {
@@ -59,6 +60,7 @@ def test_weight_across_the_plane_bends_and_twists_as_the_balance_says(springs):
             np.testing.assert_allclose(found, q[np.array(chain.ways) == way], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_box_that_is_turned_twists_the_fingers():
     steps, recordings = ("pressure.steps.all=[100e3]", "pressure.settle=0.99", "pressure.hold_samples=1"), []
     for ways in ("bending", "bending sideways twist"):
@@ -72,6 +74,7 @@ def test_a_box_that_is_turned_twists_the_fingers():
     assert yaw[1] < yaw[0] - np.radians(2)
 
 
+@pytest.mark.slow
 def test_true_contact_of_a_turned_box_that_is_held_in_the_air():
     """It weighs what the fingers carry; its forces, at the centres of pressure, have the torques about every axis."""
     steps = "pressure.steps.all=[100e3, 125e3, 150e3]"

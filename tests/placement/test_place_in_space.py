@@ -27,6 +27,7 @@ def placed(spatial_tasks):
     return place_in_space(2, spatial_tasks, ASSUMED)
 
 
+@pytest.mark.slow
 def test_no_better_design_was_tried_than_those_that_are_reported(placed):
     for one in placed.best:
         rivals = [
@@ -39,6 +40,7 @@ def test_no_better_design_was_tried_than_those_that_are_reported(placed):
     assert {design.kind for design in placed.tried} == {*KINDS}
 
 
+@pytest.mark.slow
 def test_all_pairs_of_paths_were_tried(placed):
     along = [design.paths for design in placed.tried if design.kind == STRAIN and not design.borders]
     assert len(along) == len(set(along)) == 20 + 190
@@ -70,6 +72,7 @@ def test_sections_are_equal_or_shorter_toward_the_base(spatial_finger):
     assert divisions(spatial_finger, 3) == [(), (0.5,), (0.3333,), (0.3333, 0.6667), (0.1667, 0.5833)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_scenario_takes_what_is_written(placed, kind):
     """The same sensors, with the same errors and the same assumptions."""
@@ -85,6 +88,7 @@ def test_a_scenario_takes_what_is_written(placed, kind):
     assert scenario.sensor.errors == errors_of(kind, "realistic")
 
 
+@pytest.mark.slow
 def test_rows_are_those_of_the_search(placed):
     rows, best = design_rows(placed), verified_rows(placed)
     assert len(rows) == len(placed.tried)
@@ -96,12 +100,14 @@ def test_rows_are_those_of_the_search(placed):
     assert first.made_twist_deg < 90
 
 
+@pytest.mark.slow
 def test_the_figure_has_a_line_for_every_kind_and_quantity(placed):
     figure = pareto_figure(placed)
     assert [len(axes.lines) for axes in figure.axes] == [3 * len(KINDS)] * 4
     assert all(axes.get_yscale() == "log" for axes in figure.axes)
 
 
+@pytest.mark.slow
 def test_what_is_tried_further_does_not_change_what_was_found(placed, spatial_tasks):
     """The same design gets the same random numbers."""
     alone = place_in_space(1, spatial_tasks, ASSUMED)

@@ -89,6 +89,7 @@ def test_a_push_is_found_by_exact_sensors(spatial_tasks):
     np.testing.assert_allclose(found[:, 3:5], np.stack(pushed.push[1:], axis=-1), atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", DESIGNS, ids=str)
 def test_predicted_errors_are_those_that_realistic_sensors_make(spatial_tasks, design):
     """Within a factor of two, but for the twist: `gaussian` does not expect as much as a push at the edge makes."""

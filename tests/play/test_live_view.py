@@ -108,6 +108,7 @@ def test_before_the_first_reading_it_waits(shown):
     assert not values.keys() & {OPENING, STD}
 
 
+@pytest.mark.slow
 def test_zero_removes_an_offset_in_two_seconds(shown):
     shown.run(0.1)
     shown.click("zero")
@@ -145,6 +146,7 @@ def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, 
     assert shown.view.recorder.recordings == [tmp_path / "1"]
 
 
+@pytest.mark.slow
 def test_what_is_shown_for_hours_is_not_kept(shown):
     shown.run(2.5)
     assert len(shown.bench.recording()["time"]) <= 101

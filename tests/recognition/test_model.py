@@ -69,6 +69,7 @@ def test_what_it_was_not_trained_on_is_unknown():
     assert (answers[np.array(labels) == "brick"] == "unknown").mean() > 0.9
 
 
+@pytest.mark.slow
 def test_samples_of_one_grasp_are_left_out_together():
     """Else the limit would be that of samples whose like was seen: too close."""
     labels, angles, torques = synthetic(10, 2)

@@ -189,9 +189,13 @@ def test_one_of_everything_sets_every_field():
     scenario = load_scenario(EVERYTHING)
     given_by_phases, of_contact = {"control.set_points", "external"}, {"estimator.compensate_gravity"}
     beside_torque, beside_one_side = {"control.force_limit"}, {"sensor.layout", "sensor.paths"}
-    expected = set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact - beside_torque - beside_one_side
+    of_soft = {"task.squeeze_limit"}
+    expected = (
+        set(leaves(default)) - NO_CHOICE - given_by_phases - of_contact - beside_torque - beside_one_side - of_soft
+    )
     assert changed(scenario, default) == expected
-    of_surfaces = {"self_contact"}  # which this scenario, with contact at points, does not have
+    # What this scenario, with contact at points, does not have.
+    of_surfaces = {"self_contact", "mesh.youngs_modulus", "mesh.poissons_ratio", "mesh.relaxation_time"}
     for parts, default in ((scenario.models, ModelConfig()), (scenario.task.phases, PhaseConfig())):
         assert set.union(*(changed(part, default) for part in parts)) == set(leaves(default)) - of_surfaces
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.multibody.tree import RigidBody
+from pydrake.geometry import GeometryId
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
@@ -24,7 +24,7 @@ from soft_gripper.runs.scores.grasp import (
     pump_energy,
     stiffness,
 )
-from soft_gripper.runs.scores.slip import slip
+from soft_gripper.runs.scores.slip import recorded_poses, slip
 from soft_gripper.truth.contact import combined_friction
 
 NORMAL = "grip_normal_force"
@@ -98,39 +98,53 @@ def _judged(station: Station, recording: Recording, held: str) -> NDArray[np.int
 def _signals(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> GraspSignals:
     """The signals by which the grasp of an object is judged."""
     normal, friction, force, area, pressure = (recording[f"{held}.{name}"].values[samples] for name in _SIGNALS)
-    plant, body = station.plant, first_body(station.plant, held)
-    gravity = np.array(plant.gravity_field().gravity_vector())
+    gravity = np.array(station.plant.gravity_field().gravity_vector())
     pull = float(np.linalg.norm(gravity))
     others = recording[f"{held}.contact_wrench"].values[samples, 3:] - force.sum(axis=1)
     support = -others @ gravity / pull if pull > 0 else np.zeros(len(samples))
-    mass = sum(plant.get_body(index).default_mass() for index in plant.GetBodyIndices(body.model_instance()))
-    place, turn = _poses(station, recording["plant.state"].values[samples], body)
-    coefficients = [friction_coefficient(station, finger, body) for finger in station.fingers]
+    place, turn = _poses(station, recording, held, samples)
+    coefficients = [friction_coefficient(station, finger, held) for finger in station.fingers]
     time = recording["time"].values[samples]
     return GraspSignals(
-        time, normal, friction, area, pressure, support, place, turn, mass * pull, np.array(coefficients)
+        *(time, normal, friction, area, pressure, support, place, turn),
+        *(_mass(station, held) * pull, np.array(coefficients)),
     )
 
 
-def _poses(station: Station, states: Array, body: RigidBody) -> tuple[Array, Array]:
-    """Positions and rotations of a body in the base of the first finger, (T, 3) and (T, 3, 3)."""
-    plant, base = station.plant, station.fingers[0].base.body_frame()
+def _mass(station: Station, held: str) -> float:
+    if held in station.parts.soft:
+        return station.parts.soft[held].mass
+    plant = station.plant
+    bodies = plant.GetBodyIndices(plant.GetModelInstanceByName(held))
+    return float(sum(plant.get_body(index).default_mass() for index in bodies))
+
+
+def _poses(station: Station, recording: Recording, held: str, samples: NDArray[np.int_]) -> tuple[Array, Array]:
+    """Positions and rotations of an object in the base of the first finger, (T, 3) and (T, 3, 3)."""
+    plant, base, states = station.plant, station.fingers[0].base, recording["plant.state"].values[samples]
     context, poses = plant.CreateDefaultContext(), np.empty((len(states), 3, 4))
-    for i, state in enumerate(states):
+    for i, (state, X_WO) in enumerate(zip(states, recorded_poses(recording, held, samples), strict=True)):
         plant.SetPositionsAndVelocities(context, state)
-        poses[i] = body.body_frame().CalcPose(context, base).GetAsMatrix34()
+        poses[i] = (base.EvalPoseInWorld(context).inverse() @ X_WO).GetAsMatrix34()
     return poses[..., 3], poses[..., :3]
 
 
-def friction_coefficient(station: Station, finger: PlantFinger, body: RigidBody) -> float:
-    """Static coefficient of friction between a finger and a body, of the smoothest geometry of each."""
-    return combined_friction(_static_friction(station, finger.links), _static_friction(station, [body]))
+def friction_coefficient(station: Station, finger: PlantFinger, held: str) -> float:
+    """Static coefficient of friction between a finger and an object, of the smoothest geometry of each."""
+    of_links = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
+    return combined_friction(_static_friction(station, of_links), _static_friction(station, _touched(station, held)))
 
 
-def _static_friction(station: Station, bodies: Sequence[RigidBody]) -> float:
-    """The least static coefficient of friction of the collision geometries of bodies; 0 if there are none."""
+def _touched(station: Station, held: str) -> list[GeometryId]:
+    """The collision geometries of the first link of an object."""
+    if held in station.parts.soft:
+        return [station.parts.soft[held].geometry]
+    return list(station.plant.GetCollisionGeometriesForBody(first_body(station.plant, held)))
+
+
+def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> float:
+    """The least static coefficient of friction of collision geometries; 0 if there are none."""
     inspector = station.parts.scene_graph.model_inspector()
-    geometries = [each for body in bodies for each in station.plant.GetCollisionGeometriesForBody(body)]
     properties = [each for each in map(inspector.GetProximityProperties, geometries) if each is not None]
     return min((each.GetProperty("material", "coulomb_friction").static_friction() for each in properties), default=0.0)
 

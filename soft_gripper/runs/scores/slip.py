@@ -1,15 +1,17 @@
-"""How far an object slides on the fingers that hold it, from recorded states of the plant."""
+"""How far an object slides on the fingers that hold it, from recorded states of the plant and its recorded poses."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RigidTransform
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger
 
@@ -33,31 +35,32 @@ def slip(station: Station, recording: Recording, held: str, samples: NDArray[np.
     slips = np.full(len(states), np.nan)
     if not len(samples):
         return slips
-    body, context = first_body(plant, held), plant.CreateDefaultContext()
+    poses, context = recorded_poses(recording, held, samples), plant.CreateDefaultContext()
     plant.SetPositionsAndVelocities(context, states[0])
     centers = {finger: recording[f"{finger.name}.contact_center"].values[samples[0]] for finger in station.fingers}
-    grips = [grip_at(context, finger, body, p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
+    grips = [grip_at(context, finger, poses[0], p_WC) for finger, p_WC in centers.items() if np.isfinite(p_WC).all()]
     for i, state in enumerate(states if grips else ()):
         plant.SetPositionsAndVelocities(context, state)
-        slips[i] = np.mean([slid(context, grip, body) for grip in grips])
+        slips[i] = np.mean([slid(context, grip, poses[i]) for grip in grips])
     return slips
 
 
-def grip_at(context: Context, finger: PlantFinger, held: RigidBody, p_WC: Array) -> Grip:
-    """The grip at a point in the world, on the link with the nearest centre."""
-    points = np.array([_in_frame(context, link, p_WC) for link in finger.links])
+def recorded_poses(recording: Recording, name: str, samples: Sequence[int] | NDArray[np.int_]) -> list[RigidTransform]:
+    """The poses of an object in the world at some samples of a recording."""
+    poses = recording[f"{name}.pose"].values[samples]
+    return [RigidTransform(Quaternion(pose[:4] / np.linalg.norm(pose[:4])), pose[4:]) for pose in poses]
+
+
+def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
+    """The grip of a finger on an object at a point in the world, on the link with the nearest centre."""
+    points = np.array([link.EvalPoseInWorld(context).inverse() @ p_WC for link in finger.links])
     middles = np.diff(finger.finger.link_ends) / 2
     nearest = int(np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=1)))
-    return Grip(finger.links[nearest], points[nearest], _in_frame(context, held, p_WC))
+    return Grip(finger.links[nearest], points[nearest], X_WO.inverse() @ p_WC)
 
 
-def _in_frame(context: Context, body: RigidBody, p_W: Array) -> Array:
-    p_B: Array = body.EvalPoseInWorld(context).inverse() @ p_W
-    return p_B
-
-
-def slid(context: Context, grip: Grip, held: RigidBody) -> float:
+def slid(context: Context, grip: Grip, X_WO: RigidTransform) -> float:
     """Distance between the points of object and link, along the link's inner face, m."""
-    X_LO = held.body_frame().CalcPose(context, grip.link.body_frame())
+    X_LO = grip.link.EvalPoseInWorld(context).inverse() @ X_WO
     _, y, z = X_LO @ grip.on_object - grip.on_link
     return float(np.hypot(y, z))

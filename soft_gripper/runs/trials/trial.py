@@ -134,6 +134,7 @@ class Judged:
     placed_angle_deg: angle between the orientations of the two, even for round objects.
     dropped: no finger touched the object while it should be held, or the task reported that it was lost.
     peak_force_n: largest normal force of a finger.
+    squeeze_mm: largest squeeze of a soft object by the fingers; NaN of a rigid one.
     slip_mm: see `slip`; from the start of the first phase that holds the object to the end of the last phase but one,
         since the last one puts it down.
     detection_delay_ms: from a finger's first contact to its first detection, for the slowest finger.
@@ -147,6 +148,7 @@ class Judged:
     placed_angle_deg: float
     dropped: bool
     peak_force_n: float
+    squeeze_mm: float
     slip_mm: float
     detection_delay_ms: float
     size_error_mm: float
@@ -207,7 +209,7 @@ class Trial:
 
 def failed_row(scenario: str, trial: int, cause: str) -> TrialRow:
     """The row of a trial without a recording."""
-    return TrialRow(scenario, trial, False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, cause)
+    return TrialRow(scenario, trial, False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, NAN, cause)
 
 
 def trial_row(scenario: str, trial: int, station: Station, recording: Recording) -> TrialRow:
@@ -225,6 +227,7 @@ def judged(station: Station, recording: Recording) -> Judged:
         placed_angle_deg=float(np.degrees(angle(run.turned))),
         dropped=run.dropped is not None,
         peak_force_n=run.peak_force,
+        squeeze_mm=1e3 * run.squeeze,
         slip_mm=1e3 * run.slip,
         detection_delay_ms=1e3 * run.detection_delay,
         size_error_mm=1e3 * run.size_error,
@@ -235,7 +238,7 @@ def judged(station: Station, recording: Recording) -> Judged:
 
 def failure(run: TrialRun) -> str:
     """The cause of a failure, as a phrase; empty for a success. The likely root cause comes first."""
-    limit, placed_error = run.force_limit, 1e3 * float(np.linalg.norm(run.placed))
+    limit, squeezed, placed_error = run.force_limit, run.squeeze_limit, 1e3 * float(np.linalg.norm(run.placed))
     placed_angle = float(np.degrees(angle(run.turned)))
     if run.dropped is not None:
         return f"dropped {run.when(run.dropped)}"
@@ -250,6 +253,8 @@ def failure(run: TrialRun) -> str:
         return "contact not detected"
     if limit is not None and run.peak_force > limit:
         return f"force of {run.peak_force:.2f} N, above {limit:g} N"
+    if squeezed is not None and run.squeeze > squeezed:
+        return f"squeezed by {1e3 * run.squeeze:.2f} mm, above {1e3 * squeezed:g} mm"
     if not 1e3 * run.slip <= MAX_SLIP:
         return f"slip of {1e3 * run.slip:.2f} mm, above {MAX_SLIP:g} mm"
     if not placed_error <= MAX_PLACED_ERROR:

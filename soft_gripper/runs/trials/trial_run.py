@@ -9,9 +9,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.scores.slip import slip
+from soft_gripper.runs.scores.slip import recorded_poses, slip
 
 Flags = NDArray[np.bool_]
 NAN = float("nan")
@@ -33,6 +32,7 @@ class TrialRun:
         self.outcome = Outcome(outcomes[-1])
         self.outcomes = np.append(outcomes[1:], outcomes[-1])  # outcome after each sample
         self.force_limit = self._task.force_limit  # N; None: no limit
+        self.squeeze_limit = self._task.squeeze_limit  # m; None: no limit
 
     def when(self, sample: int) -> str:
         """The time and the phase of a sample, as text."""
@@ -54,11 +54,7 @@ class TrialRun:
     @cached_property
     def final_pose(self) -> RigidTransform:
         """Final pose of the object frame in the world."""
-        plant = self._station.plant
-        context = plant.CreateDefaultContext()
-        plant.SetPositionsAndVelocities(context, self._recording["plant.state"].values[-1])
-        body = first_body(plant, str(self._task.object))
-        return body.EvalPoseInWorld(context)
+        return recorded_poses(self._recording, str(self._task.object), [-1])[0]
 
     @property
     def _goal_pose(self) -> RigidTransform:
@@ -76,6 +72,15 @@ class TrialRun:
     def peak_force(self) -> float:
         """Largest normal force of a finger, N."""
         return max(float(self._of(finger, "normal_force").max()) for finger in self._fingers)
+
+    @cached_property
+    def squeeze(self) -> float:
+        """Largest squeeze of a soft object while a finger touches it, m; NaN of a rigid one."""
+        signal = f"{self._task.object}.squeeze"
+        if signal not in self._recording.data:
+            return NAN
+        touched = np.any([self._of(finger, "normal_force") > 0 for finger in self._fingers], axis=0)
+        return float(self._recording[signal].values.max(where=touched, initial=0.0))
 
     @cached_property
     def slip(self) -> float:

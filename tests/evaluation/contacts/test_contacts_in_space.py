@@ -54,6 +54,7 @@ def test_contacts_are_in_balance_with_virtual_work():
         np.testing.assert_allclose(levers @ place + screws[:, 3:] @ force, left[:moved], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_row_counts_what_is_true():
     contacts = contacts_in_space(40, 0.0, 5)
     found = estimated(4, contacts, IDEAL, 1)

@@ -74,6 +74,7 @@ def test_grasps_come_in_order_and_those_that_were_lost_have_a_cause(grasps):
     assert causes == {("train", 3, "sphere"): "its process died", FAILED: "grasp: contact = 1: began inside"}
 
 
+@pytest.mark.slow
 def test_a_grasp_that_failed_counts_as_not_recognized(grasps):
     models = {sections: train("probing_grasp", grasps, sections) for sections in SECTIONS}
     rows = [grasp_row(grasp, models) for grasp in grasps]

@@ -129,6 +129,7 @@ def test_encodings_that_are_not_read_are_named(tmp_path, describe):
         read_recording(path, describe(text=OF_BAG))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.bag", "a.db3", "a.mcap"])
 def test_what_is_no_bag_is_refused(tmp_path, describe, name):
     for content in (b"", b"not one", bytes(1000)):
@@ -137,6 +138,7 @@ def test_what_is_no_bag_is_refused(tmp_path, describe, name):
             read_recording(tmp_path / name, describe(text=OF_BAG))
 
 
+@pytest.mark.slow
 def test_a_file_that_takes_too_much_memory_or_time_is_refused(tmp_path, describe, monkeypatch):
     path = write_json_mcap(tmp_path / "a.mcap", {"/a": (np.zeros(1), np.zeros((1, 6_000_000)))})
     columns = Columns(["/a.position[0]"], "/a.header.stamp")

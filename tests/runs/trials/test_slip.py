@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pick_and_place import FINGERS, box_station, recording, state
+from pick_and_place import FINGERS, box_recording, box_station, state
 from pydrake.math import RigidTransform, RotationMatrix
 
 from soft_gripper.diagrams.station_parts import Station
@@ -38,7 +38,7 @@ def slip_mm(station, placed, centers) -> float:
         of_finger = np.full((len(placed), 3), np.nan)
         of_finger[0] = centers.get(finger, NOWHERE)
         signals[f"{finger}.contact_center"] = of_finger
-    return 1e3 * slip(station, recording(signals), "box", np.arange(len(placed))).max()
+    return 1e3 * slip(station, box_recording(station, signals), "box", np.arange(len(placed))).max()
 
 
 def face(station, finger, positions) -> np.ndarray:
@@ -96,4 +96,4 @@ def test_without_contact_or_samples_there_is_no_slip_to_measure(station):
     placed = [(RigidTransform(), {})]
     assert np.isnan(slip_mm(station, placed, {}))
     signals = {"plant.state": np.zeros((5, station.plant.num_multibody_states()))}
-    assert not len(slip(station, recording(signals), "box", np.array([], dtype=int)))
+    assert not len(slip(station, box_recording(station, signals), "box", np.array([], dtype=int)))

@@ -16,7 +16,7 @@ from soft_gripper.scenario.schema import TrialsConfig
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")
 COLUMNS = (
-    "scenario,trial,success,placed_error_mm,placed_angle_deg,dropped,peak_force_n,"
+    "scenario,trial,success,placed_error_mm,placed_angle_deg,dropped,peak_force_n,squeeze_mm,"
     "slip_mm,detection_delay_ms,size_error_mm,duration_s,cause"
 )
 
@@ -26,7 +26,7 @@ DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a
 
 def succeed(file: str, seed: int, trial: int) -> Trial:
     """In the place of a trial that runs."""
-    row = TrialRow(file, trial, True, 1.0 + trial, 2.0, False, 2.0, 0.5, 20.0, 1.5, 9.9, "")
+    row = TrialRow(file, trial, True, 1.0 + trial, 2.0, False, 2.0, 0.0, 0.5, 20.0, 1.5, 9.9, "")
     return Trial(row, DetailRow(file, trial, *DRAWN, 0.1, 0.2, 0.3, 0.4), Grasp("held", *[1.0] * 15))
 
 

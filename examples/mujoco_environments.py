@@ -1,0 +1,47 @@
+"""Many grasps at once in MuJoCo, on all cores, with the readings and estimates that this gripper has of each.
+
+pip install 'soft-gripper[mujoco]'; python examples/mujoco_environments.py [ENVIRONMENTS]
+"""
+
+import os
+import sys
+
+import mujoco
+import numpy as np
+from mujoco.rollout import rollout
+
+import soft_gripper as sg
+
+SECONDS = 2.0
+
+
+def main(environments: int = 64) -> tuple[np.ndarray, np.ndarray]:
+    """Closes on the box at random pressures; the true joint angles of a finger, and the estimated ones, (E, T, N)."""
+    scenario = sg.load_scenario("box_grasp", ["estimator.type=contact"])
+    exported, finger = sg.export.to_mjcf(scenario), sg.export.sensed_fingers(scenario)["left_finger"]
+    model = mujoco.MjModel.from_xml_string(exported.text)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    begin = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, data, begin, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+
+    steps = round(SECONDS / model.opt.timestep)
+    pressure = np.random.default_rng(0).uniform(50e3, 150e3, (environments, 1, model.nu))  # Pa, of both fingers
+    threads = [mujoco.MjData(model) for _ in range(os.cpu_count() or 1)]
+    control = np.broadcast_to(pressure, (environments, steps, model.nu))
+    states, _ = rollout(model, threads, np.tile(begin, (environments, 1)), control)
+
+    places = 1 + np.array([model.joint(joint).qposadr[0] for joint in finger.joints])  # time comes first in a state
+    q = states[:, 4::5, places]  # (E, T, N), every 10 ms
+    in_chambers = 1 + model.nq + model.nv + model.actuator_actadr[model.actuator("left_finger").id]
+    shape = finger.estimate(finger.read(q), states[:, 4::5, [in_chambers]])
+    wrong, force = np.linalg.norm(shape.q[:, -1] - q[:, -1], axis=-1), shape.contact.force[:, -1]
+    print(
+        f"{environments} environments, {q.shape[1]} samples: joint angles within {np.degrees(wrong.max()):.2f} degrees"
+    )
+    print(f"estimated contact forces at the end: {force.min():.2f} to {force.max():.2f} N")
+    return q, shape.q
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,50 @@
+"""Makes soft_block.vtk and tomato.vtk: meshes of tetrahedra for soft objects."""
+
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import Delaunay
+from trimesh.creation import icosphere
+
+from soft_gripper.arrays import Array
+from soft_gripper.files.tetrahedra import Tetrahedra, oriented
+
+BLOCK, CELLS = (0.044, 0.04, 0.06), (3, 3, 4)  # m: as box.sdf
+TOMATO = (0.046, 0.046, 0.042)  # m: diameters
+FOOT = -0.88  # a tomato is flat below this share of its half height
+CORE = 0.6  # size of an inner shell of vertices
+
+
+def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> Tetrahedra:
+    """A block about the origin, each of its cells divided into six tetrahedra along a diagonal."""
+    count = np.add(cells, 1)
+    numbers = np.arange(np.prod(count)).reshape(count)
+    axes = [np.linspace(-length / 2, length / 2, points) for length, points in zip(size, count, strict=True)]
+    vertices = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    walks = [
+        np.cumsum([corner, *steps], axis=0)
+        for corner in np.ndindex(*cells)
+        for steps in permutations(np.eye(3, dtype=int))
+    ]
+    return oriented(Tetrahedra(vertices, np.array([numbers[tuple(walk.T)] for walk in walks])))
+
+
+def ball(size: Array) -> Tetrahedra:
+    """A spheroid with a flat foot about the origin: two shells and the centre, by Delaunay."""
+    vertices = np.concatenate([icosphere(2).vertices, CORE * icosphere(1).vertices, np.zeros((1, 3))])
+    cells = Delaunay(vertices).simplices
+    vertices[:, 2] = np.maximum(vertices[:, 2], FOOT)
+    return oriented(Tetrahedra(vertices * size / 2, cells))
+
+
+if __name__ == "__main__":
+    for name, body in {"soft_block": block(BLOCK, CELLS), "tomato": ball(np.array(TOMATO))}.items():
+        Path(__file__).with_name(f"{name}.vtk").write_text(body.as_vtk(), encoding="utf-8")
+        print(
+            name,
+            len(body.cells),
+            body.vertices.min(axis=0),
+            body.volumes.sum(),
+            body.volumes.min() / body.volumes.max(),
+        )

@@ -1,0 +1,49 @@
+"""Measures of a design beyond those of a sweep: of its sensors, and of how strongly it holds.
+
+Each is a function of a station and its recording, as a user's own measure of a sweep.
+"""
+
+import numpy as np
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import InputError
+from soft_gripper.runs.scores.grasp import last
+from soft_gripper.runs.scores.recorded_grasps import objects_of
+from soft_gripper.runs.strength import LOADS, Shake, strength_in
+from soft_gripper.scenario.scenario_file import dump_scenario
+from soft_gripper.scenario.sensor_presets import sensor_layout
+
+
+def force_error_n(station: Station, recording: Recording) -> float:
+    """Mean size of the error of the estimated contact force, N, over all fingers and the last half second.
+
+    Raises:
+        InputError: if the estimator reports no contact force.
+    """
+    window = last(recording["time"].values)
+    errors = []
+    for finger in station.fingers:
+        if f"{finger.name}.contact_force" not in recording.data:
+            expected = 'reports no contact force, for force_error_n: give "contact"'
+            raise InputError("design", "estimator.type", station.scenario.estimator.type, expected)
+        estimated, true = (
+            recording[f"{finger.name}.{name}"].values for name in ("contact_force", "true_contact_force")
+        )
+        errors.append(np.abs(estimated - true)[window & np.isfinite(true)])  # not every sample has the truth
+    return float(np.mean(errors))
+
+
+def sensors(station: Station, recording: Recording) -> int:
+    """Readings of strain, curvature or orientation in all fingers."""
+    return sum(sensor_layout(finger.finger, station.scenario.sensor).readings for finger in station.fingers)
+
+
+def strength_n(station: Station, recording: Recording) -> float:
+    """The least force that takes the object out of the grasp, of six directions, N; see `runs/strength.py`."""
+    text, held = dump_scenario(station.scenario), objects_of(station)[0]
+    forces = [number for number, load in enumerate(LOADS) if not load.is_torque]
+    return min(strength_in(text, held, number, Shake()).strength for number in forces)
+
+
+OWN = {function.__name__: f"{__name__}:{function.__name__}" for function in (force_error_n, sensors, strength_n)}

@@ -1,0 +1,237 @@
+"""The schema of a design study, on one page: what varies, what must be held, what is random, and to which ends.
+
+    scenario: bottle_grasp
+    vary:                                            # as after `sweep --vary`
+      models.gripper.fingers.all.length: 0.10..0.14
+      pressure.steps.all.0: 40.0e3..120.0e3
+    draw:
+      models.bottle.mesh.friction: 0.6..1.0
+    ends:
+    - { measure: normal_force_n }
+
+Keys are dotted fields of the scenario, as after `--set`. Files are relative to the study.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from soft_gripper.errors import InputError
+from soft_gripper.files.document import check_document
+from soft_gripper.files.yaml_text import read_yaml
+from soft_gripper.quantity import Misfit, is_name, misfits, quantity
+from soft_gripper.runs.sweep.run import Axis, Range, Values, read_axis
+from soft_gripper.scenario.scenario_file import changed_scenario
+
+LEAST, MOST = TOWARDS = ("least", "most")
+MEAN, WORST = ("mean", "worst")
+_FILES = ("file", "calibration", "bench")  # last names of keys whose value is a file
+_IS_RANGE = re.compile(r"\s*[-+0-9.eE]+\s*\.\.\s*[-+0-9.eE]+\s*%?\s*")
+_RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9"
+_IN_SCENARIO = "as_in_the_scenario"
+
+
+@dataclass
+class EndConfig:
+    """A measure to be made small or large; those first in the list count first."""
+
+    # A column of a sweep, one of design/measures.py, or your own "module:function"
+    measure: str = quantity("", filled=True)
+    towards: str = quantity(LEAST, known=TOWARDS)
+    of: str = quantity(MEAN, known=(MEAN, WORST))  # over all objects and draws
+
+
+@dataclass
+class LimitConfig:
+    """Limits of a measure in every run; None: there is none."""
+
+    least: float | None = None
+    most: float | None = None
+
+    def misfits(self) -> Iterator[Misfit]:
+        if self.least is None and self.most is None:
+            yield "least", None, "give least, most or both"
+        if self.least is not None and self.most is not None and self.least > self.most:
+            yield "least", self.least, f"must be at most {self.most:g}"
+
+
+@dataclass
+class DesignConfig:
+    """A design study, as its file has it."""
+
+    scenario: str = quantity("", filled=True)  # name of a shipped one, or a file
+    description: str = ""
+    set: dict[str, Any] = field(default_factory=dict)  # changes of every run
+    # What is searched: "0.1..0.2", "1..4" (whole numbers), "-20..20 %", or a list of choices.
+    vary: dict[str, Any] = quantity({}, filled=True)
+    # What every design must hold: changes of the scenario, by names of your choice. A range is drawn at random.
+    objects: dict[str, dict[str, Any]] = field(default_factory=lambda: {_IN_SCENARIO: {}})
+    unseen: dict[str, dict[str, Any]] = field(default_factory=dict)  # objects for the test alone
+    draw: dict[str, Any] = field(default_factory=dict)  # ranges, drawn at random for each run; an object comes on top
+    draws: int = quantity(4, least=1, most=1000)  # runs of a design with each object, the same for every design
+    test_draws: int = quantity(100, least=1, most=10_000)  # of the best design with each object at the end; new ones
+    wall: float | None = quantity(None, "m", above=0)  # least thickness that can be moulded
+    limits: dict[str, LimitConfig] = field(default_factory=dict)  # of measures
+    ends: list[EndConfig] = quantity([], filled=True)
+    designs: int = quantity(60, least=1, most=10_000)  # to try
+    batch: int = quantity(6, least=1, most=1000)  # designs that are tried at once, before the search learns from them
+    seed: int = quantity(1, least=0)  # of the search, and of all draws
+
+    def misfits(self) -> Iterator[Misfit]:
+        names = [end.measure for end in self.ends]
+        for i, name in enumerate(names):
+            if names.count(name) > 1:
+                yield f"ends[{i}].measure", name, "appears more than once"
+        for part in ("objects", "unseen"):
+            for name in getattr(self, part):
+                if not is_name(name):
+                    yield part, name, "give names of letters, digits, _ and -, beginning with a letter"
+        for name in self.unseen:
+            if name in self.objects:
+                yield f"unseen.{name}", name, "is an object of the search already"
+
+
+@dataclass(frozen=True, eq=False)
+class DesignStudy:
+    """A design study whose parts have been read."""
+
+    file: Path
+    config: DesignConfig
+    scenario: str
+    fixed: Mapping[str, Any]  # changes of every run
+    axes: Sequence[Axis]  # what is searched
+    objects: Mapping[str, Mapping[str, Any]]  # of the search; ranges are still text
+    unseen: Mapping[str, Mapping[str, Any]]
+
+
+def load_design_study(file: Path) -> DesignStudy:
+    """Reads a design study.
+
+    Raises:
+        InputError: naming file, field and value, if anything is wrong.
+    """
+    document = read_yaml(file)
+    check_document(file, document, DesignConfig)
+    config = _config(document)
+    _check_misfits(file, config)
+    resolved = {name: _resolved(file.parent, getattr(config, name)) for name in ("set", "vary", "draw")}
+    objects, unseen = (
+        {name: _resolved(file.parent, changes) for name, changes in getattr(config, part).items()}
+        for part in ("objects", "unseen")
+    )
+    for key, value in resolved["draw"].items():
+        if not is_range(value):
+            raise InputError(file, f"draw.{key}", value, _RANGE_EXPECTED)
+    of_objects = {f"objects.{name}": changes for name, changes in objects.items()}
+    of_unseen = {f"unseen.{name}": changes for name, changes in unseen.items()}
+    for place, changes in {"draw": resolved["draw"], **of_objects, **of_unseen}.items():
+        _check_changes(file, place, changes, resolved["vary"])
+    axes = [_axis(file, f"vary.{key}", key, value) for key, value in resolved["vary"].items()]
+    scenario = config.scenario
+    if scenario.endswith((".yaml", ".yml")):
+        scenario = str((file.parent / scenario).resolve())
+    draw = resolved["draw"]
+    study = DesignStudy(
+        file,
+        config,
+        scenario,
+        resolved["set"],
+        axes,
+        {name: {**draw, **changes} for name, changes in objects.items()},
+        {name: {**draw, **changes} for name, changes in unseen.items()},
+    )
+    _check_keys(study)
+    return study
+
+
+def _check_changes(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> None:
+    """Checks that ranges are ranges, and that nothing is searched already."""
+    for key, value in changes.items():
+        if key in searched:
+            raise InputError(file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
+        try:
+            random_axes({key: value})
+        except InputError:
+            raise InputError(file, f"{place}.{key}", value, _RANGE_EXPECTED) from None
+
+
+def is_range(value: object) -> bool:
+    """Whether a value is drawn from a range."""
+    return isinstance(value, str) and _IS_RANGE.fullmatch(value) is not None
+
+
+def _config(document: Mapping[str, Any]) -> DesignConfig:
+    """The config of a valid document."""
+    parts = dict(document)
+    if "ends" in parts:
+        parts["ends"] = [EndConfig(**end) for end in parts["ends"]]
+    if "limits" in parts:
+        parts["limits"] = {name: LimitConfig(**limit) for name, limit in parts["limits"].items()}
+    return DesignConfig(**parts)
+
+
+def _check_misfits(file: Path, config: DesignConfig) -> None:
+    of_limits = {f"limits.{name}.": limit for name, limit in config.limits.items()}
+    for place, part in {"": config, **of_limits}.items():
+        for name, value, expected in misfits(part):
+            raise InputError(file, f"{place}{name}", value, expected)
+
+
+def _resolved(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes in which the files have absolute paths."""
+    return {
+        key: _absolute(folder, value) if key.rpartition(".")[2] in _FILES else value for key, value in changes.items()
+    }
+
+
+def _absolute(folder: Path, value: Any) -> Any:
+    if isinstance(value, list):
+        return [_absolute(folder, each) for each in value]
+    return value if not isinstance(value, str) or "://" in value else str((folder / value).resolve())
+
+
+def _axis(file: Path, field_: str, key: str, value: Any) -> Axis:
+    """What is searched, from a range or a list."""
+    if isinstance(value, list) and value:
+        axis: Axis = Values(key, tuple(value))
+    else:
+        try:
+            axis = read_axis(f"{key}={value}")
+        except InputError:
+            expected = "write a range, such as 0.5..0.9 or -20..20 %, or a list of choices"
+            raise InputError(file, field_, value, expected) from None
+    if isinstance(axis, Values) and len({str(each) for each in axis.values}) < 2:
+        raise InputError(file, field_, value, "give a range, or two choices or more")
+    return axis
+
+
+def random_axes(changes: Mapping[str, Any]) -> list[Range]:
+    """What is drawn at random in changes of a scenario."""
+    axes = (read_axis(f"{key}={value}") for key, value in changes.items() if is_range(value))
+    return [axis for axis in axes if isinstance(axis, Range)]
+
+
+def _check_keys(study: DesignStudy) -> None:
+    """Checks that the scenario takes the first and the last value of every key."""
+    file, fixed, ends = study.file, study.fixed, (0.0, 1.0)
+    try:
+        changed_scenario(study.scenario, fixed)
+    except InputError as error:
+        raise error.inside(f"{file}: scenario, set") from error.__cause__
+    for axis in study.axes:
+        for share in ends:
+            value = axis.at(share)
+            try:
+                changed_scenario(study.scenario, {**fixed, axis.key: value})
+            except InputError as error:
+                raise InputError(file, f"vary.{axis.key}", value, f"{error.field}: {error.expected}") from None
+    for part in ("objects", "unseen"):
+        for name, changes in getattr(study, part).items():
+            for share in ends:
+                drawn = {axis.key: axis.at(share) for axis in random_axes(changes)}
+                try:
+                    changed_scenario(study.scenario, {**fixed, **changes, **drawn})
+                except InputError as error:
+                    raise error.inside(f"{file}: {part}.{name}") from None

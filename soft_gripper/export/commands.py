@@ -1,0 +1,113 @@
+"""What an exported scenario is commanded over time: pressures, and the positions of an arm that follows no estimate.
+
+A task that does not command the gripper moves the arm at fixed times, so that its motion is known before the run. A PD
+controller of another simulator takes a position alone: the desired velocity and the weight of the arm are folded in.
+"""
+
+from collections.abc import Sequence
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.multibody.tree import Joint, JointActuator
+
+from soft_gripper.arrays import Array
+from soft_gripper.diagrams.arm import Arm
+from soft_gripper.diagrams.scene import arm_joints
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.wiring.drive import OF, steps_of
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.scenario.schema import Scenario
+
+
+class Commands(NamedTuple):
+    """Values that hold from a time on; K times, C chambers, n joints of an arm."""
+
+    times: Array  # (K,) s; the run ends at the last one
+    pressures: Array  # (K, C) Pa, effective: what the laws of the chambers make of the pressures
+    arm: Array  # (K, n) rad or m
+
+
+class ArmActuator(NamedTuple):
+    """A joint of an arm and its PD controller."""
+
+    joint: Joint
+    stiffness: float  # N m/rad or N/m
+    damping: float  # N m s/rad or N s/m
+    effort: float  # largest, N m or N; may be infinite
+
+
+def arm_actuators(station: Station) -> list[ArmActuator]:
+    """Of the arm, if there is one, in the order of its joints."""
+    arm, plant = station.parts.arm, station.plant
+    if arm is None:
+        return []
+    actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(arm.model))
+    of_joint: dict[int, JointActuator] = {int(each.joint().index()): each for each in actuators}
+    driven = [of_joint[int(joint.index())] for joint in arm_joints(plant, arm.model)]
+    gains = [actuator.get_controller_gains() for actuator in driven]
+    return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(driven, gains, strict=True)]
+
+
+def chamber_names(finger: PlantFinger) -> list[str]:
+    """The chambers of a finger: `finger`, or `finger::chamber` if it has several."""
+    labels = [f"{finger.name}{OF}{label}" for names in finger.finger.chamber_axis.values() for label in names]
+    return labels or [finger.name] * finger.finger.pressures
+
+
+def make_commands(station: Station) -> Commands:
+    """The commands of a station."""
+    scenario, arm = station.scenario, station.parts.arm
+    moves, desired = _motion(station)
+    starts = np.arange(scenario.steps) * scenario.step_duration
+    end = max(moves[-1], 0.0 if _has_fixed_motion(scenario) else scenario.steps * scenario.step_duration)
+    times = np.unique([*starts[starts < end], *moves[moves < end], end])
+    step, sample = (np.searchsorted(each, times + 1e-9, side="right") - 1 for each in (starts, moves))
+    pressures = np.concatenate([_pressures(scenario, finger)[step] for finger in station.fingers], axis=1)
+    positions = np.zeros((len(moves), 0)) if arm is None else _folded(arm, arm_actuators(station), desired)
+    return Commands(times, pressures, positions[sample])
+
+
+def _has_fixed_motion(scenario: Scenario) -> bool:
+    return scenario.task is not None and not scenario.task.grips
+
+
+def _motion(station: Station) -> tuple[Array, Array]:
+    """Times, s, and the desired states of the arm from then on, (K, 2 n)."""
+    arm, task = station.parts.arm, station.task
+    if task is not None and _has_fixed_motion(station.scenario):
+        samples = list(task.unobserved(station.scenario.duration))
+        return np.array([time for time, _ in samples]), np.array([state for _, state in samples])
+    home = [] if arm is None else [*arm.home, *np.zeros(len(arm.home))]
+    return np.zeros(1), np.array([home])
+
+
+def _folded(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array:
+    """The positions at which PD controllers without a desired velocity do the same and carry the weight, (K, n)."""
+    positions, velocities = np.split(desired, 2, axis=1)
+    stiffness, damping = (np.array([getattr(each, gain) for each in actuators]) for gain in ("stiffness", "damping"))
+    context = arm.plant.CreateDefaultContext()
+    weights = []
+    for posture in positions:
+        arm.plant.SetPositions(context, posture)
+        weights.append(arm.plant.CalcGravityGeneralizedForces(context))
+    found: Array = positions + (damping * velocities - np.array(weights)) / stiffness
+    return found
+
+
+def _pressures(scenario: Scenario, finger: PlantFinger) -> Array:
+    """The effective pressures of a finger at each step, Pa, (steps, C); 0 in a closed loop."""
+    count = finger.finger.pressures
+    if scenario.control.set_points is not None or not count:
+        return np.zeros((scenario.steps, count))
+    labels = [label for names in finger.finger.chamber_axis.values() for label in names]
+    given = steps_of("pressure", scenario.pressure.steps, finger.name, labels)
+    held = given[np.minimum(np.arange(scenario.steps), len(given) - 1)]
+    return finger.finger.effective_pressure(held)
+
+
+def table(names: Sequence[str], commands: Commands) -> str:
+    """The commands as CSV, in full precision; `names` are those of the chambers and then of the arm's joints."""
+    rows = np.column_stack([commands.times, commands.pressures, commands.arm])
+    lines = chain([["time [s]", *names]], ([repr(float(value)) for value in row] for row in rows))
+    return "\n".join(map(",".join, lines)) + "\n"

@@ -1,0 +1,175 @@
+"""Ground truth of a soft object: its pose, how far it is squeezed, and its largest strain.
+
+All follow from the vertices of its finite elements. T samples of V vertices are computed at once, after the run.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import GeometryConfigurationVector, GeometryId, SceneGraphInspector
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
+from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
+from pydrake.systems.framework import Context
+from scipy.spatial.distance import pdist
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.array_block import ArrayBlock
+from soft_gripper.arrays import Array
+from soft_gripper.files.tetrahedra import Tetrahedra
+from soft_gripper.signals import XYZ
+from soft_gripper.truth.contact import patches
+
+POSE, POSE_UNITS = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z"), ("1", "1", "1", "1", "m", "m", "m")
+WRENCH = ("torque_x", "torque_y", "torque_z", "force_x", "force_y", "force_z")
+WRENCH_UNITS = ("N m", "N m", "N m", "N", "N", "N")
+
+
+class SoftBody(NamedTuple):
+    """A soft object of a finalized plant."""
+
+    body: DeformableBody
+    rest: Tetrahedra  # undeformed, in the frame of its file
+
+    @property
+    def geometry(self) -> GeometryId:
+        """What touches, and is drawn."""
+        return self.body.geometry_id()
+
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return float(self.body.config().mass_density() * self.rest.volumes.sum())
+
+    def vertices(self, context: Context) -> Array:
+        """Of its elements, in the context of the plant, (V, 3) m in the world."""
+        found: Array = self.body.GetPositions(context).T
+        return found
+
+
+def soft_body(plant: MultibodyPlant, model: ModelInstanceIndex) -> DeformableBody | None:
+    """The soft body of a model instance, if it is one."""
+    bodies = plant.deformable_model().GetBodyIds(model)
+    return plant.deformable_model().GetBody(bodies[0]) if bodies else None
+
+
+def soft_bodies(plant: MultibodyPlant, inspector: SceneGraphInspector, names: Iterable[str]) -> dict[str, SoftBody]:
+    """The soft objects of a finalized plant, among the models with these names."""
+    found = {}
+    for name in names:
+        if body := soft_body(plant, plant.GetModelInstanceByName(name)):
+            vertices = body.get_default_pose().inverse() @ body.GetPositions(plant.CreateDefaultContext())
+            elements = inspector.GetReferenceMesh(body.geometry_id()).tetrahedra()
+            cells = np.array([[element.vertex(i) for i in range(4)] for element in elements])
+            found[name] = SoftBody(body, Tetrahedra(vertices.T, cells))
+    return found
+
+
+def element_volumes(rest: Tetrahedra, vertices: Array) -> Array:
+    """Volumes of deformed elements, (..., V, 3) m -> (..., M) m^3; one that is not positive is inside out."""
+    corners = vertices[..., rest.cells, :]
+    volumes: Array = np.linalg.det(corners[..., 1:, :] - corners[..., :1, :]) / 6
+    return volumes
+
+
+def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:
+    """The pose of the undeformed body that fits the deformed one best, (..., V, 3) m -> (..., 7).
+
+    By least squares over the volume, in which points move linearly between the vertices of an element (Kabsch, Acta
+    Crystallographica A32, 1976). A quaternion w x y z, and the position of the frame of the file, in the world.
+    """
+    weight = np.bincount(rest.cells.ravel(), np.repeat(rest.volumes / 4, 4)) / rest.volumes.sum()
+    home, center = weight @ rest.vertices, weight @ vertices
+    spread = np.swapaxes(vertices - center[..., None, :], -1, -2) @ _moments(rest, rest.vertices - home)
+    u, _, v = np.linalg.svd(spread)
+    u[..., 2] *= np.linalg.det(u @ v)[..., None]  # a rotation, not a reflection
+    turn = u @ v
+    quaternion = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_quat(canonical=True, scalar_first=True)
+    return np.concatenate([quaternion.reshape(*turn.shape[:-2], 4), center - turn @ home], axis=-1)
+
+
+def _moments(rest: Tetrahedra, points: Array) -> Array:
+    """The integral over the volume of the points, (V, 3), times the shape function of each vertex, (V, 3)."""
+    of_cells = rest.volumes[:, None, None] / 20 * (points[rest.cells] + points[rest.cells].sum(axis=1, keepdims=True))
+    moments = np.zeros_like(points)
+    np.add.at(moments, rest.cells, of_cells)
+    return moments
+
+
+def squeeze(rest: Tetrahedra, vertices: Array) -> Array:
+    """How far a body is squeezed, (..., V, 3) m -> (...) m.
+
+    That is the largest decrease of the distance between any two vertices of its surface: between fingers that press on
+    opposite sides, it includes the indentations that they make, which depend on the size of the elements.
+    """
+    surface = np.unique(rest.boundary)
+    home, flat = pdist(rest.vertices[surface]), vertices[..., surface, :].reshape(-1, len(surface), 3)
+    decrease = np.array([np.max(home - pdist(points)) for points in flat])
+    return decrease.reshape(vertices.shape[:-2])
+
+
+def largest_strain(rest: Tetrahedra, vertices: Array) -> Array:
+    """The largest principal strain in any element, stretched or compressed, (..., V, 3) m -> (...).
+
+    A principal stretch minus 1, in absolute value.
+    """
+    edges, home = (np.diff(each[..., rest.cells, :], axis=-2) for each in (vertices, rest.vertices))
+    gradient = np.swapaxes(np.linalg.solve(home, edges), -1, -2)  # rows of edges: edges = home @ gradient'
+    stretch = np.linalg.svd(gradient, compute_uv=False)
+    strain: Array = np.abs(stretch - 1).max(axis=(-1, -2))
+    return strain
+
+
+def wrench_at(wrench: Array, pose: Array) -> Array:
+    """A wrench about the origin, moved to the position of a pose, (..., 6) N m and N, and (..., 7) -> (..., 6)."""
+    torque, force = wrench[..., :3], wrench[..., 3:]
+    return np.concatenate([torque - np.cross(pose[..., 4:], force), force], axis=-1)
+
+
+class SoftObject(ArrayBlock):
+    """Outputs the shape of a soft object of the plant.
+
+    ::
+
+                            +------------+ ---> vertices       (V x 3) m in the world
+        configurations ---> | SoftObject | ---> pose           (7) q_w, q_x, q_y, q_z, x, y, z; m in the world
+        contact_results --> |            | ---> squeeze        (1) m
+                            |            | ---> largest_strain (1)
+                            +------------+ ---> contact_wrench (6) torque at the pose's position, force; N m, N
+
+    The pose is that of the undeformed body that fits it best, see `fitted_pose`. The wrench is that of all contacts.
+    """
+
+    def __init__(self, soft: SoftBody):
+        super().__init__()
+        rest, self._geometry = soft.rest, soft.geometry.get_value()
+        model = Value(GeometryConfigurationVector())
+        self._configurations = self.DeclareAbstractInputPort("configurations", model)
+        self.show("configuration", self._collect, {self._configurations.ticket()})
+        self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self.show("wrench_at_origin", self._wrench, {self._results.ticket()})
+        self.derive("points", np.asarray, "configuration", over_time=np.array)
+        self.derive("wrench", np.asarray, "wrench_at_origin", over_time=np.array)
+        self.derive("fitted", lambda points: fitted_pose(rest, points), "points")
+        labels: dict[str, Sequence[Any]] = {"vertex": range(len(rest.vertices)), "xyz": XYZ}
+        self.put_out("vertices", lambda points: points, "points", unit="m", **labels)
+        self.put_out("pose", lambda pose: pose, "fitted", unit=POSE_UNITS, pose_entry=POSE)
+        self.put_out("squeeze", lambda points: squeeze(rest, points), "points", unit="m")
+        self.put_out("largest_strain", lambda points: largest_strain(rest, points), "points")
+        self.put_out("contact_wrench", wrench_at, "wrench", "fitted", unit=WRENCH_UNITS, wrench=WRENCH)
+
+    def _wrench(self, context: Context) -> Array:
+        """Of all contacts about the origin of the world: torque and force, (6) N m and N."""
+        wrench = np.zeros(6)
+        for patch in patches(self._results.Eval(context), {self._geometry}):
+            sign = 1.0 if patch.geometries[0] == self._geometry else -1.0
+            wrench += sign * np.concatenate([patch.torque + np.cross(patch.place, patch.force), patch.force])
+        return wrench
+
+    def _collect(self, context: Context) -> Array:
+        """The vertices, (V, 3) m in the world."""
+        configurations = self._configurations.Eval(context)
+        (own,) = (each for each in configurations.ids() if each.get_value() == self._geometry)
+        found: Array = configurations.value(own).reshape(-1, 3)
+        return found

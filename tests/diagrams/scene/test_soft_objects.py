@@ -1,0 +1,139 @@
+"""Scenarios with soft objects: what does not go with them is refused, and a grasp is simulated, recorded and judged."""
+
+import numpy as np
+import pytest
+from here_executor import HereExecutor
+from pydrake.systems.analysis import Simulator
+from refusals import refused
+
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import advance, run_to_end
+from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.errors import SimulationDivergedError
+from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
+from soft_gripper.runs.strength import grasp_strength, until_held
+from soft_gripper.runs.trials.trial_run import TrialRun
+from soft_gripper.scenario.scenario_file import load_scenario
+
+SPONGE = "pick_and_place_sponge"
+FILE = "package://soft_gripper/objects/{}"
+
+
+@pytest.mark.parametrize(
+    ("override", "field", "value"),
+    [
+        ("plant_config.time_step=0", "time_step", 0),
+        ("contact=points", "contact", "points"),
+        ("models.2.half_space=true", "half_space", True),
+        (f"models.3.file={FILE.format('box.obj')}", "mesh.youngs_modulus", 2e4),
+    ],
+)
+def test_what_does_not_go_with_a_soft_object_is_refused(override, field, value):
+    with refused(field, value):
+        make_station(load_scenario(SPONGE, [override]))
+
+
+def test_a_soft_object_cannot_be_welded():
+    welded = [
+        f"models.2.file={FILE.format('soft_block.vtk')}",
+        "models.2.mesh.youngs_modulus=2e4",
+        "models.2.free=false",
+    ]
+    with refused("free", False):
+        make_station(load_scenario("box_grasp", welded))
+
+
+@pytest.mark.parametrize(
+    ("override", "field", "value"),
+    [
+        ("models.3.mesh.youngs_modulus=0", "youngs_modulus", 0),
+        ("models.3.mesh.youngs_modulus=.nan", "youngs_modulus", ...),
+        ("models.3.mesh.poissons_ratio=0.5", "poissons_ratio", 0.5),
+        ("models.3.mesh.relaxation_time=-1", "relaxation_time", -1),
+        ("task.squeeze_limit=0", "squeeze_limit", 0),
+    ],
+)
+def test_a_material_out_of_range_is_refused(override, field, value):
+    with pytest.raises(Exception, match=field):
+        load_scenario(SPONGE, [override])
+
+
+def test_a_rigid_object_has_no_limit_of_its_squeeze():
+    with refused("squeeze_limit", 1e-3):
+        make_station(load_scenario("pick_and_place_box", ["task.squeeze_limit=1e-3"]))
+
+
+def test_other_approximations_of_contact_are_warned_of(caplog):
+    make_station(load_scenario(SPONGE, ["plant_config.discrete_contact_approximation=lagged"]))
+    assert "discrete_contact_approximation" in caplog.text
+
+
+def test_a_crushed_object_is_an_error():
+    station = make_station(load_scenario(SPONGE))
+    simulator = Simulator(station.diagram)
+    context = station.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    soft = station.parts.soft["sponge"]
+    soft.body.SetPositions(context, soft.rest.vertices.T * np.array([[1.0], [1.0], [-1.0]]))
+    with pytest.raises(SimulationDivergedError, match="sponge"):
+        advance(simulator, station, 1e-4)
+
+
+@pytest.fixture(scope="module")
+def lifted() -> tuple[Station, Recording]:
+    """A sponge that has been lifted and held for a while, in long steps."""
+    scenario = load_scenario(SPONGE, ["plant_config.time_step=0.01", "task.phases.3.rest=0.8"])
+    station = make_station(until_held(scenario))
+    return station, station.recording(run_to_end(station).get_context())
+
+
+@pytest.mark.slow
+def test_a_lifted_sponge_is_held_by_forces_that_carry_it(lifted):
+    station, recording = lifted
+    (grasp,), grips = recorded_grasps(station, recording)
+    assert grasp.grasp == "held"
+    assert {grip.finger for grip in grips} == {"left_finger", "right_finger"}
+    carried = recording["sponge.grip_force"].values[-30:].sum(axis=1).mean(axis=0)
+    wrench = recording["sponge.contact_wrench"].values[-30:, 3:].mean(axis=0)
+    np.testing.assert_allclose(carried, wrench, atol=1e-9)  # nothing else touches it
+    assert wrench[2] == pytest.approx(0.016 * 9.81, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_lifted_sponge_is_squeezed_and_rises_with_the_gripper(lifted):
+    station, recording = lifted
+    task = TrialRun(station, recording)
+    assert np.ptp(recording["sponge.pose"].values[:, 6]) == pytest.approx(0.1, abs=2e-3)
+    assert 0.5e-3 < task.squeeze < 2e-3
+    assert recording["sponge.largest_strain"].values.max() > task.squeeze / 0.044  # more than the mean over its width
+    assert task.slip < 2e-3
+
+
+def test_the_shake_test_refuses_a_soft_object():
+    with refused("--object", "sponge"):
+        grasp_strength(load_scenario(SPONGE), HereExecutor())
+
+
+SDF = """<sdf version="1.7"><model name="jelly"><link name="jelly">
+  <collision name="elements"><geometry><mesh><uri>package://soft_gripper/objects/soft_block.vtk</uri></mesh></geometry>
+    <drake:proximity_properties xmlns:drake="http://drake.mit.edu"><drake:mu_dynamic>0.8</drake:mu_dynamic>
+    </drake:proximity_properties></collision>
+  <drake:deformable_properties xmlns:drake="http://drake.mit.edu"><drake:youngs_modulus>2e4</drake:youngs_modulus>
+    <drake:poissons_ratio>0.3</drake:poissons_ratio><drake:mass_density>150</drake:mass_density>
+  </drake:deformable_properties></link>{}</model></sdf>"""
+RIGID_LINK = "<link name='other'/>"
+
+
+def test_an_sdf_file_of_finite_elements_is_a_soft_object(tmp_path):
+    (tmp_path / "jelly.sdf").write_text(SDF.format(""))
+    station = make_station(load_scenario("box_grasp", [f"models.2.file={tmp_path / 'jelly.sdf'}"]))
+    soft = station.parts.soft["box"]
+    assert soft.mass == pytest.approx(150 * 0.044 * 0.04 * 0.06)
+    recorded = {f"box.{signal}" for signal in ("pose", "vertices", "squeeze", "largest_strain", "contact_wrench")}
+    assert recorded <= set(station.logs.signals)
+
+
+def test_an_sdf_file_with_a_rigid_link_too_is_refused(tmp_path):
+    (tmp_path / "jelly.sdf").write_text(SDF.format(RIGID_LINK))
+    with refused("file"):
+        make_station(load_scenario("box_grasp", [f"models.2.file={tmp_path / 'jelly.sdf'}"]))

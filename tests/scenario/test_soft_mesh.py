@@ -1,0 +1,72 @@
+"""A mesh of tetrahedra as a soft object, as Drake reads it, and files that are refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import DiagramBuilder
+from refusals import refused
+
+from soft_gripper.models import DIRECTORY
+from soft_gripper.scenario.mesh_object import mesh_to_sdf
+from soft_gripper.scenario.schema import MeshConfig
+from soft_gripper.truth.soft_object import soft_bodies
+
+BLOCK = DIRECTORY / "objects" / "soft_block.vtk"
+SOFT = MeshConfig(scale=0.5, mass=0.02, friction=0.6, youngs_modulus=3e4, poissons_ratio=0.4, relaxation_time=0.01)
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def parsed(config: MeshConfig):
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
+    Parser(plant).AddModelsFromString(mesh_to_sdf(BLOCK, config, "thing"), "sdf")
+    plant.Finalize()
+    return plant, scene_graph.model_inspector()
+
+
+def test_drake_reads_the_material_the_mass_and_the_scale():
+    plant, inspector = parsed(SOFT)
+    soft = soft_bodies(plant, inspector, ["thing"])["thing"]
+    material = soft.body.config()
+    found = material.youngs_modulus(), material.poissons_ratio(), material.stiffness_damping_coefficient()
+    assert found == (3e4, 0.4, 0.01)
+    assert soft.mass == pytest.approx(0.02, rel=1e-6)
+    np.testing.assert_allclose(1e3 * np.ptp(soft.rest.vertices, axis=0), [22, 20, 30], rtol=1e-6)
+    friction = inspector.GetProximityProperties(soft.geometry).GetProperty("material", "coulomb_friction")
+    assert friction.dynamic_friction() == 0.6
+
+
+def test_without_a_modulus_it_is_rigid():
+    plant, inspector = parsed(MeshConfig(mass=0.02))
+    assert soft_bodies(plant, inspector, ["thing"]) == {}
+    assert plant.GetBodyByName("thing").default_mass() == pytest.approx(0.02)
+    assert plant.deformable_model().GetBodyIds(ModelInstanceIndex(2)) == []
+
+
+def test_a_surface_with_a_modulus_is_refused(tmp_path):
+    path = Path(tmp_path) / "box.obj"
+    trimesh.creation.box([0.04, 0.04, 0.04]).export(path)
+    with refused("mesh.youngs_modulus", 3e4) as caught:
+        mesh_to_sdf(path, SOFT, "thing")
+    assert "tetrahedra" in str(caught.value)
+
+
+def test_a_mesh_in_millimetres_is_refused():
+    with refused("mesh.scale", 100):
+        mesh_to_sdf(BLOCK, MeshConfig(scale=100, youngs_modulus=3e4), "thing")
+
+
+@pytest.mark.parametrize("scale", [0.976463, 1.039179, 0.9104042602128819, 0.9643738782151885])
+def test_a_mesh_of_any_scale_is_drawn(scale):
+    """Rounding put drawn vertices of the tomato outside its elements, which Drake refuses."""
+    text = mesh_to_sdf(DIRECTORY / "objects" / "tomato.vtk", MeshConfig(scale=scale, youngs_modulus=1e5), "thing")
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
+    assert len(Parser(plant).AddModelsFromString(text, "sdf")) == 1

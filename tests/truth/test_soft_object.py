@@ -1,0 +1,75 @@
+"""Pose, squeeze and strain of a soft object, against motions and deformations that are put in."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from soft_gripper.files.tetrahedra import read_tetrahedra
+from soft_gripper.models import DIRECTORY
+from soft_gripper.truth.soft_object import element_volumes, fitted_pose, largest_strain, squeeze, wrench_at
+
+REST = read_tetrahedra(DIRECTORY / "objects" / "soft_block.vtk")  # 44 x 40 x 60 mm
+TURNS = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.4, -1.1, 0.7], [0.0, 3.0, 0.0]])
+PLACES = np.array([[0.0, 0.0, 0.0], [0.3, -0.2, 0.5], [1.0, 2.0, 3.0]])
+
+
+def moved(vertices):
+    """Each of three rigid motions of the same vertices, (3, V, 3) m."""
+    return np.array([turn.apply(vertices) + place for turn, place in zip(TURNS, PLACES, strict=True)])
+
+
+def test_a_rigid_motion_is_found_and_neither_squeezes_nor_strains():
+    points = moved(REST.vertices)
+    poses = fitted_pose(REST, points)
+    np.testing.assert_allclose(poses[:, 4:], PLACES, atol=1e-12)
+    np.testing.assert_allclose(poses[:, :4], TURNS.as_quat(canonical=True, scalar_first=True), atol=1e-9)
+    np.testing.assert_allclose(squeeze(REST, points), 0, atol=1e-12)
+    np.testing.assert_allclose(largest_strain(REST, points), 0, atol=1e-9)
+
+
+def test_a_uniform_compression_squeezes_and_leaves_the_pose():
+    """By 5 % along z: the edges along z shorten by 3 mm, and nothing shortens more."""
+    points = moved(REST.vertices * [1.0, 1.0, 0.95])
+    np.testing.assert_allclose(squeeze(REST, points), 0.05 * 0.060, rtol=1e-9)
+    np.testing.assert_allclose(largest_strain(REST, points), 0.05, rtol=1e-9)
+    poses = fitted_pose(REST, points)
+    np.testing.assert_allclose(poses[:, 4:], PLACES, atol=1e-9)
+    np.testing.assert_allclose(poses[:, :4], TURNS.as_quat(canonical=True, scalar_first=True), atol=1e-6)
+
+
+def test_a_stretch_strains_and_hardly_squeezes():
+    points = REST.vertices * [1.0, 1.2, 1.0]
+    assert largest_strain(REST, points) == pytest.approx(0.2)
+    assert squeeze(REST, points) == pytest.approx(0, abs=1e-12)
+
+
+def test_simple_shear_has_the_principal_stretches_of_the_textbook():
+    """Of a shear g, the stretches are sqrt(1 + g^2/4) +- g/2, of which the larger is further from 1."""
+    g = 0.3
+    sheared = REST.vertices @ (np.eye(3) + g * np.outer([0, 1, 0], [1, 0, 0]))
+    assert largest_strain(REST, sheared) == pytest.approx(np.sqrt(1 + g**2 / 4) + g / 2 - 1)
+
+
+def test_a_dent_is_the_squeeze_and_barely_moves_the_pose():
+    points, number = (
+        REST.vertices.copy(),
+        int(np.argmax(REST.vertices[:, 0] - np.abs(REST.vertices[:, 1:]).sum(axis=1))),
+    )
+    points[number, 0] -= 2e-3
+    assert squeeze(REST, points) == pytest.approx(2e-3, rel=0.1)
+    assert np.linalg.norm(fitted_pose(REST, points)[4:]) < 1e-4
+
+
+def test_volumes_scale_with_the_stretches_and_an_element_inside_out_is_negative():
+    np.testing.assert_allclose(
+        element_volumes(REST, moved(REST.vertices * [1, 1, 0.5])), 0.5 * REST.volumes[None].repeat(3, 0)
+    )
+    assert element_volumes(REST, REST.vertices * [1, 1, -1]).max() < 0
+
+
+def test_a_wrench_is_moved_to_the_object():
+    """A force that acts at the object's position has a torque about the origin, and none about the object."""
+    place, force = np.array([0.3, -0.2, 0.5]), np.array([1.0, 2.0, -3.0])
+    pose = np.array([1.0, 0, 0, 0, *place])
+    wrench = np.array([*(np.cross(place, force) + np.array([0, 0, 0.7])), *force])
+    np.testing.assert_allclose(wrench_at(wrench, pose), [0, 0, 0.7, *force], atol=1e-12)
