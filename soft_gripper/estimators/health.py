@@ -51,7 +51,7 @@ _SUDDEN = 0.02  # probability that the load jumps at a look without the drive
 _WALK = 0.1  # of the reading's standard deviation: random walk of lasting errors from look to look
 _REST = 3e-4  # rad, random walk of the load's bends at rest
 _SPREAD = 0.03  # of the load's bends: how far a spread contact is from a single force
-_HELD = 14.0  # price of any load, as a misfit
+_HELD = 7.0  # price of any load, as a misfit
 _MOST = 80.0  # of a misfit: beyond, no assumption is good enough to be counted
 _STUCK, _LOST = 0.98, 0.02  # probabilities that a stuck sensor repeats itself, and that a working one is not read
 _ALIVE = 0.3  # evidence of hypotheses whose load is examined; of others it is that of the healthy finger
@@ -72,6 +72,7 @@ class Known(NamedTuple):
     mean: Array  # (K, n)
     covariance: Array  # (K, n, n)
     evidence: Array  # (K)
+    age: Array  # (K) looks since the onset
     free: Array  # (S) rad, bends of the free finger at the last look
     driving: Array  # (N) N m, likewise
     begun: Array  # (S) rad, bends of the free finger at the first sample of this look
@@ -106,7 +107,7 @@ class HealthFilter:
         mean, covariance = self._born(np.zeros(self._states), np.diag(variance))
         nothing, torque = np.zeros(readings), np.zeros(joints)
         return Known(
-            *(mean, covariance, np.zeros(count), np.zeros(values), torque, np.zeros(values)),
+            *(mean, covariance, np.zeros(count), np.zeros(count), np.zeros(values), torque, np.zeros(values)),
             *(np.zeros((2, readings)), nothing + np.nan, np.zeros((4, readings)), torque, torque, np.zeros(())),
             np.zeros((2, readings)),
         )
@@ -166,7 +167,7 @@ class HealthFilter:
         born_mean, born_covariance = self._born(known.mean[0], known.covariance[0])
         mean = np.stack([known.mean, born_mean])
         covariance = np.stack([known.covariance, born_covariance])
-        mean, covariance = self._predicted(mean, covariance, change, drive)
+        mean, covariance = self._predicted(mean, covariance, change, drive, known.age)
         found = _updated(mean, covariance, self._observation(mean, look, q, driving))
         before = np.stack([known.evidence, np.zeros_like(known.evidence)])
         total = before + found.log_likelihood + self._of_repetitions(found, mean, look)
@@ -182,6 +183,7 @@ class HealthFilter:
             mean=mean,
             covariance=covariance,
             evidence=evidence,
+            age=np.where(best == 0, known.age + 1, 0.0),
             free=now,
             driving=driving,
             counts=known.counts + known.sums[2:],
@@ -218,7 +220,9 @@ class HealthFilter:
             np.where(mean > 0, mean > known.most[1], mean < known.most[0]),
         )
 
-    def _predicted(self, mean: Array, covariance: Array, change: Array, drive: float) -> tuple[Array, Array]:
+    def _predicted(
+        self, mean: Array, covariance: Array, change: Array, drive: float, age: Array
+    ) -> tuple[Array, Array]:
         """A look later, for a load that follows the drive and one that jumps, (2, ...) more."""
         values, readings, hypotheses = self._values, self.layout.readings, self.hypotheses
         assumed, size, dt = self.uncertainty, hypotheses.size[1], LOOK * self.period
@@ -241,8 +245,9 @@ class HealthFilter:
         for name in ("dead", "saturated"):
             of = hypotheses.of(name)
             walk[:, of, f, f] += resting[hypotheses.reading[of]]
-        for name in ("offset", "loose"):  # a look may hold the onset: what it says of the size is wrong
+        for name in ("offset", "loose"):  # the first look may hold the onset: what it says of the size is wrong
             of = hypotheses.of(name)
+            of = of[age[of] == 0]
             walk[1, of, f, f] += size[of, 0] ** 2
         of = hypotheses.of("drifting")
         walk[:, of, f + 1, f + 1] += (0.02 * size[of, 1]) ** 2
@@ -253,7 +258,7 @@ class HealthFilter:
         return mean @ F.T, covariance[None] + walk[:, None]
 
     def _observation(self, mean: Array, look: "_Look", q: Array, driving: Array) -> "_Observation":
-        """How a look depends on the states of every hypothesis, near their means, (B, K, n)."""
+        """How a look depends on the states of every hypothesis, linearised at their means, (B, K, n)."""
         hypotheses, values, B = self.hypotheses, self._values, self.hypotheses.by_load
         f, load = values + self.layout.readings, mean[..., :values]
         H = np.zeros((*mean.shape[:-1], self.layout.readings, self._states))
@@ -272,8 +277,12 @@ class HealthFilter:
         k = hypotheses.of("leak")
         H[..., f][:, k] = -(B @ (self.layout.matrix @ (self._gaussian.mechanics.compliance(q) * driving)))
         k = hypotheses.of("cut")
-        angles = q + load[:, k] @ self._shared.T
-        H[..., f][:, k] = (angles * (np.arange(len(q)) >= hypotheses.joint[k][:, None])) @ (B @ self.layout.matrix).T
+        softer = np.arange(len(q)) >= hypotheses.joint[k][:, None]
+        by_angles, size = (B @ self.layout.matrix) * softer[:, None], mean[:, k, f]
+        by_bends = size[..., None, None] * (by_angles @ self._shared)
+        H[..., f][:, k] = (by_angles @ (q + load[:, k] @ self._shared.T)[..., None])[..., 0]
+        H[:, k, :, :values] += by_bends
+        z[:, k] += (by_bends @ load[:, k, :, None])[..., 0]
         common[k] *= _OTHER_MOTION
         noise[k] += (_OTHER_MOTION * _UNEVEN * lag) ** 2
         for k in (hypotheses.of("dead"), self._at_limit(look)):

@@ -111,6 +111,32 @@ def test_a_softer_part_is_named(layout):
     assert FAULTS[int(named(probabilities(layout, readings, pressure))[-1])] == "cut"
 
 
+def test_what_a_look_shows_of_a_cut_is_linearised(layout):
+    """By finite differences of the readings of a finger that is softer from a joint on, by its part of the state."""
+    health, q = HealthFilter(layout), np.linspace(0.03, 0.02, layout.finger.segments)
+    hypotheses, values = health.hypotheses, len(layout.matrix)
+    cut = hypotheses.of("cut")[3]
+    state = np.zeros((2, len(hypotheses.kind), 2 * values + layout.readings + 2))
+    load, softer = np.linspace(-0.02, 0.05, values), 1.4
+    state[:, cut, :values], state[:, cut, values + layout.readings] = load, softer
+    from_cut = np.arange(len(q)) >= hypotheses.joint[cut]
+
+    def readings(load, softer):
+        bent = layout.matrix @ (softer * from_cut * (q + np.linalg.pinv(layout.matrix) @ load))
+        return layout.predict(q) + hypotheses.by_load @ (load + bent)
+
+    known = health.begin()
+    look = health._seen(known._replace(sums=known.sums + np.array([[0], [LOOK], [0], [LOOK]])), q, np.zeros(values))
+    look = look._replace(measured=readings(load, softer))
+    found, step = health._observation(state, look, q, np.zeros(len(q))), 1e-6
+    by_load = [(readings(load + step * e, softer) - look.measured) / step for e in np.eye(values)]
+    np.testing.assert_allclose(found.by_state[0, cut][:, :values], np.transpose(by_load), atol=1e-6)
+    by_size = (readings(load, softer + step) - look.measured) / step
+    np.testing.assert_allclose(found.by_state[0, cut][:, values + layout.readings], by_size, atol=1e-6)
+    left = found.values[0, cut] - found.by_state[0, cut] @ state[0, cut]
+    np.testing.assert_allclose(left, 0, atol=1e-12)
+
+
 def test_a_reading_that_is_lost_for_good_is_dead(layout):
     pressure = pressures(1, 4)
     readings = read(layout, pressure, REALISTIC, 1)
