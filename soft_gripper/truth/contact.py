@@ -95,6 +95,7 @@ CONTACT_SIGNALS = (
 PLACES = {"true_contact_arc_length": "m", "contact_center": "m", "true_contact_side": "rad"}
 VECTORS = ("contact_center", "true_contact_force_world")  # (3), in the world
 COLUMNS = 31  # of a table of patches, see `patch_table`
+_UNTOUCHED = np.empty((0, COLUMNS))
 
 
 @dataclass(frozen=True)
@@ -154,18 +155,18 @@ def patch_table(
         objects: numbers of the objects to which other geometries belong.
     """
     numbers = objects or {}
-    rows: list[Array] = []
+    rows: list[Array | tuple[float, ...]] = []
     for patch in found:
-        own = [links.get(geometry) for geometry in patch.geometries]
-        if own[0] is not None and own[1] is not None and own[0].finger == own[1].finger:
+        first, second = patch.geometries
+        one, other = links.get(first), links.get(second)
+        if one is not None and other is not None and one.finger == other.finger:
             continue
-        touched = [numbers.get(geometry, NO_OBJECT) for geometry in reversed(patch.geometries)]
-        for sign, link, number in zip((1.0, -1.0), own, touched, strict=True):
+        for sign, link, touched in ((1.0, one, second), (-1.0, other, first)):
             if link is not None:
                 X_WL = X_WB[link.body].GetAsMatrix34().ravel()
-                others = np.array((number, patch.area, patch.pressure))
-                rows += [np.array((link.finger, link.link, link.begin, sign)), *patch[1:5], X_WL, others]
-    return np.concatenate(rows).reshape(-1, COLUMNS) if rows else np.empty((0, COLUMNS))
+                of_object = (numbers.get(touched, NO_OBJECT), patch.area, patch.pressure)
+                rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object]
+    return np.concatenate(rows).reshape(-1, COLUMNS) if rows else _UNTOUCHED
 
 
 class FingerContacts(NamedTuple):
@@ -458,7 +459,7 @@ class TrueContact(ArrayBlock):
         if abs(intervals - round(intervals)) > _SHARE:
             return _LEFT_OUT
         found = list(patches(self._results.Eval(context), self._links))
-        return patch_table(found, self._links, self._poses.Eval(context) if found else [], self._objects)
+        return patch_table(found, self._links, self._poses.Eval(context), self._objects) if found else _UNTOUCHED
 
 
 _SHARE = 1e-6  # of an interval, by which a time may differ from a multiple of it
