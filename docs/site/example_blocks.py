@@ -19,6 +19,7 @@ from soft_gripper.sensors.wire_lengths import WireGeometry
 _SCENARIOS = {
     "pick_and_place_delicate": ["estimator.alongside=[arcs, gaussian]", "sensor.pressure_errors={noise: 20}"],
     "pick_and_place_box": [],
+    "pick_and_place_sponge": [],
     "arm_motion": ["external=[tool]", "task=null"],
     "tip_distance_steps": ["estimator.health=true", "pressure.leaks={left_finger: 0.1}"],
     "three_chambers": [],
@@ -53,7 +54,7 @@ def example_blocks() -> dict[type, Placed]:
 @cache
 def station(name: str) -> Station:
     """A shipped scenario, built; kept, since Drake does not free it."""
-    meshcat = Meshcat() if name == "pick_and_place_delicate" else None
+    meshcat = Meshcat() if name in ("pick_and_place_delicate", "pick_and_place_sponge") else None
     return sg.make_station(sg.load_scenario(name, [*_SCENARIOS.get(name, []), "record.live=true"]), meshcat)
 
 

@@ -93,9 +93,11 @@ class RecordedScene:
         return self.scene_graph.get_query_output_port().Eval(self.scene_graph_context)
 
     def object_position(self, name: str, time: float) -> Array:
-        """Position of a free model at a time, s; (3) m in the world."""
-        position: Array = self.signals(time)[f"{name}.pose"].values[4:]
-        return position
+        """Position of a free model at a time, s; (3) m in the world: of its first link, or the middle of a soft one."""
+        if name in self._soft:
+            middle: Array = self._soft[name].vertices(self._go_to(time)).mean(axis=0)
+            return middle
+        return self._position(self.plant.GetBodyIndices(self.plant.GetModelInstanceByName(name))[0], time)
 
     def gripper_position(self, time: float) -> Array:
         """Mean position of the finger bases at a time, s; (3) m in the world."""

@@ -156,6 +156,8 @@ def test_estimators_know_the_law(gripper):
 def test_runs_in_every_scenario(gripper, name, time_step):
     """For as long as the pressure takes to bend the fingers well into the law."""
     models = load_scenario(name).models
+    if time_step == 0.0 and any(model.mesh.youngs_modulus is not None for model in models):
+        pytest.skip("soft objects are simulated in steps")
     files = {i: Path(model.file).name for i, model in enumerate(models) if "/grippers/" in model.file}
     assert files
     overrides = [f"models.{i}.file={gripper(file, STIFFENING)}" for i, file in files.items()]
