@@ -67,6 +67,7 @@ SEGMENT = Experiment(
         "relaxation_time",
         "pressure_law",
         "creep.share",
+        "creep.time",
         "fill_time",
         "swelling",
         "supply_lag",

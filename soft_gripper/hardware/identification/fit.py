@@ -1,8 +1,9 @@
 """Free parameters fitted to recordings: nonlinear least squares over simulations, in processes.
 
 The fit minimises the distance between measured and simulated markers, relative to the largest displacement of their
-recording, so that all recordings have equal weight. The times of a recording's events are also unknown and fitted with
-the rest; for a held-out recording, nothing else is fitted.
+recording, so that all recordings have equal weight. Half a second after a chamber was emptied, samples weigh more: no
+pressure, which was not recorded, hides the creep of the material there. The times of a recording's events are also
+unknown and fitted with the rest; for a held-out recording, nothing else is fitted.
 
 The accuracy of fitted parameters: standard deviations, correlations, and parameters that cannot be distinguished.
 
@@ -33,6 +34,8 @@ _OF_HAND, _OF_VALVE = 0.1, 0.05  # s, maximum difference of an event from its de
 _MOST_SAG, _MOST_TURN = 0.2, 0.1  # of the largest displacement, and rad: from straight, as a hand holds the tip
 _TOLERANCE = 1e-3  # relative, of the sum of squares
 _MOST_STEPS = 40
+_EARLY = 0.5  # s after an event, after which further motion counts as creep
+_OF_EMPTIED = 4.0  # weight of a sample of creep without pressure
 _IMPOSSIBLE = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
 
 Report = Callable[[float], None]
@@ -45,8 +48,9 @@ class Fit:
     free: FreeParameters
     x: Array  # (P,) the vector of the free parameters
     motions: tuple[MeasuredMotion, ...]  # as fitted, with their events
-    residuals: Array  # (R,)
-    jacobian: Array  # (R, P) by the free parameters, with the events projected out
+    residuals: Array  # (R,) weighted
+    jacobian: Array  # (R, P) of these by the free parameters, with the events projected out
+    weights: Array | float = 1.0  # (R,)
 
     @property
     def model(self) -> Model:
@@ -55,8 +59,8 @@ class Fit:
 
     @property
     def root_mean_square(self) -> float:
-        """Root mean square of the residuals, relative to the largest displacements."""
-        return _root_mean_square(self.residuals, len(self.motions))
+        """Root mean square of the residuals without their weights, relative to the largest displacements."""
+        return _root_mean_square(self.residuals / self.weights, len(self.motions))
 
 
 def fit(
@@ -80,11 +84,11 @@ def fit(
     """
     problem = _Problem(free, tuple(motions), executor, report)
     x0 = np.concatenate([free.start if start is None else start, *(motion.unknowns for motion in motions)])
-    bounds = problem.bounds(x0)
+    bounds, weights = problem.bounds(x0), np.concatenate([*map(_weights, motions)])
     found = least_squares(
-        problem.residuals,
+        lambda x: weights * problem.residuals(x),
         np.clip(x0, *bounds),
-        problem.jacobian,
+        lambda x: weights[:, None] * problem.jacobian(x),
         bounds=bounds,
         x_scale=problem.scales,
         ftol=_TOLERANCE,
@@ -92,15 +96,16 @@ def fit(
         max_nfev=_MOST_STEPS,
     )
     of_free = len(free.start)
-    if not found.success or not np.isfinite(found.cost) or _root_mean_square(found.fun, len(motions)) > 1:
-        rms = f"{100 * _root_mean_square(found.fun, len(motions)):.3g} % of the largest displacement"
+    error = _root_mean_square(found.fun / weights, len(motions))
+    if not found.success or not np.isfinite(found.cost) or error > 1:
+        rms = f"{100 * error:.3g} % of the largest displacement"
         expected = f"the fit does not converge in {_MOST_STEPS} steps: start closer, or free fewer keys"
         raise InputError("identify", "residual", rms, expected)
     fitted = tuple(problem.with_unknowns(found.x))
     of_unknowns = found.jac[:, of_free:]
     seen = found.jac[:, :of_free]
     seen = seen - of_unknowns @ np.linalg.lstsq(of_unknowns, seen, rcond=None)[0]
-    return Fit(free, found.x[:of_free], fitted, found.fun, seen)
+    return Fit(free, found.x[:of_free], fitted, found.fun, seen, weights)
 
 
 _F = TypeVar("_F")
@@ -161,6 +166,12 @@ def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
     away = (simulated_markers(model.finger, model.setup, motion) - motion.markers) / motion.largest
     parts: Array = np.nan_to_num(away).ravel().view(float)
     return parts / np.sqrt(away.size)
+
+
+def _weights(motion: MeasuredMotion) -> Array:
+    """Those of the residuals of a motion, by the times of its events as they were detected."""
+    emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _EARLY)
+    return np.repeat(np.where(emptied, _OF_EMPTIED, 1.0), 2 * motion.markers.shape[1])
 
 
 def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Array:
@@ -297,7 +308,6 @@ def correlation_time(series: Array) -> float:
     return float(1 + 2 * correlations[1 : ends[0] if len(ends) else None].sum())
 
 
-_EARLY = 0.5  # s after an event, after which further motion counts as creep
 _SHARES = (0.5, 0.63)  # of the settled turn, whose times say how fast a finger rises
 _AROUND = 0.1  # s on either side, over which that is averaged
 _EXTREMA = 9  # maximum number of maxima and minima used for frequency and decrement

@@ -203,7 +203,7 @@ KEYS = {
     "marker_mass": _of_setup("marker_mass", "kg", False, 1e-3, (0.0, 0.1)),
     "fill_time": _of_setup("fill_time", "s", True, 0.1, (5e-3, 1.0)),
     "swelling": _of_setup("swelling", "1", True, 0.1, (0.1, 20.0)),
-    "supply_lag": _of_setup("supply_lag", "1", False, 0.01, (0.0, 0.5)),
+    "supply_lag": _of_setup("supply_lag", "Pa", False, 300.0, (0.0, 1e5)),
     "supply_time": _of_setup("supply_time", "s", True, 0.1, (0.05, 20.0)),
     "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
     "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),

@@ -196,8 +196,8 @@ class Setup:
     # In which a chamber that does not swell fills from a supply of 10 kPa
     fill_time: float = quantity(0.06, "s", above=0)
     swelling: float = quantity(2.0, least=0)  # growth of the chamber's compliance per growth of the bend per pressure
-    # Share of its pressure that the supply lacks when the valve opens, and the time in which that decays by 63 %
-    supply_lag: float = quantity(0.0, least=0, below=1)
+    # Pressure that the supply lacks when the valve opens, and the time in which that decays by 63 %
+    supply_lag: float = quantity(0.0, "Pa", least=0)
     supply_time: float = quantity(1.0, "s", above=0)
     dry_friction: float = quantity(0.0, "rad", least=0)  # by which the whole finger lags behind its balance at most
     highest_pressure: float = quantity(0.0, "Pa", least=0)  # of the recordings that were fitted; 0: none
@@ -344,7 +344,7 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
     Air enters a chamber of compliance C through a narrow passage, where the loss of pressure grows with the square of
     the flow:  C(p) dp/dt = k sqrt(supply - p) . A chamber that swells takes more air:
     C(p) = C(0) (1 + swelling (growth of the bend per pressure there / that of a small pressure - 1)) .
-    The supply comes up to its pressure with a lag:  supply = p (1 - supply_lag exp(-t / supply_time)) .
+    The supply comes up to its pressure with a lag:  supply = p - min(p, supply_lag) exp(-t / supply_time) .
     """
     if motion.pressure is None:
         return PiecewisePolynomial(np.zeros((1, 1)))
@@ -356,7 +356,8 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
     slope = np.ones(_LEVELS) if law is None else np.gradient(law.curve(levels), levels)
     compliance = 1 + setup.swelling * (slope / slope[0] - 1)
     rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
-    supply = motion.pressure * (1 - setup.supply_lag * np.exp(-opened[1:] / setup.supply_time))
+    lacks = np.clip(motion.pressure, -setup.supply_lag, setup.supply_lag)
+    supply = motion.pressure - lacks * np.exp(-opened[1:] / setup.supply_time)
     filled = _followed(0.0, supply, np.diff(opened), np.abs(levels), rates)
     emptied = _followed(filled[-1], 0 * closed, np.full(len(closed), _FILL_STEP), np.abs(levels), rates)
     time = np.concatenate([opened, open_for + closed])

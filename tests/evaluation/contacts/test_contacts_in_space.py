@@ -70,7 +70,7 @@ def test_a_row_counts_what_is_true():
 
 @pytest.mark.slow
 def test_the_study_writes_its_table_and_figure(tmp_path, capsys):
-    main(60, 3, 1, 0, str(tmp_path))
+    main(20, 3, 1, 0, str(tmp_path))
     rows = read_csv(tmp_path / TABLE, SpatialRow)
     assert {row.contacts for row in rows} == {SMOOTH, "any friction", "friction at the cone"}
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000

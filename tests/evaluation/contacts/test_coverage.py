@@ -96,7 +96,7 @@ def test_intervals_cover_the_truth_in_each_third_of_the_length():
 
 @pytest.mark.slow
 def test_the_study_writes_its_table_and_figure(tmp_path, capsys):
-    main(40, 3, 20, str(tmp_path))
+    main(20, 3, 20, str(tmp_path))
     rows = read_csv(tmp_path / TABLE, CoverageRow)
     assert {row.contacts for row in rows} > {"simulated", "two contacts"}
     assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000

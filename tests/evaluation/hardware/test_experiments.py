@@ -61,12 +61,12 @@ def test_what_is_fitted_and_what_tests_go_where_they_belong(tmp_path, monkeypatc
 
 @pytest.mark.slow
 def test_the_segment_is_fitted_as_well_as_the_documentation_says():
-    """By the documented fit: 4.74 % of the largest displacement; the bar of 4 % is missed."""
+    """By the documented fit: 4.69 % of the largest displacement; the bar of 4 % is missed."""
     data, errors = published("pneumatic_segment").parent, []
     recordings = {name: experiments._find("pneumatic_segment", name, data) for name in SEGMENT.fitted + SEGMENT.tested}
     with open_executor(None, None) as executor:
         found = identify_published(SEGMENT, recordings, executor, lambda _, error: errors.append(error))
-    assert 100 * errors[-1] == pytest.approx(4.74, abs=0.05)
+    assert 100 * errors[-1] == pytest.approx(4.69, abs=0.05)
     for row in found.scores:
         if row.role == "test":
             assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.1), row.recording

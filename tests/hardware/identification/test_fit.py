@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from identified import LET_GO, RELEASE, recorded, release
+from identified import LET_GO, RELEASE, recorded, release, step
 from refusals import refused
 
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.hardware.identification import fit as fit_module
 from soft_gripper.hardware.identification.fit import _Problem, fit, fit_unknowns, marker_residuals
 from soft_gripper.hardware.identification.free_parameters import Model, free_parameters
+from soft_gripper.hardware.identification.simulated_motion import Setup
 
 
 @pytest.fixture(scope="module")
@@ -94,3 +95,20 @@ def test_search_leaves_what_cannot_be(beam, motion, pool):
     residuals = _Problem(free, (motion,), pool, print).residuals(np.array([*np.log([0.55, 0.55]), RELEASE, LET_GO]))
     assert len(residuals) == 2 * motion.markers.size
     assert np.sum(residuals**2) > 100
+
+
+@pytest.mark.slow
+def test_creep_is_what_an_emptied_chamber_shows(hollow, pool, monkeypatch):
+    """The supply lags, which looks like creep of the material while the chamber is full, and is not fitted."""
+    creeping, lagging = replace(hollow, creep=(CreepBranch(0.1, 1.0),)), Setup(supply_lag=3e3, supply_time=0.5)
+    motion = recorded(creeping, step(3e4, 3.0), lagging)
+    free = free_parameters(creeping, ["creep.share", "pressure_law"], [3e4])
+
+    def excess():
+        found = fit(free, [motion], pool)
+        assert found.root_mean_square == pytest.approx(np.linalg.norm(marker_residuals(found.model, *found.motions)))
+        return free.values(found.x)[0] - 0.1
+
+    weighted = excess()
+    monkeypatch.setattr(fit_module, "_OF_EMPTIED", 1.0)
+    assert abs(weighted) < 0.3 * excess()

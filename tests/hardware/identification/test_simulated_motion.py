@@ -153,7 +153,7 @@ def test_chamber_fills_and_empties_as_through_an_orifice(hollow):
 
 
 def test_supply_that_lags_comes_up_to_its_pressure(hollow):
-    setup = Setup(fill_time=0.01, swelling=0.0, supply_lag=0.1, supply_time=0.3)
+    setup = Setup(fill_time=0.01, swelling=0.0, supply_lag=3e3, supply_time=0.3)
     pressure = _pressure(hollow, setup, step(3e4), 1.3)
     time = np.linspace(0.1, 0.8, 8)
     expected = 3e4 * (1 - 0.1 * np.exp(-time / 0.3))
