@@ -3,6 +3,7 @@
 import json
 import os
 import time
+from contextlib import ExitStack
 from types import SimpleNamespace
 
 import numpy as np
@@ -283,8 +284,20 @@ def test_lines_of_any_length():
 
 
 @pytest.mark.parametrize(
-    "address", ["udp://127.0.0.1", "udp://127.0.0.1:99999", "lcm://", "file:/no/such/file.csv", "nowhere", "tcp://:5"]
+    "address",
+    [
+        *("udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"),
+        *("lcm://", "lcm://READINGS?url=nonsense", "lcm://READINGS?url=udpm://192.168.1.1:7667"),
+    ],
 )
 def test_addresses_that_cannot_be_opened(address):
     with Endpoints("bench.yaml") as endpoints, refused("source", address):
         endpoints.source(address)
+
+
+def test_lcm_is_refused_where_it_would_end_the_process(tmp_path):
+    with ExitStack() as files, Endpoints("bench.yaml") as endpoints:
+        while files.enter_context((tmp_path / "open").open("w")).fileno() < 1024:
+            pass
+        with refused("source", "lcm://READINGS"):
+            endpoints.source("lcm://READINGS")

@@ -36,6 +36,8 @@ LOOPBACK = "127.0.0.1"
 _RECEIVE_BUFFER = 2**20  # bytes; the operating system may grant less
 _BAUD = 115200
 _LCM_WAIT = 5e-4  # s
+_LCM_FILES = 1000  # highest descriptor at which LCM is opened
+_LCM_ECHO, _LCM_ECHO_WAIT = "SOFT_GRIPPER_ECHO", 500  # channel, ms
 
 Message = bytes | dict[str, Any]  # encoded, or by name
 Sink = Callable[[bytes, dict[str, Any]], None]  # takes a message, encoded and by name; does not wait
@@ -267,8 +269,23 @@ def _lcm(parts: SplitResult) -> tuple[DrakeLcm, str]:
     channel = unquote(f"{parts.netloc}{parts.path}")
     if not channel:
         raise ValueError("give a channel, as in lcm://READINGS")
+    with open(os.devnull) as newest:
+        if newest.fileno() > _LCM_FILES:  # LCM waits by select(), which would end the process
+            raise ValueError("this process has too many open files for LCM; close some first")
     url = parse_qs(parts.query).get("url", [""])[0]
+    _require_echo(url)
     return DrakeLcm(url), channel
+
+
+def _require_echo(url: str) -> None:
+    """Raises ValueError unless a message arrives: at a URL that is wrong Drake talks to itself."""
+    there, here, heard = DrakeLcm(url), DrakeLcm(url), list[Any]()
+    here.Subscribe(_LCM_ECHO, heard.append)
+    there.Publish(_LCM_ECHO, b"?")
+    here.HandleSubscriptions(_LCM_ECHO_WAIT)
+    if not heard:
+        place = f"url={url}" if url else "the default URL"
+        raise ValueError(f"no message arrives at {place}: is it as udpm://239.255.76.67:7667, with multicast set up?")
 
 
 def _from_lcm(message: bytes) -> Message:
