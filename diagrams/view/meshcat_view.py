@@ -17,6 +17,7 @@ from contextlib import suppress
 from ipaddress import IPv4Address
 from itertools import product
 from pathlib import Path
+from stat import S_ISSOCK
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -87,9 +88,12 @@ def cut_off(address: str) -> None:
     """Closes the connections of a failed Meshcat at an address, so that its destructor does not wait for clients."""
     port = urlsplit(address).port
     for descriptor in range(3, _MOST_DESCRIPTORS):
-        with suppress(OSError), socket.socket(fileno=os.dup(descriptor)) as copy:
-            if copy.getsockname()[1:2] == (port,):
-                copy.shutdown(socket.SHUT_RDWR)
+        with suppress(OSError):
+            if not S_ISSOCK(os.fstat(descriptor).st_mode):
+                continue  # a copy of it could not become a socket, and would stay open
+            with socket.socket(fileno=os.dup(descriptor)) as copy:
+                if copy.getsockname()[1:2] == (port,):
+                    copy.shutdown(socket.SHUT_RDWR)
 
 
 _ASIDE = np.radians(45.0)  # to the right, so that the arm is behind the gripper and does not hide it
