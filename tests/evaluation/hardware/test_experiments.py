@@ -67,6 +67,9 @@ def test_the_segment_is_fitted_as_well_as_the_documentation_says():
     with open_executor(None, None) as executor:
         found = identify_published(SEGMENT, recordings, executor, lambda _, error: errors.append(error))
     assert 100 * errors[-1] == pytest.approx(4.69, abs=0.05)
-    for row in found.scores:
-        if row.role == "test":
-            assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.1), row.recording
+    for row, tip, creep, recovery in zip(found.scores[-2:], (1.4, 4.4), (41, -14), (31, 10), strict=True):
+        assert row.role == "test"
+        assert row.simulated_settled_turn_deg == pytest.approx(row.settled_turn_deg, rel=0.08), row.recording
+        assert row.tip_error_percent == pytest.approx(tip, abs=0.1)
+        assert 100 * (row.simulated_creep_deg / row.creep_deg - 1) == pytest.approx(creep, abs=2)
+        assert 100 * (row.simulated_recovery_deg / row.recovery_deg - 1) == pytest.approx(recovery, abs=3)
