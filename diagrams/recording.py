@@ -4,7 +4,7 @@ An ArrayBlock computes its outputs at all samples of a recording from its inputs
 block needs no log, and is not computed while the diagram runs, if its inputs can be traced back to logged ports.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from itertools import pairwise
@@ -40,6 +40,7 @@ from soft_gripper.diagrams.live import add_live, wake_all
 from soft_gripper.diagrams.wires import Level
 from soft_gripper.errors import InputError, first_line, shortened
 from soft_gripper.files.document import require
+from soft_gripper.files.notes import Note, as_text
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import check_regular
 from soft_gripper.scenario.scenario_file import dump_scenario
@@ -488,8 +489,8 @@ _POINTS = (
 )
 
 
-def provenance(scenario: Scenario, sensor: str, estimator: str) -> dict[str, str]:
-    """Attributes of a recording: description, scenario as YAML, versions, frames.
+def provenance(scenario: Scenario, sensor: str, estimator: str, notes: Iterable[Note] = ()) -> dict[str, str]:
+    """Attributes of a recording: description, scenario as YAML, versions, frames, and notes on files, if there are any.
 
     `sensor` and `estimator` name the blocks, which may be user blocks instead of the scenario's.
     """
@@ -502,4 +503,5 @@ def provenance(scenario: Scenario, sensor: str, estimator: str) -> dict[str, str
         "estimator": estimator,
         "versions": ", ".join(versions),
         "frames": FRAMES,
+        **({"notes": said} if (said := as_text(notes)) else {}),
     }

@@ -14,6 +14,7 @@ from soft_gripper.diagrams.wiring.named_blocks import MakeEstimator, name_of
 from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
 from soft_gripper.errors import InputError
+from soft_gripper.files.notes import collected
 from soft_gripper.scenario.checks import check_finger_names, checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import Scenario
@@ -82,36 +83,42 @@ def add_station(
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
     """
     _check_first(builder)
-    scenario = checked_scenario("scenario", scenario)
-    nominal = read_nominal_model(scenario.nominal)
-    points = scenario.contact_points if scenario.contact == "points" else None
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals, points)
-    made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
-    check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
-    station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), scene.soft, *made_by)
-    drive = add_pressure_drive(builder, scene.fingers, scenario.pressure, scenario.tendons)
-    station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
-    sensing = SensingConfig(scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator, scenario.record)
-    station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing, drive.tensions)
-    set_point = add_drive_commands(builder, station, drive)
-    if scenario.arm is not None:
-        add_arm(builder, station, scenario.arm, set_point)
-    free = [model.name for model in scenario.models if model.free]
-    arm = None if scenario.arm is None else scenario.arm.model
-    wrenches = scenario.record.truth != "none"
-    station.signals |= add_plant_signals(builder, scene, free, arm, wrenches)
-    if meshcat is not None:
-        add_meshcat_view(
-            builder,
-            scene,
-            station.signals,
-            meshcat,
-            scenario.pressure,
-            scenario.sensor,
-            scenario.models,
-            scenario.arm,
-            scenario.task,
+    with collected() as notes:
+        scenario = checked_scenario("scenario", scenario)
+        nominal = read_nominal_model(scenario.nominal)
+        points = scenario.contact_points if scenario.contact == "points" else None
+        scene = add_plant(
+            builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals, points
         )
+        made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
+        check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
+        station = StationParts(scenario, scene.plant, scene.scene_graph, tuple(scene.fingers), scene.soft, *made_by)
+        drive = add_pressure_drive(builder, scene.fingers, scenario.pressure, scenario.tendons)
+        station.signals |= {f"{model}.actuation": torque for model, torque in drive.actuations.items()}
+        sensing = SensingConfig(
+            scenario.sensor, scenario.estimator, nominal, make_sensor, make_estimator, scenario.record
+        )
+        station.signals |= add_sensing(builder, scene.fingers, drive.pressures, sensing, drive.tensions)
+        set_point = add_drive_commands(builder, station, drive)
+        if scenario.arm is not None:
+            add_arm(builder, station, scenario.arm, set_point)
+        free = [model.name for model in scenario.models if model.free]
+        arm = None if scenario.arm is None else scenario.arm.model
+        wrenches = scenario.record.truth != "none"
+        station.signals |= add_plant_signals(builder, scene, free, arm, wrenches)
+        if meshcat is not None:
+            add_meshcat_view(
+                builder,
+                scene,
+                station.signals,
+                meshcat,
+                scenario.pressure,
+                scenario.sensor,
+                scenario.models,
+                scenario.arm,
+                scenario.task,
+            )
+        station.notes += notes
     return station
 
 

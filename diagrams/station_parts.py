@@ -14,6 +14,7 @@ from soft_gripper.diagrams.scene import check_starts_apart
 from soft_gripper.diagrams.task import check_paths
 from soft_gripper.diagrams.wiring.external import External
 from soft_gripper.errors import InputError
+from soft_gripper.files.notes import Note
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.soft_object import SoftBody
@@ -38,11 +39,12 @@ class StationParts:
     signals: dict[str, OutputPort] = field(default_factory=dict)
     arm: Arm | None = None
     task: TaskMachine | None = None  # controller of the task, if there is one
+    notes: list[Note] = field(default_factory=list)  # what was mended or left out of the files
 
     @property
     def about(self) -> dict[str, str]:
-        """Attributes of a recording: scenario, versions, frames."""
-        return provenance(self.scenario, self.sensor, self.estimator)
+        """Attributes of a recording: scenario, versions, frames, notes on its files."""
+        return provenance(self.scenario, self.sensor, self.estimator, self.notes)
 
     def leave_open(self, external: External) -> None:
         """Adds the input of an external command."""

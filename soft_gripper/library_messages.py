@@ -13,7 +13,7 @@ from soft_gripper.errors import in_one_line
 # The temporary folder in which Drake reads a file made from another one, and what is added to the file's name.
 PREFIX, MARK = "soft-gripper-", ".expanded"
 _OWN_FOLDER = re.compile(rf"/\S*/{PREFIX}[^/\s]+/([^/\s]+){re.escape(MARK)}")
-_MOST = 5  # notes of a command
+_MOST, _MOST_OWN = 5, 20  # notes of a command: of libraries, and our own
 _DRAKE = "drake"  # the logger whose level a command may lower
 
 
@@ -27,18 +27,18 @@ class _NotePrinter(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__()
-        self._seen: set[str] = set()
+        self._seen: dict[int, set[str]] = {_MOST: set(), _MOST_OWN: set()}
 
     def emit(self, record: logging.LogRecord) -> None:
         if record.name == _DRAKE or record.levelno >= logging.WARNING:
-            self.note(of_drake(record.getMessage()))
+            self.note(of_drake(record.getMessage()), _MOST_OWN if record.name.startswith(__package__) else _MOST)
 
-    def note(self, message: str) -> None:
-        text = in_one_line(" ".join(message.split()))
-        if text in self._seen or len(self._seen) > _MOST:
+    def note(self, message: str, most: int = _MOST) -> None:
+        text, seen = in_one_line(" ".join(message.split())), self._seen[most]
+        if text in seen or len(seen) > most:
             return
-        self._seen.add(text)
-        print(f"note: {text}" if len(self._seen) <= _MOST else "note: ... and more", file=sys.stderr)
+        seen.add(text)
+        print(f"note: {text}" if len(seen) <= most else "note: ... and more", file=sys.stderr)
 
 
 @contextmanager

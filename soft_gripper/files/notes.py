@@ -1,0 +1,93 @@
+"""Notes on files supplied by the user: what was mended or left out while they were read, so that nothing is in silence.
+
+A reader calls `note`; `collected` gathers the notes of all readers inside it, logs them once, and leaves them to its
+caller, who keeps them: a recording has them in its attribute `notes`, one a line.
+"""
+
+import logging
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from typing import NamedTuple
+
+from soft_gripper.errors import in_one_line, shortened
+
+_LOGGER = logging.getLogger(__name__)
+READ, MENDED, LEFT_OUT = "read", "mended", "left out"
+_SHOWN = 3  # elements of a line that a command prints
+_LONGEST = 60  # characters of a value
+
+
+class Note(NamedTuple):
+    """What became of an element of a file: it was read in a way that should be known, mended, or left out."""
+
+    outcome: str  # READ, MENDED or LEFT_OUT
+    file: str
+    element: str  # such as "joint 'elbow': dynamics.friction"
+    value: str  # as the file gives it; "" if that is nothing to repeat
+    why: str
+
+    @property
+    def subject(self) -> str:
+        """The element and its value."""
+        return f"{self.element} = {self.value}" if self.value else self.element
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.outcome} {self.subject}: {self.why}"
+
+
+_open: ContextVar[list[Note] | None] = ContextVar("open", default=None)  # the innermost collection
+
+
+def note(outcome: str, file: Path | str, element: str, value: object, why: str) -> None:
+    """Adds a note to the innermost `collected`, or logs it at once if there is none."""
+    shown = shortened(in_one_line(str(value)), _LONGEST)
+    made, notes = Note(outcome, str(file), in_one_line(element), shown, why), _open.get()
+    if notes is None:
+        _log([made])
+    elif made not in notes:
+        notes.append(made)
+
+
+@contextmanager
+def collected() -> Iterator[list[Note]]:
+    """Collects the notes made inside.
+
+    At the end they go to the collection around it, or to the log; none do if an error ends it.
+    """
+    around, notes = _open.get(), list[Note]()
+    token = _open.set(notes)
+    try:
+        yield notes
+    finally:
+        _open.reset(token)
+    if around is None:
+        _log(notes)
+    else:
+        around += [each for each in notes if each not in around]
+
+
+def as_text(notes: Iterable[Note]) -> str:
+    """Notes, one a line, as a recording keeps them."""
+    return "\n".join(map(str, notes))
+
+
+def _log(notes: Iterable[Note]) -> None:
+    for line in summarized(notes):
+        _LOGGER.warning("%s", line)
+
+
+def summarized(notes: Iterable[Note]) -> list[str]:
+    """A line for all notes that differ only in the element, which names the first of these."""
+    alike: dict[tuple[str, str, str], list[str]] = {}
+    for each in notes:
+        alike.setdefault((each.file, each.outcome, each.why), []).append(each.subject)
+    return [
+        f"{Path(file).name}: {outcome} {', '.join(subjects[:_SHOWN])}{_more(len(subjects) - _SHOWN)}: {why}"
+        for (file, outcome, why), subjects in alike.items()
+    ]
+
+
+def _more(number: int) -> str:
+    return f" and {number} more" if number > 0 else ""

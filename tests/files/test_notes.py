@@ -1,0 +1,45 @@
+"""Notes on files: collected, logged once, in as few lines as they need, and kept in recordings."""
+
+import pytest
+
+from soft_gripper.files.notes import LEFT_OUT, MENDED, READ, Note, as_text, collected, note, summarized
+
+
+def test_notes_are_collected_once_and_logged_at_the_end(caplog) -> None:
+    with collected() as outer:
+        with collected() as inner:
+            for joint in ("a", "b", "a"):
+                note(LEFT_OUT, "arms/arm.urdf", f"joint '{joint}': dynamics.friction", 0.5, "Drake has none")
+        note(MENDED, "arms/arm.urdf", "link 'x': inertia", "", "it was impossible")
+        assert not caplog.messages
+    assert [each.element for each in inner] == ["joint 'a': dynamics.friction", "joint 'b': dynamics.friction"]
+    assert [each.outcome for each in outer] == [LEFT_OUT, LEFT_OUT, MENDED]
+    assert caplog.messages == [
+        "arm.urdf: left out joint 'a': dynamics.friction = 0.5, joint 'b': dynamics.friction = 0.5: Drake has none",
+        "arm.urdf: mended link 'x': inertia: it was impossible",
+    ]
+
+
+def test_a_note_outside_of_a_collection_is_logged_at_once(caplog) -> None:
+    note(READ, "a.csv", "column 't'", "us", "as time in microseconds")
+    assert caplog.messages == ["a.csv: read column 't' = us: as time in microseconds"]
+
+
+def test_what_is_refused_is_not_explained(caplog) -> None:
+    def refuse() -> None:
+        with collected():
+            note(READ, "a.csv", "column 't'", "us", "as time in microseconds")
+            raise ValueError("no")
+
+    with pytest.raises(ValueError, match="no"):
+        refuse()
+    assert not caplog.messages
+
+
+def test_notes_are_short_and_stay_in_a_line() -> None:
+    many = [Note(LEFT_OUT, "a.urdf", f"joint '{i}'", "", "why") for i in range(9)]
+    assert summarized(many) == ["a.urdf: left out joint '0', joint '1', joint '2' and 6 more: why"]
+    with collected() as notes:
+        note(MENDED, "a.urdf", "x\ny", "1\n" * 1000, "why")
+    assert as_text(notes).count("\n") == 0
+    assert len(as_text(notes)) < 200
