@@ -8,6 +8,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
 
 _DEEPEST = 100  # elements inside each other
+_MOST = 50_000  # elements: many times as many as any model has, and fewer than take minutes
 
 
 def read_xml(path: Path) -> ET.Element:
@@ -21,7 +22,7 @@ def parse_xml(where: Path | str, text: str) -> ET.Element:
     A DOCTYPE is refused: no model file needs one, and its entities can grow without bound or name other files.
 
     Raises:
-        InputError: if the text is not well-formed, has a DOCTYPE, or is nested too deeply.
+        InputError: if the text is not well-formed, has a DOCTYPE, is nested too deeply, or is too large.
     """
     try:
         return ET.fromstring(text, ET.XMLParser(target=_Builder(where)))
@@ -34,13 +35,16 @@ def parse_xml(where: Path | str, text: str) -> ET.Element:
 class _Builder(ET.TreeBuilder):
     def __init__(self, where: Path | str):
         super().__init__(insert_comments=True)
-        self._where, self._depth = where, 0
+        self._where, self._depth, self._count = where, 0, 0
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
         raise InputError(self._where, "DOCTYPE", name, "leave it out; a model needs none, nor entities")
 
     def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
         self._depth += 1
+        self._count += 1
+        if self._count > _MOST:
+            raise InputError(self._where, "element", tag, f"is one of more than {_MOST}: no model needs as many")
         if self._depth > _DEEPEST:
             raise InputError(self._where, "element", tag, f"lies in more than {_DEEPEST} others")
         return super().start(tag, attrs)
