@@ -15,7 +15,7 @@ from trimesh.visual.material import SimpleMaterial
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.files.tetrahedra import SUFFIX, Tetrahedra, read_tetrahedra
-from soft_gripper.fingers.finger_links import DRAKE
+from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.scenario.schema import MeshConfig
 
 _LARGEST = 2**25  # bytes of a mesh file: over half a million faces of an STL file
