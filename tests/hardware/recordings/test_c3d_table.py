@@ -69,6 +69,23 @@ def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tm
     assert all(np.abs(p[np.isfinite(p)]).max(initial=0) < 1e20 for p in recording.markers.values())
 
 
+def test_modules_of_the_current_folder_are_not_run(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    for name in ("resource", "pickle", "numpy", "json", "ezc3d"):
+        (tmp_path / f"{name}.py").write_text("open('was_run', 'w')")
+    monkeypatch.chdir(tmp_path)
+    assert len(read_recording(path, describe()).time) == 200
+    assert not (tmp_path / "was_run").exists()
+
+
+def test_a_low_limit_on_memory_does_not_make_a_file_damaged(tmp_path, describe, monkeypatch):
+    path = write_c3d(tmp_path / "a.c3d", swinging())
+    monkeypatch.setattr(reading_apart, "_MOST_MEMORY", 60 << 20)
+    with pytest.raises(InputError, match="ulimit -v") as error:
+        read_recording(path, describe())
+    assert "damaged" not in str(error.value)
+
+
 def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):
     path = write_c3d(tmp_path / "a.c3d", swinging())
     monkeypatch.setattr(reading_apart, "_READS", "import os; os.abort()")
