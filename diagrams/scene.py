@@ -92,8 +92,10 @@ def add_model(
     soft = soft_body(plant, loaded.model)
     if soft is not None:
         soft.set_default_pose(X_PC)
-    elif stays_in_place(config) and _is_joined(plant, loaded.model):
+    elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded.model):
         _check_stays(config, where)
+    elif stays_in_place(config):
+        raise InputError(where, "free", False, f"must be true: no joint of {config.file} holds the model")
     elif config.free:
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
     else:
@@ -115,7 +117,7 @@ def stays_in_place(config: ModelConfig) -> bool:
 def _check_stays(config: ModelConfig, where: str) -> None:
     """Raises an InputError if a scenario places a model that stays where its file puts it."""
     moved = not config.X_PC.GetDeterministicValue().IsExactlyIdentity()
-    given = {"parent": config.parent != "world", "child": config.child is not None, "X_PC": moved}
+    given = {"free": config.free, "parent": config.parent != "world", "child": config.child is not None, "X_PC": moved}
     for field in [field for field, is_given in given.items() if is_given]:
         expected = f"leave it out: {config.file} is MJCF, which joins the model to the world and says where it stands"
         raise InputError(where, field, getattr(config, field), expected)

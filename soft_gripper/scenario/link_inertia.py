@@ -105,13 +105,16 @@ def _child(element: ET.Element, tag: str) -> ET.Element:
 _FARTHEST = 3.0  # times the farthest point of a link; a body's radius of gyration never exceeds one time
 
 
-def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex) -> None:
-    """Notes which links have far larger inertias than bodies of their shapes and masses can have."""
+def note_spread(path: Path, parser: Parser, model: ModelInstanceIndex, stands: bool) -> None:
+    """Notes which links have far larger inertias than bodies of their shapes and masses can have.
+
+    The first link of a model that `stands`, fixed to the world, does not count.
+    """
     plant, scene_graph = parser.plant(), parser.scene_graph()
     if scene_graph is None:
         return
     inspector = scene_graph.model_inspector()
-    for body in (plant.get_body(index) for index in plant.GetBodyIndices(model)):
+    for body in [plant.get_body(index) for index in plant.GetBodyIndices(model)][1 if stands else 0 :]:
         mass, center = body.default_mass(), body.default_com()
         shapes = inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()))
         boxes = [(inspector.GetPoseInFrame(shape), inspector.GetObbInGeometryFrame(shape)) for shape in shapes]

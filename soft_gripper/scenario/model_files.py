@@ -247,7 +247,7 @@ def load_model(
         raise InputError(where, "name", config.name, "is taken by another model")
     plant.RenameModelInstance(models[0], config.name)
     couple(path, plant, models[0], mimics)
-    note_spread(path, parser, models[0])
+    note_spread(path, parser, models[0], stands=not config.free and config.parent == "world")
     if arm is not None:
         set_limits(path, plant, models[0], arm.limits, mimics)
         exclude_self_contact(parser, models[0])
