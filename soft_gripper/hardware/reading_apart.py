@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.notes import note
 
 _Found = TypeVar("_Found")
 _PATIENCE = 120.0  # s
@@ -20,12 +21,15 @@ most = int(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_AS, (most, most))
 try:
     read, arguments = pickle.load(sys.stdin.buffer)
-    answer = read(*arguments), None
+    from soft_gripper.files.notes import collected
+    with collected() as notes:
+        found = read(*arguments)
+    answer = found, None, notes
 except MemoryError:
-    answer = None, "it does not fit into memory"
+    answer = None, "it does not fit into memory", []
 except Exception as error:  # those of libraries need not survive pickling
     of_input = type(error).__name__ == "InputError"
-    answer = None, error if of_input else " ".join(str(error).split()) or type(error).__name__
+    answer = None, error if of_input else " ".join(str(error).split()) or type(error).__name__, []
 sys.stdout.buffer.write(pickle.dumps(answer))
 """
 
@@ -50,11 +54,13 @@ def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Fou
         if memory < _LEAST_MEMORY:
             expected = f"cannot be read within {memory / 2**30:.1f} GiB of addresses, the limit here: see `ulimit -v`"
         raise InputError(path, "file", path.name, expected) from None
-    found, mistake = pickle.loads(ended.stdout)
+    found, mistake, notes = pickle.loads(ended.stdout)
     if isinstance(mistake, InputError):
         raise mistake
     if mistake is not None:
         raise InputError(path, "file", path.name, f"cannot be read: {mistake}")
+    for outcome, _, *rest in notes:
+        note(outcome, path, *rest)
     return found
 
 
