@@ -698,6 +698,7 @@ COMMANDS = (
             *CONSOLE,
             *scenario(),
             option("--to", "format (default: %(default)s)", choices=("mjcf", "sdf"), default="mjcf"),
+            option("--time-step", "time step of the MJCF (default: that of the scenario)", "S", number(0.1)),
             option("--out", "folder for the files", "DIR", path, required=True),
         ),
     ),
