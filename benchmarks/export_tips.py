@@ -22,7 +22,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.export.folder import LOADER, export_mjcf
 from soft_gripper.export.run_mjcf import simulate
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -101,7 +101,7 @@ def ends_of(scenario: Scenario, last: float) -> Array:
 
 def in_drake(scenario: Scenario) -> Array:
     """The tips at the end of each step, (steps, F, 3) m in the world."""
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     recording = run_station(station)
     times, states = recording["time"].values, recording["plant.state"].values
     plant, context = station.plant, station.plant.CreateDefaultContext()

@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.simulation import run_to_end
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.export.folder import export_mjcf
 from soft_gripper.export.run_mjcf import simulate
 from soft_gripper.files.csv_table import write_csv
@@ -104,7 +104,7 @@ def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, Variation
 
 def in_drake(scenario: Scenario) -> float:
     """How far the object has risen at the end, m."""
-    station = make_station(scenario)
+    station = make_private_station(scenario)
     context = station.plant.GetMyContextFromRoot(run_to_end(station).get_context())
     assert scenario.task is not None
     body = first_body(station.plant, str(scenario.task.object))

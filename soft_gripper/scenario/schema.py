@@ -459,9 +459,6 @@ _SOLVER = {
 class RecordConfig:
     """What is computed for the recording."""
 
-    # Every block runs in time with the simulation, so that any port can be read during a run; otherwise only those
-    # that others read.
-    live: bool = False
     # The ground truth: "all"; "forces", without the patches of contact, which cost the most; "every 10", with the
     # patches at every tenth sample; or "none".
     truth: str = "all"
