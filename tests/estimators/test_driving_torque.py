@@ -41,11 +41,16 @@ class Sampled:
         """An output at the next sample."""
         if self.samples:
             self.context.SetTime(self.samples * PERIOD)
-            self.context.SetDiscreteState(self.system.EvalUniquePeriodicDiscreteUpdate(self.context))
-        self.samples += 1
+            self._update()
         for name, value in inputs.items():
             self.system.GetInputPort(name).FixValue(self.context, value)
+        if not self.samples:
+            self._update()
+        self.samples += 1
         return self.system.GetOutputPort(output).Eval(self.context).copy()
+
+    def _update(self):
+        self.context.SetDiscreteState(self.system.EvalUniquePeriodicDiscreteUpdate(self.context))
 
 
 def memory(finger, angles):
