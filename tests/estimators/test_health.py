@@ -63,6 +63,12 @@ def read(layout, pressure, errors, seed):
     return layout.response.reading(disturb(errors, ratios, PERIOD, np.random.default_rng(seed)))
 
 
+def test_a_cut_may_begin_at_every_half_of_a_section_and_nowhere_else(layout):
+    """Four sections of three joints each."""
+    hypotheses = Hypotheses(layout)
+    assert hypotheses.joint[hypotheses.of("cut")].tolist() == [0, 1, 3, 4, 6, 7, 9, 10]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "errors", [StrainErrors(), StrainErrors(noise=1e-3), REALISTIC, StrainErrors(quantization=1e-3)]

@@ -66,6 +66,15 @@ def test_a_finger_that_stays_in_its_plane_is_estimated_as_by_the_filter_of_the_p
     assert found.across.arc_length == pytest.approx(planar.arc_length, abs=2e-3)
 
 
+def test_bends_that_readings_hardly_see_do_not_make_a_filter_blind(spatial):
+    """Strands a micrometre off the plane see bending; that they do not see sideways bending tells nothing of faults."""
+    paths = tuple(SensorPath(name, (x,), (1e-6,)) for name, x in (("outer", -8.5e-3), ("inner", 8e-3)))
+    shape = SpatialRecursiveShape(PathSensors(spatial, 2, paths=paths), UNCERTAIN)
+    assert shape._of_bends.shape == (4, 2)
+    assert not shape._is_blind(np.ones(4, dtype=bool))
+    assert shape._is_blind(shape._of_bends[:, 1] < 1e-12)
+
+
 def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(spatial, bent):
     """By dead loads at all places, one after the other."""
     mechanics, q = SpatialMechanics(sensors(spatial), UNCERTAIN), 0.1 * bent(36)

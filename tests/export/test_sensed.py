@@ -58,6 +58,26 @@ def test_leading_axes_are_free_and_the_base_stands_where_a_run_begins():
     np.testing.assert_allclose(shape.q[2, 1], alone.q, rtol=0, atol=1e-12)
 
 
+def test_leading_axes_are_free_in_space():
+    finger = sensed_fingers(load_scenario("turned_box_grasp", IN_SPACE))["left_finger"]
+    q = np.random.default_rng(0).uniform(0, 0.05, (2, 3, 36))
+    readings, pressure = finger.read(q), np.random.default_rng(1).uniform(20e3, 60e3, (2, 3, 1))
+    shape, alone = finger.estimate(readings, pressure), finger.estimate(readings[1, 2], pressure[1, 2])
+    assert shape.q.shape == (2, 3, 36)
+    np.testing.assert_allclose(shape.q[1, 2], alone.q, rtol=0, atol=1e-9)
+
+
+def test_weight_acts_as_the_base_is_posed():
+    """Upside down a finger hangs by the opposite of its weight: as in a world whose gravity is turned around."""
+    up = ["gravity=[0, 0, 9.81]", "estimator.type=gaussian"]
+    here, turned = (sensed_fingers(load_scenario("free_bending", o))["left_finger"] for o in (up[1:], up))
+    readings, pressure = here.read(np.full(12, 0.05)), np.array([50e3])
+    X_WB = np.diag([1.0, -1.0, -1.0]) @ here.X_WB
+    expected = turned.estimate(readings, pressure)
+    np.testing.assert_allclose(here.estimate(readings, pressure, X_WB).q, expected.q, rtol=0, atol=1e-12)
+    assert np.abs(here.estimate(readings, pressure).q - expected.q).max() > 1e-5
+
+
 @pytest.mark.parametrize(
     ("name", "overrides", "message"),
     [

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.cross_section import CrossSection, Hole, PiercedSection
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 
@@ -15,8 +15,10 @@ SOLID = CrossSection(width=0.022, thickness=0.018, youngs_modulus=3e5, density=1
 CHAMBER = replace(SOLID, chamber_width=9e-3, chamber_thickness=6e-3, chamber_center=-2e-3)
 LAYER = replace(SOLID, layer_thickness=4e-4, layer_modulus=2e7)
 ALL = replace(CHAMBER, layer_thickness=4e-4, layer_modulus=2e7)
+BORES = PiercedSection(0.022, 0.018, 3e5, 1050.0, bores=tuple(Hole(4e-3, 5e-3, 2e-3, y) for y in (-6e-3, 6e-3)))
 SECTIONS = {"solid": SOLID, "chamber": CHAMBER, "layer": LAYER, "all": ALL}
 EVERY = pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS.keys())
+PIERCED = pytest.mark.parametrize("section", [*SECTIONS.values(), BORES], ids=[*SECTIONS, "two bores"])
 CELL = 2e-5  # m, side of the squares of the grid; all boundaries of the sections above lie between squares
 
 QUANTITIES = ("chamber_area", "area", "neutral_axis", "bending_stiffness", "chamber_eccentricity")
@@ -40,8 +42,8 @@ def grid(section):
         return (np.arange(count) + 0.5 - count / 2) * CELL
 
     x, y = middles(section.thickness)[:, None], middles(section.width)[None, :]
-    from_chamber = np.abs(x - section.chamber_center)
-    chamber = (from_chamber < section.chamber_thickness / 2) & (np.abs(y) < section.chamber_width / 2)
+    bores = [(np.abs(x - h.x) < h.thickness / 2) & (np.abs(y - h.y) < h.width / 2) for h in section.holes]
+    chamber = np.any(bores, axis=0)
     layer = (section.thickness / 2 - x < section.layer_thickness) & (y == y)
     modulus = np.where(layer, section.layer_modulus, np.where(chamber, 0.0, section.youngs_modulus))
     return Grid(x, y, modulus, np.where(chamber, 0.0, section.density), chamber, layer)
@@ -51,7 +53,7 @@ def integral(values):
     return float(np.sum(values)) * CELL**2
 
 
-@EVERY
+@PIERCED
 def test_bending_leaves_no_normal_force_and_its_moment_is_the_stiffness(section):
     """Of stresses E (x - x_n) per curvature."""
     cells = grid(section)
@@ -61,7 +63,7 @@ def test_bending_leaves_no_normal_force_and_its_moment_is_the_stiffness(section)
     assert section.bending_stiffness == pytest.approx(moment, rel=1e-5)
 
 
-@EVERY
+@PIERCED
 def test_stiffness_sideways_and_against_stretch(section):
     cells = grid(section)
     assert section.stretch_stiffness == pytest.approx(integral(cells.modulus), rel=1e-9)
@@ -91,7 +93,7 @@ def test_pressure_has_the_moment_of_its_area_about_the_neutral_axis(section):
     assert section.chamber_area * section.chamber_eccentricity == pytest.approx(moment, rel=1e-9)
 
 
-@EVERY
+@PIERCED
 def test_mass_and_its_centre_and_radii_of_gyration(section):
     cells = grid(section)
     mass = integral(cells.density)

@@ -1,7 +1,6 @@
 """What drives fingers along paths, in the plant: chambers in several directions, tendons, and their friction."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from refusals import refused
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.fingers.path_drive import Tendons
-from soft_gripper.fingers.paths import Tendon
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -81,39 +79,6 @@ def test_a_slanted_tendon_bends_and_twists_as_virtual_work_says(tmp_path):
     for way in names:
         assert np.abs(torques[way]).max() > 3e-4
         np.testing.assert_allclose(built.stiffnesses[way] * q[way], torques[way], atol=1e-6)
-
-
-def plain(finger, friction=0.0, stiffness=0.0, y=0.0):
-    """A finger whose only tendon runs 8 mm inside of the neutral axis."""
-    return replace(finger, chambers=(), tendons=(Tendon("t", (8e-3,), (y,), (0.0, 1.0), stiffness, friction),))
-
-
-def bent(angle, segments=12):
-    return {"bending": np.full(segments, angle / segments), "sideways": np.zeros(segments)}
-
-
-def test_friction_decays_over_the_angle_of_the_bend(finger):
-    """The capstan equation: what arrives at the far end is exp(-mu phi) of the tension, or exp(mu phi) if let go."""
-    sheath, q = plain(finger, friction=0.3), bent(2.0)
-    for sliding in (1.0, 0.0, -1.0):
-        torque = Tendons(sheath).torques(q, np.array([5.0]), np.array([sliding]))["bending"]
-        np.testing.assert_allclose(torque, 5.0 * 8e-3 * np.exp(-0.3 * sliding * 2.0 * (np.arange(12) + 0.5) / 12))
-
-
-def test_friction_turns_over_a_short_travel(finger):
-    sheath, z = Tendons(plain(finger, friction=0.3)), np.array([-1.0])
-    np.testing.assert_allclose(sheath.turned(z, np.array([0.0])), z)
-    np.testing.assert_allclose(sheath.turned(z, np.array([2e-4])), 1 - 2 / np.e)
-    twice = sheath.turned(sheath.turned(z, np.array([1e-4])), np.array([1e-4]))
-    np.testing.assert_allclose(twice, 1 - 2 / np.e, rtol=1e-12)
-    np.testing.assert_allclose(sheath.turned(z, np.array([1.0])), 1.0)
-
-
-def test_a_pulled_tendon_is_a_spring_that_does_not_push(finger):
-    winch, q = Tendons(plain(finger, stiffness=2e3)), bent(0.5)
-    shortened = 8e-3 * 0.5
-    np.testing.assert_allclose(winch.tensions(q, np.array([shortened + 1e-3])), 2.0)
-    np.testing.assert_allclose(winch.tensions(q, np.array([shortened - 1e-3])), 0.0)
 
 
 def tendon_run(*overrides):

@@ -30,6 +30,14 @@ def test_band_is_no_narrower_than_the_spread(arms, arm_finger, geometry):
     assert (body_band(geometry, arms[0], arm_finger) >= np.sqrt(5.991) * geometry.spread).all()
 
 
+def test_band_is_as_wide_as_the_spread_where_nothing_else_is_uncertain(arms, arm_finger, geometry):
+    """Known exactly, and within what was fitted: two bodies in a plane, so that 95 % lie within 2.45 deviations."""
+    known = replace(geometry, variants=())
+    band = body_band(known, arms[0], arm_finger)
+    np.testing.assert_allclose(band, np.broadcast_to(np.sqrt(5.991) * geometry.spread, band.shape))
+    assert (body_band(geometry, arms[0], arm_finger) < 0.01).all(), "of differences, while bodies are 0.25 m away"
+
+
 def test_band_widens_with_the_distance_from_what_was_fitted(arms, arm_finger, geometry):
     within, near, far = (body_band(geometry, stretched(arms[0], by), arm_finger)[:, -1].mean() for by in (0, 0.1, 0.2))
     assert within < near < far
