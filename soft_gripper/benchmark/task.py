@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from soft_gripper.arrays import Array
@@ -23,7 +23,7 @@ class Recorded:
 
     inputs: Array  # (T, n)
     outputs: Array  # (T, m)
-    path: Path | None = None  # of the file, all of which may be used for training
+    path: Path | None = None  # of a training recording: a copy of what may be used of its file
 
 
 @dataclass(frozen=True)
@@ -57,14 +57,40 @@ def missing_files(task: Task, folder: Path) -> list[str]:
     return [file for file in task.sha256 if not (folder / file).is_file()]
 
 
-def read_task(task: Task, folder: Path) -> tuple[list[Recorded], dict[str, list[Recorded]]]:
+def read_task(task: Task, folder: Path, copies: Path) -> tuple[list[Recorded], dict[str, list[Recorded]]]:
     """The training recordings, and the test recordings of every region.
 
-    Raises an `InputError` if a file is not the one that the task was defined with.
+    An estimator is given the paths of copies that hold the training samples alone, never those of the files. A motion
+    of which nothing is tested is copied whole, with what led to the samples.
+
+    Args:
+        task: what is read.
+        folder: of its files.
+        copies: a folder in which the copies are written.
+
+    Raises:
+        InputError: if a file is not the one that the task was defined with.
     """
     files = {file: _read(task, folder, file) for file in task.sha256}
     tested = {region: [_part(files, part) for part in parts] for region, parts in task.tested.items()}
-    return [_part(files, part) for part in task.trained], tested
+    tested_files = {part.file for parts in task.tested.values() for part in parts}
+    trained = []
+    for number, part in enumerate(task.trained):
+        copy = copies / task.name / str(number) / part.file
+        is_whole = task.period is not None and part.file not in tested_files
+        _copy(folder / part.file, copy, len(files[part.file].inputs), Part(part.file) if is_whole else part)
+        trained.append(replace(_part(files, part), path=copy))
+    return trained, tested
+
+
+def _copy(file: Path, copy: Path, samples: int, part: Part) -> None:
+    """Copies a part of a file; one that is divided is a table with a line for every sample, after its header."""
+    lines, (begin, end) = file.read_bytes().splitlines(keepends=True), _ends(part, samples)
+    header = len(lines) - samples
+    if end - begin < samples:
+        lines = lines[:header] + lines[header + begin : header + end]
+    copy.parent.mkdir(parents=True)
+    copy.write_bytes(b"".join(lines))
 
 
 def _read(task: Task, folder: Path, file: str) -> Recorded:
@@ -77,8 +103,12 @@ def _read(task: Task, folder: Path, file: str) -> Recorded:
 
 def _part(files: dict[str, Recorded], part: Part) -> Recorded:
     recorded = files[part.file]
-    begin, end = (round(share * len(recorded.inputs)) for share in (part.begin, part.end))
-    cut = Recorded(recorded.inputs[begin:end], recorded.outputs[begin:end], recorded.path)
+    begin, end = _ends(part, len(recorded.inputs))
+    cut = Recorded(recorded.inputs[begin:end], recorded.outputs[begin:end])
     for values in (cut.inputs, cut.outputs):
         values.flags.writeable = False  # all estimators are given the same
     return cut
+
+
+def _ends(part: Part, samples: int) -> tuple[int, int]:
+    return round(part.begin * samples), round(part.end * samples)

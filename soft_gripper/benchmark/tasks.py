@@ -29,7 +29,7 @@ def _read_contacts(outputs: Sequence[str]) -> Callable[[Path], Recorded]:
         table = read_csv(path, ContactSample)
         names = [each.name for each in fields(ContactSample)]
         values = np.array([astuple(row) for row in table])
-        return Recorded(values[:, :_MEASURED], values[:, [names.index(name) for name in outputs]], path)
+        return Recorded(values[:, :_MEASURED], values[:, [names.index(name) for name in outputs]])
 
     return read
 
@@ -64,7 +64,7 @@ def _read_grasps(known: Sequence[str]) -> Callable[[Path], Recorded]:
     def read(path: Path) -> Recorded:
         _, *rows = csv.reader(StringIO(read_text(path)))
         held = [[float(row[0] == shape) for shape in known] for row in rows]
-        return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(held), path)
+        return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(held))
 
     return read
 
@@ -101,7 +101,7 @@ def _read_arm(path: Path) -> Recorded:
     lines = path.read_text().replace("[", "").replace("]", "").splitlines()
     table = np.array([row for row in map(_numbers, lines) if len(row) == 38 and np.isfinite(row).all()])
     inputs = np.hstack([table[:, _ENCODERS], table[:, _PRESSURES]])
-    return Recorded(inputs, table[:, _TIP] - table[:, _BASE], path)
+    return Recorded(inputs, table[:, _TIP] - table[:, _BASE])
 
 
 def _numbers(line: str) -> list[float]:
@@ -118,6 +118,8 @@ _ARM_FILES = {
     "two_segment_arm/trial_4.txt": "cfd934284aa35fb84933e1f99f55cd7b9aecdeb2adabab5b7a8d236219156b9a",
     "two_segment_arm/trial_5.txt": "16da74aaae38c774eb0ece7033ebdaf4b5db6808047063a1bf5e6202bfd2e0bd",
     "two_segment_arm/trial_6.txt": "50cd39dcf61bdc3fbda9119e8fbcdaae71b2aa05f1bc182740780147596448d1",
+    "two_segment_arm/trial_7.txt": "6b7322d91d98d69403e49f26487c5ebb834730940513aacc21bee167d156b4db",
+    "two_segment_arm/trial_8.txt": "9c026a946856bb16f27b4339a4b1edac601dfa9b71d5a5485887a923ecaf219e",
 }
 _CAPTURED = 0.01  # s, between two samples of the motion capture of beam, segment and trunk
 _SRL = "https://github.com/srl-ethz/diffPD_sim2real, python/"
@@ -136,13 +138,13 @@ def _beam_turn(path: Path) -> tuple[MeasuredMotion, np.ndarray, np.ndarray]:
 
 def _read_beam_tip(path: Path) -> Recorded:
     _, turn, moved = _beam_turn(path)
-    return Recorded(turn, moved, path)
+    return Recorded(turn, moved)
 
 
 def _read_beam_load(path: Path) -> Recorded:
     motion, turn, moved = _beam_turn(path)
     mass = 0.0 if motion.load is None else 1e3 * motion.load.mass
-    return Recorded(np.hstack([turn, moved]), np.full((len(moved), 1), mass), path)
+    return Recorded(np.hstack([turn, moved]), np.full((len(moved), 1), mass))
 
 
 _BEAM_FILES = {
@@ -160,14 +162,16 @@ def _read_segment(path: Path) -> Recorded:
     motion, moved = tip_motion("pneumatic_segment", path)
     assert motion.pressure is not None
     opened = (motion.time >= motion.events[0]) & (motion.time < motion.events[1])
-    return Recorded(1e-3 * motion.pressure * opened[:, None], moved, path)
+    return Recorded(1e-3 * motion.pressure * opened[:, None], moved)
 
 
 _SEGMENT_FILES = {
     "pneumatic_segment/10kPa.csv": "b54382f89030eb685c9832bf540179fb9bd3f5b237ef1ff033d09bcd291e7d34",
     "pneumatic_segment/15kPa.csv": "aeebd10774199e7f684511a7ed91be1d5a47e156c452cae061d888c38885bd20",
+    "pneumatic_segment/20kPa.csv": "782af158109a3c186a75b1b681369bf26cb812ab6e299a56bacb0fc39a01ac18",
     "pneumatic_segment/25kPa.csv": "95759626be4616b0ada2fd67f0414b1734e569b0214441ca853b38aa531ee999",
     "pneumatic_segment/35kPa.csv": "9afc7a14c71f2142f41e468a8f3ccbe2d423fcfa5c675970231caea2707e108b",
+    "pneumatic_segment/40kPa.csv": "0f952b359a1ae07d8fdda4bb0d78e2c25086bda51087dff393fb3b1aa7af305a",
     "pneumatic_segment/45kPa.csv": "b68a8c173a9d96c39b9aec032c89a1519b76f58a6e6d3c4d530c0c73ecbf3bed",
 }
 
@@ -176,7 +180,7 @@ def _read_tendons(path: Path) -> Recorded:
     """Lengths of nine tendons that are pulled in (mm), and the tip (m)."""
     _, *rows = csv.reader(StringIO(read_text(path)))
     table = np.array([row[2:] for row in rows], dtype=float)
-    return Recorded(table[:, :9], 1e-3 * table[:, 9:], path)
+    return Recorded(table[:, :9], 1e-3 * table[:, 9:])
 
 
 _ROWS = {"v4": (1620, 717, 866, 989, 1141, 1300, 1481), "v6": (1019, 529, 556, 648, 729, 827, 920)}
@@ -213,13 +217,13 @@ _TRUNK_LOADS = {
 
 def _read_trunk_shape(path: Path) -> Recorded:
     table = np.loadtxt(path, delimiter=",", skiprows=1)
-    return Recorded(table[:, _MOTORS], table[:, _DISKS], path)
+    return Recorded(table[:, _MOTORS], table[:, _DISKS])
 
 
 def _read_trunk_load(path: Path) -> Recorded:
     table = np.loadtxt(path, delimiter=",", skiprows=1)
     mass = _TRUNK_LOADS[f"soft_trunk/{path.name}"]
-    return Recorded(table[:, 1:16], np.full((len(table), 1), mass), path)
+    return Recorded(table[:, 1:16], np.full((len(table), 1), mass))
 
 
 _TRUNK_FILES = {
@@ -243,7 +247,7 @@ TASKS = (
     _grasps("grasp_new", [shape for shape in SHAPES if shape != "sphere"]),
     Task(
         "arm_tip",
-        "https://github.com/ASU-RISE-Lab/4-chamber-softarm-control, data-collection/2023/apr 4",
+        "https://github.com/ASU-RISE-Lab/4-chamber-softarm-control, data-collection/2023/apr 4 and apr 5",
         _ARM_FILES,
         _channels("V", "L1 R1 R_total L_total") + _channels("psi", "upper_0 upper_1 upper_2 lower_0 lower_1 lower_2"),
         _channels("m", "tip_x tip_z"),
@@ -251,6 +255,8 @@ TASKS = (
         {
             "S-shapes": tuple(Part(f"two_segment_arm/trial_{trial}.txt") for trial in (2, 4)),
             "stretched": (Part("two_segment_arm/trial_6.txt"),),
+            "other trial": (Part("two_segment_arm/trial_7.txt"),),
+            "next day": (Part("two_segment_arm/trial_8.txt"),),
         },
         _read_arm,
         period=0.017,
@@ -284,7 +290,7 @@ TASKS = (
         _channels("kPa", "pressure"),
         _channels("m", "tip_x tip_z"),
         tuple(Part(f"pneumatic_segment/{pressure}kPa.csv") for pressure in (10, 25, 45)),
-        {f"{pressure} kPa": (Part(f"pneumatic_segment/{pressure}kPa.csv"),) for pressure in (15, 35)},
+        {f"{pressure} kPa": (Part(f"pneumatic_segment/{pressure}kPa.csv"),) for pressure in (15, 20, 35, 40)},
         _read_segment,
         period=_CAPTURED,
     ),

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from tqdm import tqdm
 
@@ -35,7 +36,8 @@ def run(options: argparse.Namespace) -> int:
     check_file(options.out)
     own = {} if options.estimator is None else {options.estimator: find_function("--estimator", options.estimator)}
     folders = {task: folder for task in TASKS if (folder := _folder(task, given)) is not None}
-    scores = _scores(folders, own)
+    with TemporaryDirectory() as copies:
+        scores = _scores(folders, own, Path(copies))
     print_scores(scores)
     options.console.table("scores", scores)
     with atomic_file(options.out) as partial:
@@ -57,9 +59,9 @@ def _folder(task: Task, given: Path | None) -> Path | None:
     return folder
 
 
-def _scores(folders: Mapping[Task, Path], own: Mapping[str, Estimator]) -> list[Score]:
+def _scores(folders: Mapping[Task, Path], own: Mapping[str, Estimator], copies: Path) -> list[Score]:
     """Of all estimators, by task; a user's own are run first, so that their mistakes are reported at once."""
-    recorded = {task: read_task(task, folder) for task, folder in folders.items()}
+    recorded = {task: read_task(task, folder, copies) for task, folder in folders.items()}
     runs = [(task, name, found) for task in recorded for name, found in own.items()]
     runs += [(task, *each) for task in recorded for each in (baselines(task) | OURS[task.name]).items()]
     scores: dict[str, list[Score]] = {task.name: [] for task in recorded}

@@ -81,7 +81,7 @@ def _short(value: object) -> str:
 
 
 def _print_tests(found: Designed, rows: Sequence[TestRow]) -> None:
-    """The best design beside the scenario as it is, on draws that the search was not given."""
+    """The best design beside the reference, on draws that the search was not given."""
     ends = [end.measure for end in found.study.config.ends]
     columns = {"object": "", "design": "", "held": ">", "95 % confidence": ">"} | dict.fromkeys(ends, ".3g")
     cells = []
@@ -89,12 +89,16 @@ def _print_tests(found: Designed, rows: Sequence[TestRow]) -> None:
         low, high = binomtest(row.held, row.runs).proportion_ci(0.95, "wilson")
         name = f"{row.object}{', unseen' if row.unseen else ''}"
         likely = f"{100 * low:.0f} to {100 * high:.0f} %"
-        cells.append((name, str(row.design or "as it is"), f"{row.held} of {row.runs}", likely, *row.ends))
-    print_table(columns, cells, "Test, with new draws")
+        cells.append(
+            (name, str(row.design) if row.design > 0 else "reference", f"{row.held} of {row.runs}", likely, *row.ends)
+        )
+    changed = ", ".join(f"{key} = {_short(value)}" for key, value in found.reference.values.items())
+    reference = f"the fingers as they are, at their best drive: {changed}" if changed else "the scenario as it is"
+    print_table(columns, cells, f"Test, with new draws; the reference is {reference}")
     for name in found.study.objects:
-        shipped, best = sorted((row for row in rows if row.object == name), key=lambda row: row.design)
-        ratio = best.ends[0] / shipped.ends[0]
-        print(f"{ends[0]} of the best design with {name}: {ratio:.2f} times that of the scenario as it is")
+        reference_row, best = sorted((row for row in rows if row.object == name), key=lambda row: row.design)
+        ratio = best.ends[0] / reference_row.ends[0]
+        print(f"{ends[0]} of the best design with {name}: {ratio:.2f} times that of the reference")
 
 
 def _print_sensitivities(found: Designed, rows: Sequence[Sensitivity]) -> None:

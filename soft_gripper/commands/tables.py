@@ -161,7 +161,8 @@ def print_identified(found: Tested) -> None:
             held = f"{1e3 * motion.hold.sag:.1f} mm low, turned by {np.degrees(motion.hold.turn):.1f} degrees"
             print(f"{motion.name}: held {held}")
     print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
-    print("held-out ones. 50 and 63 %: times from the event to these shares of the settled turn.")
+    print("held-out ones; where the hold is unknown, the hand is taken to have held the finger straight. 50 and 63 %:")
+    print("times from the event to these shares of the settled turn.")
     for doubt in doubts(found):
         print(f"WARNING: {doubt}")
 

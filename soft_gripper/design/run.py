@@ -1,5 +1,8 @@
 """A design study from its file to its result: the search, and the test of the best design on what it was not given.
 
+The best design is compared with the fingers as they are, driven as well as they can be: those fields of the drive that
+the study varies are searched for them too, with as many designs and the same draws.
+
 Every simulation is a row of one table, by which an interrupted study is resumed. Designs are proposed in batches, and
 the search learns the scores of a batch in their order, so that the table depends neither on the number of processes nor
 on interruptions.
@@ -25,13 +28,16 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.output import lock_folder
 from soft_gripper.runs.study import StudyTables, describe, run_study
 from soft_gripper.runs.sweep.measures import kind_of, names_of
-from soft_gripper.runs.sweep.run import ERROR, cell, run_and_measure
+from soft_gripper.runs.sweep.run import ERROR, Axis, cell, run_and_measure
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
 
 TABLE, ABOUT = "runs.csv", "study.json"
 STAGE, DESIGN, OBJECT, DRAW = "stage", "design", "object", "draw"
-SHIPPED = 0  # number of the design that changes nothing; those of the search are counted from 1
+# Number of the design that changes nothing. Those of the search are counted from 1, and those that differ in their
+# drive alone from -1 down.
+SHIPPED = 0
+_DRIVE = ("pressure", "tendons", "control")  # parts of a scenario that say how fingers are driven
 Measures = Mapping[str, Any]
 Work = Callable[[str, Mapping[str, Any], Sequence[str]], Measures]
 
@@ -57,13 +63,15 @@ class Designed:
     """The result of a study.
 
     designs: the scenario as it is, then all that were tried, in order.
+    reference: the fingers as they are, with the best drive; the scenario as it is, if nothing of the drive is varied.
     front: indices of allowed designs than which no other is better in every end.
     best: index of the best design; None if no design is allowed.
-    tested: the scenario as it is, and the best design.
+    tested: the reference, and the best design.
     """
 
     study: DesignStudy
     designs: Sequence[Design]
+    reference: Design
     front: Sequence[int]
     best: int | None
     tested: Sequence[DesignTest]
@@ -77,7 +85,7 @@ def run_design(
     report: Callable[[bool], Any] = lambda held: None,
     work: Work = run_and_measure,
 ) -> Designed:
-    """Searches the best design, and tests it beside the scenario as it is, with new draws and unseen objects.
+    """Searches the best design, and tests it beside the reference, with new draws and unseen objects.
 
     Args:
         study: what varies, and to which ends.
@@ -92,33 +100,42 @@ def run_design(
             it is fails, `out` cannot be written to, or the study to resume is a different one.
     """
     config = study.config
-    search = DesignSearch(study.axes, config.ends, config.designs, config.seed)
     runs = _Runs(study, out, executor, resume, report, work)
-    designs = [runs.shipped(), *_searched(config, search, runs)]
+    shipped = runs.shipped()
+    numbers = range(1, 1 + config.designs)
+    driven = [shipped, *_searched(config, _drive_axes(study), [-number for number in numbers], runs)]
+    designs = [shipped, *_searched(config, study.axes, numbers, runs)]
+    reference = driven[best(costs([design.score for design in driven], config.ends)) or 0]
     cost = costs([design.score for design in designs[1:]], config.ends)
     chosen = best(cost)
     best_index = None if chosen is None else chosen + 1
-    compared = [designs[i] for i in (0, best_index) if i is not None]
+    compared = [reference] if best_index is None else [reference, designs[best_index]]
     tested = runs.tests({design.number: design.values for design in compared})
     runs.finish()
-    return Designed(study, designs, [i + 1 for i in pareto_front(cost)], best_index, tested)
+    return Designed(study, designs, reference, [i + 1 for i in pareto_front(cost)], best_index, tested)
 
 
-def _searched(config: DesignConfig, search: DesignSearch, runs: "_Runs") -> Iterator[Design]:
-    number = 1
-    while number <= config.designs:
-        proposed = search.ask(min(config.batch, config.designs + 1 - number))
-        batch = dict(enumerate(proposed, number))
+def _drive_axes(study: DesignStudy) -> list[Axis]:
+    """What is searched of how the fingers are driven."""
+    return [axis for axis in study.axes if axis.key.partition(".")[0] in _DRIVE]
+
+
+def _searched(config: DesignConfig, axes: Sequence[Axis], numbers: Sequence[int], runs: "_Runs") -> Iterator[Design]:
+    """Designs with these numbers; none if nothing is searched."""
+    search = DesignSearch(axes, config.ends, len(numbers), config.seed)
+    for begin in range(0, len(numbers) if axes else 0, config.batch):
+        among = numbers[begin : begin + config.batch]
+        batch = dict(zip(among, search.ask(len(among)), strict=True))
         scores = runs.scores(batch)
         search.tell(scores)
         yield from (Design(*each, score) for each, score in zip(batch.items(), scores, strict=True))
-        number += len(batch)
 
 
 def most_runs(study: DesignStudy) -> int:
     """The runs of a study of which no design is refused."""
     searched, tested = _all_cases(study)
-    return (study.config.designs + 1) * len(searched) + 2 * len(tested)
+    tried = 1 + study.config.designs * (1 + bool(_drive_axes(study)))
+    return tried * len(searched) + 2 * len(tested)
 
 
 def _all_cases(study: DesignStudy) -> tuple[list[Case], list[Case]]:

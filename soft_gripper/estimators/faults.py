@@ -1,14 +1,15 @@
 """The faults of a finger and of its sensors that can be named, each as a hypothesis about the readings.
 
-The readings y deviate from those of the free finger, y_0, by the load, by lasting errors b of the sensors and by noise;
-with the bends lambda of the load and the sensitivity B,
+The readings y deviate from those of the nominal free finger, y_0, by the load, by an error g of the bend per pressure,
+by lasting errors b of the sensors and by noise; with the bends lambda of the load, the sensitivity B, the torque u of
+the pressure, the compliance C of the joints and their sums A over sections,
 
-    r = y - y_0 = B lambda + b + noise .
+    r = y - y_0 = B l + b + noise ,   l = lambda + g A C u .
 
 A fault adds a parameter f to this (a drift two), whose effect on the readings is known:
 
     dead        reading i is a constant               y_i = f
-    slipped     its offset jumps, or its strand       r_i += f ,   or   r_i += f (y_0 + B lambda)_i , f < 0
+    slipped     its offset jumps, or its strand       r_i += f ,   or   r_i += f (y_0 + B l)_i , f < 0
                 is loose and follows a part
     drifting    its offset is a ramp                  r_i += f + f' t
     saturated   it is a constant where y_i would be beyond f, and as ever elsewhere
@@ -17,8 +18,7 @@ A fault adds a parameter f to this (a drift two), whose effect on the readings i
                 place to the tip
     held        the load is not one contact: any lambda, see `health`
 
-with u the torque of the pressure, C the compliance of the joints and A their sums over sections. Given lambda, all are
-linear in f, so that a Gaussian f is integrated out in closed form.
+Given l, all are linear in f, so that a Gaussian f is integrated out in closed form.
 
 R readings, S values, K hypotheses, of which the first is that nothing is wrong.
 """
@@ -57,7 +57,7 @@ class UsualFaults:
 
 @dataclass(frozen=True)
 class Hypotheses:
-    """The hypotheses about one finger; the state of a hypothesis is (lambda, b, f, f'), of S + R + 2 entries."""
+    """The hypotheses about one finger; the state of a hypothesis is (lambda, b, f, f', g), of S + R + 3 entries."""
 
     layout: MeasurementModel
     usual: UsualFaults = field(default_factory=UsualFaults)

@@ -1,10 +1,13 @@
 """How probable each fault is, from sample to sample: a bank of tests, one for every hypothesis of `faults`.
 
 Ten samples make a look: their mean is compared with the readings that every hypothesis predicts, by a Kalman filter
-(extended where the load multiplies the fault) over the bends of the load, lasting errors of the sensors, and the
-parameters of the fault. The load changes with the drive, as a blocked finger does, along the shapes that contact forces
-bend it into (`gaussian`), and now and then at any time; lasting errors change with the strain, by the gain error and
-hysteresis assumed. While the drive changes the finger lags, which counts as noise.
+(extended where the load multiplies the fault) over the bends of the load, lasting errors of the sensors, the error of
+the nominal bend per pressure, and the parameters of the fault. The load changes with the drive, as a blocked finger
+does, along the shapes that contact forces bend it into (`gaussian`), and now and then at any time; lasting errors
+change with the strain, by the gain error and hysteresis assumed. The bend per pressure is off by one share along the
+whole finger, for good, with the standard deviation that is assumed: a finger that is softer or stiffer than its nominal
+model by about so much is neither cut nor leaking, nor held. While the drive changes the finger lags, which counts as
+noise.
 
 Evidence for a fault k is the logarithm of the ratio of its likelihood and that of the healthy finger since its onset,
 which is unknown: after every look the better of going on and beginning anew is kept,
@@ -21,7 +24,7 @@ the faults, the load is one contact at most, with the misfit X that `force_poste
 multiplies the likelihood by exp(-X / 2) once a second, as consecutive looks at one contact are not independent.
 Only under `held` any load may be, for a fixed price.
 
-R readings, S values, N joints, K hypotheses, n = 2 S + R + 2 states.
+R readings, S values, N joints, K hypotheses, n = 2 S + R + 3 states.
 """
 
 import math
@@ -51,6 +54,7 @@ _SUDDEN = 0.02  # probability that the load jumps at a look without the drive
 _WALK = 0.1  # of the reading's standard deviation: random walk of lasting errors from look to look
 _REST = 3e-4  # rad, random walk of the load's bends at rest
 _SPREAD = 0.03  # of the load's bends: how far a spread contact is from a single force
+_UNSHARED = 0.005  # of the free bends: error of the model that is not common to all sections
 _HELD = 7.0  # price of any load, as a misfit
 _MOST = 80.0  # of a misfit: beyond, no assumption is good enough to be counted
 _STUCK, _LOST = 0.98, 0.02  # probabilities that a stuck sensor repeats itself, and that a working one is not read
@@ -69,7 +73,7 @@ _MISSING = 1e4  # variances of the full scale of a reading that is not finite
 class Known(NamedTuple):
     """What is remembered from sample to sample."""
 
-    mean: Array  # (K, n)
+    mean: Array  # (K, n) of load, lasting errors, fault, its slope, stiffness, load's slope
     covariance: Array  # (K, n, n)
     evidence: Array  # (K)
     age: Array  # (K) looks since the onset
@@ -104,6 +108,7 @@ class HealthFilter:
         values, readings, joints = len(layout.matrix), layout.readings, layout.finger.segments
         variance = np.zeros(self._states)
         variance[values : values + readings] = self.uncertainty.offset**2 + (_WALK * self.uncertainty.reading) ** 2
+        variance[values + readings + 2] = self.uncertainty.bend_per_pressure**2
         mean, covariance = self._born(np.zeros(self._states), np.diag(variance))
         nothing, torque = np.zeros(readings), np.zeros(joints)
         return Known(
@@ -168,9 +173,10 @@ class HealthFilter:
         mean = np.stack([known.mean, born_mean])
         covariance = np.stack([known.covariance, born_covariance])
         mean, covariance = self._predicted(mean, covariance, change, drive, known.age)
-        found = _updated(mean, covariance, self._observation(mean, look, q, driving))
+        by_state = self._beyond_free(q, driving)
+        found = _updated(mean, covariance, self._observation(mean, look, q, by_state))
         before = np.stack([known.evidence, np.zeros_like(known.evidence)])
-        total = before + found.log_likelihood + self._of_repetitions(found, mean, look)
+        total = before + found.log_likelihood + self._of_repetitions(found, mean, look, by_state)
         total[1, 0] = -np.inf  # that nothing is wrong has no onset
         best, every = total.argmax(axis=0), np.arange(total.shape[1])
         mean, covariance = found.mean[best, every], found.covariance[best, every]
@@ -232,8 +238,6 @@ class HealthFilter:
         for load, (of_bend, of_slope) in enumerate(shares):
             walk[load, :, :values, :values] = of_bend**2 * of_load + (_REST**2) * np.eye(values)
             walk[load, :, -values:, -values:] = of_slope**2 * of_load
-        model = np.outer(change, change) * assumed.bend_per_pressure**2
-        walk[:, :, :values, :values] += model
         expected = hypotheses.by_load @ change
         lasting = (_WALK * assumed.reading) ** 2 + (assumed.gain * expected) ** 2 + assumed.drift**2 * dt
         bends, cut = np.arange(values), hypotheses.of("cut")[:, None]
@@ -257,12 +261,12 @@ class HealthFilter:
         covariance = F @ covariance @ F.T
         return mean @ F.T, covariance[None] + walk[:, None]
 
-    def _observation(self, mean: Array, look: "_Look", q: Array, driving: Array) -> "_Observation":
+    def _observation(self, mean: Array, look: "_Look", q: Array, by_state: Array) -> "_Observation":
         """How a look depends on the states of every hypothesis, linearised at their means, (B, K, n)."""
         hypotheses, values, B = self.hypotheses, self._values, self.hypotheses.by_load
-        f, load = values + self.layout.readings, mean[..., :values]
-        H = np.zeros((*mean.shape[:-1], self.layout.readings, self._states))
-        H[..., :values], H[..., values:f] = B, np.eye(self.layout.readings)
+        f, beyond = values + self.layout.readings, mean @ by_state.T
+        H = np.tile(B @ by_state, (*mean.shape[:-1], 1, 1))
+        H[..., values:f] = np.eye(self.layout.readings)
         z = np.tile(np.where(look.read, look.measured - look.expected, 0.0), (*mean.shape[:-1], 1))
         lag, white = B @ look.moved, self.uncertainty.reading**2 / look.apart
         common = np.tile(_LAG * lag, (len(hypotheses.kind), 1))
@@ -273,16 +277,16 @@ class HealthFilter:
             H[:, k, hypotheses.reading[k], f] = 1
         k = hypotheses.of("loose")
         i = hypotheses.reading[k]
-        H[:, k, i, f] = (look.expected + load @ B.T)[:, k, i]
+        H[:, k, i, f] = (look.expected + beyond @ B.T)[:, k, i]
         k = hypotheses.of("leak")
-        H[..., f][:, k] = -(B @ (self.layout.matrix @ (self._gaussian.mechanics.compliance(q) * driving)))
+        H[..., f][:, k] = -(B @ by_state[:, f + 2])
         k = hypotheses.of("cut")
         softer = np.arange(len(q)) >= hypotheses.joint[k][:, None]
         by_angles, size = (B @ self.layout.matrix) * softer[:, None], mean[:, k, f]
         by_bends = size[..., None, None] * (by_angles @ self._shared)
-        H[..., f][:, k] = (by_angles @ (q + load[:, k] @ self._shared.T)[..., None])[..., 0]
-        H[:, k, :, :values] += by_bends
-        z[:, k] += (by_bends @ load[:, k, :, None])[..., 0]
+        H[..., f][:, k] = (by_angles @ (q + beyond[:, k] @ self._shared.T)[..., None])[..., 0]
+        H[:, k] += by_bends @ by_state
+        z[:, k] += (by_bends @ beyond[:, k, :, None])[..., 0]
         common[k] *= _OTHER_MOTION
         noise[k] += (_OTHER_MOTION * _UNEVEN * lag) ** 2
         for k in (hypotheses.of("dead"), self._at_limit(look)):
@@ -297,15 +301,23 @@ class HealthFilter:
         each = noise[..., :, None] * np.eye(self.layout.readings)
         return _Observation(H, z, common[..., :, None] * common[..., None, :] + each)
 
+    def _beyond_free(self, q: Array, driving: Array) -> Array:
+        """From the states to the bends beyond those of the nominal free finger, rad, (S, n)."""
+        by_state = np.zeros((self._values, self._states))
+        by_state[:, : self._values] = np.eye(self._values)
+        driven = self.layout.matrix @ (self._gaussian.mechanics.compliance(q) * driving)
+        by_state[:, self._values + self.layout.readings + 2] = driven
+        return by_state
+
     def _at_limit(self, look: "_Look") -> NDArray[np.int_]:
         """The hypotheses of a sensor that is at its limit in a look."""
         saturated = self.hypotheses.of("saturated")
         limited: NDArray[np.int_] = saturated[look.at_limit[self.hypotheses.reading[saturated]]]
         return limited
 
-    def _of_repetitions(self, found: "_Updated", mean: Array, look: "_Look") -> Array:
+    def _of_repetitions(self, found: "_Updated", mean: Array, look: "_Look", by_state: Array) -> Array:
         """Log-likelihood of what repeated itself and of what was not read, (B, K), and of limits being exceeded."""
-        hypotheses, values, B = self.hypotheses, self._values, self.hypotheses.by_load
+        hypotheses, by_state = self.hypotheses, self.hypotheses.by_load @ by_state
         likelihood = np.full(found.log_likelihood.shape, look.working.sum())
         dead, limited = hypotheses.of("dead"), self._at_limit(look)
         i = hypotheses.reading[dead]
@@ -313,10 +325,9 @@ class HealthFilter:
         i = hypotheses.reading[limited]
         likelihood[:, limited] += look.limited[i] - look.working[i]
         likelihood[1, limited] += _EXTREME * look.furthest[i]
-        beyond = np.sign(look.measured[i]) * (look.expected + mean[..., :values] @ B.T - look.measured)[:, limited, i]
-        covariance = found.covariance[:, limited, :values, :values]
-        variance = np.einsum("ki,bkij,kj->bk", B[i], covariance, B[i]) + self.uncertainty.reading**2 / look.apart[i]
-        likelihood[:, limited] += log_ndtr(beyond / np.sqrt(variance))
+        beyond = np.sign(look.measured[i]) * (look.expected + mean @ by_state.T - look.measured)[:, limited, i]
+        variance = np.einsum("ki,bkij,kj->bk", by_state[i], found.covariance[:, limited], by_state[i])
+        likelihood[:, limited] += log_ndtr(beyond / np.sqrt(variance + self.uncertainty.reading**2 / look.apart[i]))
         return likelihood
 
     def _of_contact(self, mean: Array, covariance: Array, q: Array, evidence: Array) -> Array:
@@ -326,7 +337,7 @@ class HealthFilter:
         load = mean[alive, :values]
         size = (load**2).sum(axis=-1)[:, None, None]
         shape = q + load[0] @ self._shared.T
-        floor = (self.uncertainty.bend_per_pressure * (self.layout.matrix @ q)) ** 2 + 1e-6
+        floor = (_UNSHARED * (self.layout.matrix @ q)) ** 2 + 1e-6
         cut = (self.hypotheses.joint >= 0)[:, None] * mean[:, values + self.layout.readings, None]
         bend = _WEIGHED * self.hypotheses.full_scale / np.abs(self.hypotheses.by_load).max()
         bend = bend * np.clip(cut[alive], 0, 1)
@@ -356,7 +367,7 @@ class HealthFilter:
 
     @property
     def _states(self) -> int:
-        return 2 * self._values + self.layout.readings + 2
+        return 2 * self._values + self.layout.readings + 3
 
     def _pressures(self, torque: Array) -> float:
         """A torque of the drive as a share of that of the usual load pressure."""

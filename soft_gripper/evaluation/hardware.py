@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.evaluation.paper.claims import Claim
 from soft_gripper.files.document import require
-from soft_gripper.hardware.identification.fit import MotionScore
+from soft_gripper.hardware.identification.fit import FITTED, TESTED, UNHELD, MotionScore
 from soft_gripper.hardware.identification.identified_finger import (
     MEASURED,
     Identified,
@@ -147,7 +147,8 @@ def _of_beam(found: Identified) -> list[Claim]:
     relaxed = _relaxed_modulus(found)
     modulus = _off(relaxed, _PUBLISHED_MODULUS)
     claims = []
-    for role, text in (("test", "101 g, held out"), ("fit", "fitted")):
+    roles = {TESTED: "101 g, held out", UNHELD: "101 g, held out, hold unknown", FITTED: "fitted"}
+    for role, text in roles.items():
         turn = _worst(found, _off_turn, role)
         settled = _worst(found, lambda row: row.settled_error_mm, role)
         frequency = _worst(found, lambda row: _off(row.simulated_frequency_hz, row.frequency_hz), role)
@@ -203,7 +204,7 @@ def _of_arm(table: Sequence[ReplayRow]) -> list[Claim]:
     ]
 
 
-def _worst(found: Identified, error: Callable[[MotionScore], float], role: str = "test") -> float:
+def _worst(found: Identified, error: Callable[[MotionScore], float], role: str = TESTED) -> float:
     """Over the recordings of a role; NaN if one is."""
     return float(np.max([error(row) for row in found.scores if row.role == role]))
 
@@ -226,8 +227,8 @@ def _claim(text: str, holds: bool, number: str) -> Claim:
     return Claim("ours", text, bool(holds), number)
 
 
-_COLORS = {"fit": "#2166ac", "test": "#b2182b"}
-_LABELS = {"fit": "simulated, fitted to it", "test": "simulated, held out"}
+_COLORS = {FITTED: "#2166ac", TESTED: "#b2182b", UNHELD: "#e08214"}
+_LABELS = {FITTED: "simulated, fitted to it", TESTED: "simulated, held out", UNHELD: "held out, hold unknown"}
 _TRIAL = "trial_2"  # its sections bend in opposite directions
 _DRAWN = {"arcs 2": "arcs, 2 sensors per side", "gaussian 1": "gaussian, 1 sensor per side"}
 _TURNS = (1, 2, 5, 10, 20, 50, 100)  # degrees

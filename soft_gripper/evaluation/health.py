@@ -3,10 +3,12 @@
     python -m soft_gripper.evaluation.health
 
 writes `health.csv`, `health_runs.csv` and a figure into results/health. Half of the runs have one fault. Every run is
-simulated by itself, with a scenario, pressures, supply, object place and sensor errors of its own, and 12 s long.
+simulated by itself, with a scenario, pressures, supply, object place and sensor errors of its own, and 12 s long. The
+monitor is told that the nominal model is exact, as it is; in some of the runs it looks again with a nominal stiffness
+that is wrong, and with a larger uncertainty.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,9 +31,9 @@ from soft_gripper.files.csv_table import write_csv
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
-from soft_gripper.scenario.model_files import model_path
+from soft_gripper.scenario.model_files import OF_FINGER, changed_finger, model_path
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import Scenario, SensorConfig, StrainErrorsConfig
+from soft_gripper.scenario.schema import NominalConfig, Scenario, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import SENSOR_FAULTS, SensorFault, StrainErrors, disturb
 
@@ -54,13 +56,29 @@ SIZES = {"offset": (0.02, 0.08), "loose": (0.4, 0.9), "drifting": (0.005, 0.02),
 HELD_AT = 150  # kPa, the highest pressure of a held finger
 LEAKS, SOFTER, CUT_AT = (0.25, 0.6), (2.0, 3.0), (0.25, 0.7)
 _DRAWS = 100
+EVERY = 4  # runs, of which one is also monitored with other beliefs
 TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
 
 
 @dataclass(frozen=True)
-class HealthRun:
-    """One run."""
+class Belief:
+    """What a monitor takes for granted."""
 
+    stiffness_error: float = 0.0  # of the nominal finger, as a share; positive: it is too stiff
+    declared: float = 0.005  # uncertainty of the bend per pressure, as a share
+
+
+EXACT = Belief()
+DECLARED = tuple(Belief(error, 0.1) for error in (0.0, 0.1, -0.1))
+# Of fingers without a fault only: beyond what is declared, and what is declared there.
+BEYOND = tuple(Belief(error, declared) for declared in (0.005, 0.05) for error in (0.05, -0.05, 0.1, -0.1))
+
+
+@dataclass(frozen=True)
+class HealthRun:
+    """One run, monitored with one belief."""
+
+    belief: str  # stiffness error and uncertainty, in percent
     number: int
     fault: str  # as simulated, or "none"
     motion: str
@@ -81,8 +99,9 @@ class HealthRun:
 
 @dataclass(frozen=True)
 class HealthRow:
-    """All runs with one fault, or with none."""
+    """All runs with one fault, or with none, monitored with one belief."""
 
+    belief: str
     fault: str
     runs: int
     found_percent: float
@@ -107,8 +126,8 @@ def moved_scenario(
     return load_scenario(motion, [*common, f"sensor.sections={SECTIONS}", *overrides])
 
 
-def run_health(number: int, kind: str, seed: int) -> HealthRun:
-    """Simulates a run, and monitors its health."""
+def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (EXACT,)) -> list[HealthRun]:
+    """Simulates a run, and monitors its health with every belief."""
     rng = np.random.default_rng([seed, KINDS.index(kind) if kind in KINDS else len(KINDS), number])
     motion, onset = str(rng.choice(list(MOTIONS))), float(rng.uniform(*ONSET))
     overrides, size, finger = [], np.nan, None
@@ -135,25 +154,33 @@ def run_health(number: int, kind: str, seed: int) -> HealthRun:
     if kind in SENSOR_FAULTS:
         fault = _sensor_fault(kind, onset, again, rng)
         reading, size, errors = fault.reading, fault.size or np.nan, replace(errors, faults=(fault,))
-    times, probabilities = monitored(again, errors, rng)
-    is_named = named(probabilities) > 0
-    after = is_named & (times > (onset if kind in KINDS else np.inf))
-    found = bool(after.any())
-    return HealthRun(
-        *(number, kind if kind in KINDS else "none", motion, chosen.name, reading),
-        *(onset if kind in KINDS else np.nan, size, found, bool((is_named & ~after).any())),
-        *(float(times[after][0] - onset) if found else np.nan, FAULTS[int(probabilities[-1].argmax())]),
-    )
+    layout, ratios = again.layout, again.layout.response.ratio(again.readings[1:])
+    readings = layout.response.reading(disturb(errors, ratios, again.period, rng))
+    found = []
+    for belief in beliefs:
+        times, probabilities = monitored(again, readings, errors, belief)
+        is_named = named(probabilities) > 0
+        after = is_named & (times > (onset if kind in KINDS else np.inf))
+        is_found = bool(after.any())
+        found.append(
+            HealthRun(
+                f"{100 * belief.stiffness_error:+.0f} % ({100 * belief.declared:g} %)",
+                *(number, kind if kind in KINDS else "none", motion, chosen.name, reading),
+                *(onset if kind in KINDS else np.nan, size, is_found, bool((is_named & ~after).any())),
+                *(float(times[after][0] - onset) if is_found else np.nan, FAULTS[int(probabilities[-1].argmax())]),
+            )
+        )
+    return found
 
 
-def monitored(again: ReadAgain, errors: StrainErrors, rng: np.random.Generator) -> tuple[Array, Array]:
+def monitored(again: ReadAgain, readings: Array, errors: StrainErrors, belief: Belief) -> tuple[Array, Array]:
     """The ends of the looks at a recorded finger, (L,) s, and the probabilities of FAULTS then, (L, 8)."""
-    layout = again.layout
-    ratios = disturb(errors, layout.response.ratio(again.readings[1:]), again.period, rng)
-    samples = layout.response.reading(ratios), again.driving()[1:], again.gravity[1:]
-    monitor = HealthFilter(layout, uncertainty_of(errors), again.period)
+    nominal = NominalConfig(youngs_modulus=f"{100 * belief.stiffness_error:+g} %")
+    finger = changed_finger(again.layout.finger, "nominal", nominal, OF_FINGER)
+    assumed = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
+    monitor = HealthFilter(replace(again.layout, finger=finger), assumed, again.period)
     known, found = monitor.begin(), []
-    for i, sample in enumerate(zip(*samples, strict=True), start=1):
+    for i, sample in enumerate(zip(readings, again.driving()[1:], again.gravity[1:], strict=True), start=1):
         known = monitor.step(known, *sample)
         if i % LOOK == 0:
             found.append(monitor.probabilities(known))
@@ -207,14 +234,18 @@ def _hold(scenario: Scenario, rng: np.random.Generator) -> None:
 
 
 def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
-    """The table of runs: every fault, all faults, and the runs without."""
-    groups = {kind: [run for run in runs if run.fault == kind] for kind in KINDS}
-    groups["all"] = [run for run in runs if run.fault in KINDS]
-    groups["none"] = [run for run in runs if run.fault == "none"]
-    return [_row(name, group) for name, group in groups.items() if group]
+    """The table of runs, for every belief: every fault, all faults, and the runs without."""
+    found = []
+    for belief in dict.fromkeys(run.belief for run in runs):
+        of_belief = [run for run in runs if run.belief == belief]
+        groups = {kind: [run for run in of_belief if run.fault == kind] for kind in KINDS}
+        groups["all"] = [run for run in of_belief if run.fault in KINDS]
+        groups["none"] = [run for run in of_belief if run.fault == "none"]
+        found += [_row(belief, name, group) for name, group in groups.items() if group]
+    return found
 
 
-def _row(name: str, runs: Sequence[HealthRun]) -> HealthRow:
+def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
     delays = [run.delay for run in runs if run.found]
     median, most = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
 
@@ -222,17 +253,27 @@ def _row(name: str, runs: Sequence[HealthRun]) -> HealthRow:
         return float(100 * np.mean([of(run) for run in runs]))
 
     shares = (percent(lambda run: run.found), percent(lambda run: run.right)) if name != "none" else (np.nan, np.nan)
-    return HealthRow(name, len(runs), *shares, percent(lambda run: run.false_alarm), float(median), float(most))
+    false_alarms = percent(lambda run: run.false_alarm)
+    return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(most))
 
 
 def health_runs(number: int, seed: int, executor: Executor) -> list[HealthRun]:
     """`number` runs with a fault, as many of every kind, and `number` without."""
-    jobs = [(i, KINDS[i % len(KINDS)]) for i in range(number)] + [(i, "none") for i in range(number)]
-    return list(executor.map(run_health, *zip(*jobs, strict=True), [seed] * len(jobs)))
+    jobs = [*_jobs(number, KINDS, DECLARED), *_jobs(number, ["none"], DECLARED + BEYOND)]
+    found = executor.map(run_health, *zip(*[(i, kind, seed, beliefs) for i, kind, beliefs in jobs], strict=True))
+    return [run for runs in found for run in runs]
+
+
+def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:
+    """Number, kind and beliefs of every run."""
+    for i in range(number):
+        is_chosen = i // len(kinds) % EVERY == 0
+        yield i, kinds[i % len(kinds)], (EXACT, *others) if is_chosen else (EXACT,)
 
 
 def health_figure(runs: Sequence[HealthRun]) -> Figure:
-    """What is said of the runs with each fault, and how long it takes to be found."""
+    """What is said of the runs with each fault, and how long it takes to be found; the model is exact."""
+    runs = [run for run in runs if run.belief == runs[0].belief]
     truths = (*KINDS, "none")
     counts = np.array([[_said(runs, truth, name) for name in FAULTS] for truth in truths])
     with mpl.rc_context(STYLE):
@@ -267,10 +308,11 @@ def _said(runs: Sequence[HealthRun], truth: str, name: str) -> int:
 def print_health(rows: Sequence[HealthRow]) -> None:
     """Prints the table."""
     titles = "runs", "found %", "named right %", "false alarm %", "delay s", "90 % within s"
-    print(f"{'fault':<12}" + "".join(f"{title:>15}" for title in titles))
+    print(f"{'stiffness (declared)':<22}{'fault':<12}" + "".join(f"{title:>15}" for title in titles))
     for row in rows:
         numbers = row.found_percent, row.right_percent, row.false_alarm_percent, row.median_delay, row.delay_90
-        print(f"{row.fault:<12}{row.runs:>15}" + "".join(f"{number:>15.3g}" for number in numbers))
+        told = "".join(f"{number:>15.3g}" for number in numbers)
+        print(f"{row.belief:<22}{row.fault:<12}{row.runs:>15}{told}")
 
 
 def main(number: int = 200, seed: int = 1, jobs: int = 2, out: str = "results/health") -> None:

@@ -2,6 +2,7 @@
 
 import hashlib
 from dataclasses import replace
+from uuid import uuid4
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ def twin(name, folder, **changes):
 
 
 def scores(task, folder, *names):
-    train, tested = read_task(task, folder)
+    train, tested = read_task(task, folder, folder / f"copies_{uuid4().hex}")
     estimators = baselines(task) | OURS[task.name]
     rows = [row for name in names for row in score_task(task, name, estimators[name], train, tested)]
     return {(row.region, row.estimator): row for row in rows}

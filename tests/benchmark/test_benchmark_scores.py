@@ -5,6 +5,7 @@ import json
 import runpy
 from dataclasses import replace
 from pathlib import Path
+from uuid import uuid4
 
 import numpy as np
 import pytest
@@ -42,7 +43,7 @@ def twin(tmp_path):
 
 
 def score(task, folder, estimator):
-    train, tested = read_task(task, folder)
+    train, tested = read_task(task, folder, folder / f"copies_{uuid4().hex}")
     (row,) = score_task(task, "mine", estimator, train, tested)
     return row
 
@@ -112,7 +113,7 @@ def test_another_file_of_the_same_name_is_refused(twin, tmp_path):
     with (tmp_path / "a.txt").open("a") as file:
         file.write("0 0 0 0\n")
     with pytest.raises(InputError, match="SHA-256"):
-        read_task(twin, tmp_path)
+        read_task(twin, tmp_path, tmp_path / "copies")
 
 
 def test_missing_files_are_named(twin, tmp_path):

@@ -31,7 +31,7 @@ def found(ends, allowed=True, designs=12):
     tried[3] = Design(3, tried[3].values, Score(refused="a wall of 1.00 mm, below 2 mm", excess={"wall": 0.5}))
     rows = {name: [{"grasp": "held", "force": "1.0", "energy": "2.0"}] * 3 for name in ("bottle", "cup")}
     tested = [DesignTest(0, rows), *([DesignTest(5, rows)] if allowed else [])]
-    return Designed(study, tried, [5, 6] if allowed else [], 5 if allowed else None, tested)
+    return Designed(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
 
 
 @pytest.mark.parametrize("ends", [[FORCE], [FORCE, ENERGY]])

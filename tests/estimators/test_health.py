@@ -46,9 +46,10 @@ def free_angles(finger, pressure):
     return q
 
 
-def probabilities(layout, readings, pressure, errors=REALISTIC):
-    """Of FAULTS after every look, (L, 8)."""
-    health, found = HealthFilter(layout, uncertainty_of(errors), PERIOD), []
+def probabilities(layout, readings, pressure, errors=REALISTIC, share=0.005):
+    """Of FAULTS after every look, (L, 8); `share` is the uncertainty of the bend per pressure."""
+    assumed = replace(uncertainty_of(errors), bend_per_pressure=share)
+    health, found = HealthFilter(layout, assumed, PERIOD), []
     known = health.begin()
     for i, (sample, inside) in enumerate(zip(readings, pressure, strict=True), start=1):
         known = health.step(known, sample, layout.finger.pressure_torque(inside), GRAVITY)
@@ -77,6 +78,17 @@ def test_a_healthy_finger_is_not_blamed(layout, errors):
     for seed in range(3):
         pressure = pressures(seed)
         assert not named(probabilities(layout, read(layout, pressure, errors, seed), pressure, errors)).any()
+
+
+@pytest.mark.parametrize("softer", [0.9, 1.1])
+def test_a_finger_that_is_not_as_stiff_as_declared_is_not_blamed(layout, softer):
+    """By twice the standard deviation declared; with an exact model declared the same finger has a fault."""
+    for seed in range(2):
+        pressure = pressures(seed)
+        ratios = layout.response.ratio(layout.read(softer * free_angles(layout.finger, pressure)))
+        readings = layout.response.reading(disturb(REALISTIC, ratios, PERIOD, np.random.default_rng(seed)))
+        blamed = [named(probabilities(layout, readings, pressure, share=share)).any() for share in (0.05, 0.002)]
+        assert blamed == [False, True]
 
 
 @pytest.mark.parametrize(
@@ -122,23 +134,29 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     health, q = HealthFilter(layout), np.linspace(0.03, 0.02, layout.finger.segments)
     hypotheses, values = health.hypotheses, len(layout.matrix)
     cut = hypotheses.of("cut")[3]
-    state = np.zeros((2, len(hypotheses.kind), 2 * values + layout.readings + 2))
-    load, softer = np.linspace(-0.02, 0.05, values), 1.4
-    state[:, cut, :values], state[:, cut, values + layout.readings] = load, softer
+    state = np.zeros((2, len(hypotheses.kind), 2 * values + layout.readings + 3))
+    load, softer, more = np.linspace(-0.02, 0.05, values), 1.4, 0.1
+    f, g = values + layout.readings, values + layout.readings + 2
+    state[:, cut, :values], state[:, cut, f], state[:, cut, g] = load, softer, more
     from_cut = np.arange(len(q)) >= hypotheses.joint[cut]
+    driving = layout.finger.pressure_torque(60e3)
+    driven = layout.matrix @ (driving / layout.finger.stiffness)
 
-    def readings(load, softer):
-        bent = layout.matrix @ (softer * from_cut * (q + np.linalg.pinv(layout.matrix) @ load))
-        return layout.predict(q) + hypotheses.by_load @ (load + bent)
+    def readings(load, softer, more=more):
+        bends = load + more * driven
+        bent = layout.matrix @ (softer * from_cut * (q + np.linalg.pinv(layout.matrix) @ bends))
+        return layout.predict(q) + hypotheses.by_load @ (bends + bent)
 
     known = health.begin()
     look = health._seen(known._replace(sums=known.sums + np.array([[0], [LOOK], [0], [LOOK]])), q, np.zeros(values))
     look = look._replace(measured=readings(load, softer))
-    found, step = health._observation(state, look, q, np.zeros(len(q))), 1e-6
+    found, step = health._observation(state, look, q, health._beyond_free(q, driving)), 1e-6
     by_load = [(readings(load + step * e, softer) - look.measured) / step for e in np.eye(values)]
     np.testing.assert_allclose(found.by_state[0, cut][:, :values], np.transpose(by_load), atol=1e-6)
     by_size = (readings(load, softer + step) - look.measured) / step
-    np.testing.assert_allclose(found.by_state[0, cut][:, values + layout.readings], by_size, atol=1e-6)
+    np.testing.assert_allclose(found.by_state[0, cut][:, f], by_size, atol=1e-6)
+    by_more = (readings(load, softer, more + step) - look.measured) / step
+    np.testing.assert_allclose(found.by_state[0, cut][:, g], by_more, atol=1e-6)
     left = found.values[0, cut] - found.by_state[0, cut] @ state[0, cut]
     np.testing.assert_allclose(left, 0, atol=1e-12)
 

@@ -314,12 +314,15 @@ _EXTREMA = 9  # maximum number of maxima and minima used for frequency and decre
 _CLEAR = 0.04  # share of the settled displacement: smallest prominence of one of them
 
 
+FITTED, TESTED, UNHELD = "fit", "test", "test, hold unknown"  # roles of a recording
+
+
 @dataclass(frozen=True)
 class MotionScore:
     """A row of the table: one recording, measured and simulated."""
 
     recording: str
-    role: str  # "fit" or "test"
+    role: str  # FITTED, TESTED, or UNHELD: tested, with a hand that is taken to have held the finger straight
     settled_error_mm: float  # of the markers, mean
     motion_error_mm: float  # of the markers, mean over the whole motion
     tip_error_percent: float  # largest error of the marker centre, relative to the finger length

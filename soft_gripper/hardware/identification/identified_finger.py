@@ -30,6 +30,9 @@ from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.hardware.identification.fit import (
+    FITTED,
+    TESTED,
+    UNHELD,
     Confidence,
     Fit,
     MotionScore,
@@ -97,7 +100,8 @@ def identify(
         finger: initial guess of the fit.
         names: the free keys, see `free_parameters`.
         fitted: recordings to fit to.
-        tested: held-out recordings, of which only the times of their events are fitted.
+        tested: held-out recordings, of which only the times of their events are fitted and, if it is free, the held
+            pose; those with a held pose are compared a second time without it.
         executor: runs the simulations.
         starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
         seed: seed of the random starts.
@@ -119,13 +123,19 @@ def identify(
     jitter[0] = 0.0
     fits = converged(lambda away: fit(free, fitted, executor, report, free.start + away), list(jitter))
     best = min(fits, key=lambda found: found.root_mean_square)
-    calls = [(best.model, motion, "fit") for motion in best.motions] + [(best.model, m, "test") for m in tested]
+    calls = [(best.model, motion, FITTED) for motion in best.motions] + _tests(best.model, tested)
     return Identified(best.model, *_scored(calls, executor), best, confidence(best))
 
 
 def compared(model: Model, motions: Sequence[MeasuredMotion], executor: Executor) -> Tested:
     """Compares recordings with a finger in its set-up; only what was not recorded is fitted to them."""
-    return Tested(model, *_scored([(model, motion, "test") for motion in motions], executor))
+    return Tested(model, *_scored(_tests(model, motions), executor))
+
+
+def _tests(model: Model, motions: Sequence[MeasuredMotion]) -> list[tuple[Model, MeasuredMotion, str]]:
+    """What is compared of held-out recordings: with the held pose that explains each best, and without."""
+    held = [motion for motion in motions if as_held(model.setup, motion).hold is not None]
+    return [(model, motion, TESTED) for motion in motions] + [(model, motion, UNHELD) for motion in held]
 
 
 def _of_recordings(setup: Setup, motions: Sequence[MeasuredMotion]) -> Setup:
@@ -175,7 +185,7 @@ def doubts(found: Tested) -> list[str]:
         for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True):
             said.append(f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5")
     for row, motion in zip(found.scores, found.motions, strict=True):
-        if row.role == "fit" and row.tip_error_percent > _GOOD:
+        if row.role == FITTED and row.tip_error_percent > _GOOD:
             error = f"{row.tip_error_percent:.1f} % of the length"
             said.append(
                 f"{row.recording} was fitted, and the tip is off by up to {error}: try --starts 5, or more keys"
@@ -187,17 +197,19 @@ def doubts(found: Tested) -> list[str]:
             assert motion.load is not None
             loads = f"{1e3 * motion.load.mass:g} g, fitted up to {1e3 * setup.heaviest_load:g} g"
             said.append(f"{row.recording} is extrapolated: {loads}")
-    return said
+    return list(dict.fromkeys(said))
 
 
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
-    timed = fit_unknowns(model, as_held(model.setup, motion)) if role == "test" else motion
-    return timed, score(model, timed, role)
+    if role != FITTED:
+        motion = fit_unknowns(model, as_held(model.setup, motion) if role == TESTED else motion)
+    return motion, score(model, motion, role)
 
 
 MEASURED: dict[str, Any] = {"color": "0.6", "lw": 3.0, "label": "measured", "solid_capstyle": "round"}
 SIMULATED: dict[str, Any] = {"color": "#b2182b", "lw": 1.1, "label": "simulated"}
 _WIDTH, _HEIGHT = 2.6, 2.1  # inches, of a panel
+_TITLES = {FITTED: "fitted", TESTED: "held out", UNHELD: "held out, hold unknown"}
 
 
 def identify_figure(found: Tested) -> Figure:
@@ -214,7 +226,7 @@ def identify_figure(found: Tested) -> Figure:
         )
         for column, motion, role in zip(axes.T, found.motions, roles, strict=True):
             draw_motion(column, found.model, motion)
-            column[0].set_title(f"{motion.name}\n{'fitted' if role == 'fit' else 'held out'}")
+            column[0].set_title(f"{motion.name}\n{_TITLES[role]}")
             column[1].set_xlabel("time [s]")
         axes[0, 0].set_ylabel("displacement of the tip [mm]")
         axes[1, 0].set_ylabel("turn of the tip [degrees]")

@@ -8,7 +8,7 @@ import pytest
 
 from soft_gripper.evaluation.hardware import hardware_claims
 from soft_gripper.fingers.finger_parts import CreepBranch
-from soft_gripper.hardware.identification.fit import MotionScore
+from soft_gripper.hardware.identification.fit import UNHELD, MotionScore
 from soft_gripper.hardware.replay.held_out import ALL, ReplayRow
 
 GOOD = MotionScore(
@@ -48,9 +48,12 @@ def identified(*rows, modulus=330e3, share=0.2, rms=0.039):
     return SimpleNamespace(scores=rows, model=SimpleNamespace(finger=finger), fit=fit)
 
 
-def failing(beam=GOOD, segment=GOOD, arm=ARM, fitted=None, **finger):
+def failing(beam=GOOD, segment=GOOD, arm=ARM, fitted=None, unheld=GOOD, **finger):
     good_fit, bad_fit = replace(GOOD, role="fit"), replace(GOOD, role="fit", tip_error_percent=99.0, creep_deg=99.0)
-    found = hardware_claims(identified(fitted or good_fit, beam, **finger), identified(bad_fit, GOOD, segment), arm)
+    unheld = replace(unheld, role=UNHELD)
+    found = hardware_claims(
+        identified(fitted or good_fit, beam, unheld, **finger), identified(bad_fit, GOOD, segment), arm
+    )
     return [claim.text for claim in found if not claim.holds]
 
 
@@ -73,6 +76,8 @@ def test_each_of_the_beam_fails_beyond(text, change):
     assert failed.startswith(f"beam, 101 g, held out: {text}")
     (failed,) = failing(beam=GOOD, fitted=replace(GOOD, role="fit", **change))
     assert failed.startswith(f"beam, fitted: {text}")
+    (failed,) = failing(unheld=replace(GOOD, **change))
+    assert failed.startswith(f"beam, 101 g, held out, hold unknown: {text}")
 
 
 @pytest.mark.parametrize(
@@ -93,7 +98,8 @@ def test_each_of_the_segment_fails_beyond_in_one_recording(text, change):
 
 
 def test_a_fit_of_the_segment_in_a_bad_minimum_fails():
-    found = hardware_claims(identified(GOOD, replace(GOOD, role="fit")), identified(GOOD, rms=0.06), ARM)
+    beam = identified(GOOD, replace(GOOD, role="fit"), replace(GOOD, role=UNHELD))
+    found = hardware_claims(beam, identified(GOOD, rms=0.06), ARM)
     assert [claim.text for claim in found if not claim.holds] == ["segment: fit better than 4 %"]
 
 
